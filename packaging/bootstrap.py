@@ -1,0 +1,267 @@
+"""Sets the studio up and starts it: `python3 packaging/bootstrap.py setup|run|test|bench`.
+
+Standard library only, Python 3.11 and newer, any system. It makes `.venv` beside the source, installs
+exactly the versions of packaging/constraints.txt, and on Debian and Ubuntu the system libraries it may
+install. Whatever is there already is left alone: a second start takes a moment.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+if sys.version_info < (3, 11):  # noqa: UP036 (a person may start this with any Python)
+    sys.exit("Saia Studio needs Python 3.11 or newer. Start this with a newer Python, e.g. python3.11.")
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+STAMP = VENV / "saia-setup.txt"
+CONSTRAINTS = Path("packaging", "constraints.txt")
+
+sys.path.insert(0, str(ROOT))
+from studio import stage  # noqa: E402  (standard library only, so usable before anything is installed)
+from studio.errors import StudioError  # noqa: E402
+
+NEEDED_PACKAGES = (
+    # sound: PortAudio, and a sound server for machines without a sound card
+    "libportaudio2", "pulseaudio", "pulseaudio-utils", "libasound2-plugins",
+    # drawing: OpenGL in hardware or software
+    "libgl1", "libegl1", "libgl1-mesa-dri", "libglib2.0-0",
+    # Qt's window under X11
+    "libxcb-cursor0", "libxcb-icccm4", "libxcb-image0", "libxcb-keysyms1", "libxcb-randr0",
+    "libxcb-render-util0", "libxcb-shape0", "libxcb-xinerama0", "libxcb-xkb1", "libxkbcommon-x11-0",
+    "libxcursor1", "libxrender1", "libdbus-1-3", "libfontconfig1",
+    # a screen for machines without one
+    "xvfb", "xauth",
+)  # fmt: skip
+WELCOME_PACKAGES = ("espeak-ng", "fonts-noto-cjk", "fonts-dejavu-core")
+"""What the studio does without: a voice for the practice performer, fonts."""
+
+
+def main(words: Sequence[str]) -> int:
+    """Do what one of the four words says; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="bootstrap.py", description="Sets Saia Studio up and starts it.")
+    parser.add_argument("what", choices=("setup", "run", "test", "bench"))
+    parser.add_argument("rest", nargs=argparse.REMAINDER, help="passed on: a project, or words for pytest")
+    args = parser.parse_args(words)
+    os.chdir(ROOT)
+    set_up()
+    if args.what == "run":
+        return run(args.rest)
+    if args.what == "test":
+        return test(args.rest)
+    if args.what == "bench":
+        return bench(args.rest)
+    say("Ready. `make run` opens the studio.")
+    return 0
+
+
+# ---- set-up -------------------------------------------------------------------------------------------
+
+
+def set_up() -> None:
+    """System libraries, `.venv`, and the pinned versions; nothing where all is there already."""
+    install_system_libraries()
+    wanted = fingerprint()
+    if STAMP.is_file() and STAMP.read_text(encoding="utf-8") == wanted and venv_python().is_file():
+        return
+    make_venv()
+    say("Installing the pinned Python packages (a few minutes, once) ...")
+    # setuptools first and no build isolation: the build then uses the pinned version as well.
+    pip("install", "-c", str(CONSTRAINTS), "setuptools")
+    pip("install", "-c", str(CONSTRAINTS), "--no-build-isolation", "-e", ".[dev]")
+    STAMP.write_text(wanted, encoding="utf-8")
+
+
+def fingerprint() -> str:
+    """Changes whenever a set-up must be done again."""
+    parts = [sys.version, str(ROOT)]
+    parts += [(ROOT / name).read_text(encoding="utf-8") for name in (CONSTRAINTS, "pyproject.toml")]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def venv_python() -> Path:
+    """The Python of `.venv`."""
+    return VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def make_venv() -> None:
+    """Make `.venv`, and make it anew where it belongs to another Python or another folder."""
+    works = venv_python().is_file() and answers([str(venv_python()), "-m", "pip", "--version"])
+    version = f"import sys; sys.exit(sys.version_info[:2] != {sys.version_info[:2]})"
+    if works and answers([str(venv_python()), "-c", version]):
+        return
+    if not answers([sys.executable, "-c", "import ensurepip, venv"]):
+        # Debian and Ubuntu leave these two out of python3.
+        own = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
+        if not (
+            is_debian()
+            and apt_install(["python3-venv"])
+            and answers([sys.executable, "-m", "ensurepip", "--version"])
+        ):
+            sys.exit(f"Python's venv module is missing. Run: sudo apt-get install -y python3-venv {own}")
+    say("Making .venv ...")
+    subprocess.run([sys.executable, "-m", "venv", "--clear", str(VENV)], check=True)
+
+
+def pip(*words: str) -> None:
+    """Run pip inside `.venv`; ends the program with a sentence where it fails."""
+    quiet = ["-qq", "--disable-pip-version-check", "--no-input"]
+    command = [str(venv_python()), "-m", "pip", words[0], *quiet, *words[1:]]
+    if subprocess.run(command, check=False).returncode:
+        sys.exit("Installing the Python packages failed. Check the network connection and start again.")
+
+
+def install_system_libraries() -> None:
+    """Install what Debian and Ubuntu lack, where that is allowed; else say what to run."""
+    if not is_debian():
+        return
+    missing = missing_packages([*NEEDED_PACKAGES, *WELCOME_PACKAGES])
+    if not missing or apt_install(missing):
+        return
+    say(f"System libraries are missing. Run: sudo apt-get install -y {' '.join(missing)}")
+
+
+def is_debian() -> bool:
+    """Whether this is Debian, Ubuntu or one of their kin."""
+    return sys.platform == "linux" and bool(shutil.which("apt-get") and shutil.which("dpkg-query"))
+
+
+def missing_packages(names: Sequence[str]) -> list[str]:
+    """Those of the Debian packages that are not installed."""
+    form = "${Package} ${db:Status-Status}\n"
+    found = subprocess.run(
+        ["dpkg-query", "-W", "-f", form, *names], capture_output=True, text=True, check=False
+    )
+    installed = {line.split()[0] for line in found.stdout.splitlines() if line.endswith(" installed")}
+    # Newer releases carry a 64-bit-time suffix: libglib2.0-0t64 provides libglib2.0-0.
+    absent = [name for name in names if name not in installed]
+    if not absent:
+        return []
+    suffixed = [f"{name}t64" for name in absent]
+    found = subprocess.run(
+        ["dpkg-query", "-W", "-f", form, *suffixed], capture_output=True, text=True, check=False
+    )
+    installed |= {
+        line.split()[0].removesuffix("t64") for line in found.stdout.splitlines() if " installed" in line
+    }
+    return [name for name in absent if name not in installed]
+
+
+def apt_install(names: Sequence[str]) -> bool:
+    """Install Debian packages as root or by passwordless sudo; False where neither is to be had."""
+    if sys.platform == "win32":
+        return False
+    may = [] if os.geteuid() == 0 else ["sudo", "-n"]
+    if may and not (shutil.which("sudo") and answers([*may, "true"])):
+        return False
+    say(f"Installing system libraries: {' '.join(names)}")
+    # `env` carries the setting through sudo, which drops the caller's environment.
+    apt = [*may, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq"]
+    subprocess.run([*apt, "update"], stdout=subprocess.DEVNULL, check=False)
+    install = [*apt, "install", "-y", "--no-install-recommends"]
+    if answers([*install, *names]):
+        return True
+    # One name this release does not know must not keep the others out.
+    lacking = [name for name in names if not answers([*install, name])]
+    for name in lacking:
+        say(f"The system package {name} could not be installed; going on without it.")
+    return len(lacking) < len(names)
+
+
+# ---- run, test, bench -----------------------------------------------------------------------------------
+
+
+def run(rest: Sequence[str]) -> int:
+    """Open the studio on a project (the sample one by default), or tour it where there is no screen."""
+    if not stage.has_screen():
+        out = ["--out", "tour"] if "--out" not in rest else []
+        say("There is no screen here, so the studio takes itself through the whole job (saia tour).")
+        return call("-m", "studio", "tour", *out, *rest)
+    if rest:
+        return call("-m", "studio", *rest)
+    sample = ROOT / "sample"
+    if not (sample / "project.json").is_file():
+        say("Making the sample project (once) ...")
+        code = call("-m", "studio", "performer", "--sample", str(sample))
+        if code:
+            return code
+    return call("-m", "studio", str(sample))
+
+
+def test(rest: Sequence[str]) -> int:
+    """Lint, format, types, then the tests, the fast ones first; one exit code for all of it.
+
+    Args:
+        rest: words for pytest, e.g. `tests/motion -k slerp`.
+    """
+    with screen():
+        codes = {
+            "lint": call("-m", "ruff", "check"),
+            "format": call("-m", "ruff", "format", "--check"),
+            "types": call("-m", "mypy"),
+            "fast tests": call("-m", "pytest", "-m", "not slow", *rest),
+            "slow tests": call("-m", "pytest", "-m", "slow", "--durations=10", *rest),
+        }
+    if rest and 0 in (codes["fast tests"], codes["slow tests"]):
+        # A chosen part of the tests may well hold only one kind; pytest says 5 to the other.
+        codes = {name: 0 if code == 5 else code for name, code in codes.items()}
+    failed = [name for name, code in codes.items() if code]
+    say(f"FAILED: {', '.join(failed)}." if failed else "All passed: lint, format, types, tests.")
+    return 1 if failed else 0
+
+
+def bench(rest: Sequence[str]) -> int:
+    """Measure the figures people were promised, and print them."""
+    with screen():
+        return call(str(Path("tests", "benchmarks")), *rest)
+
+
+def call(*words: str) -> int:
+    """Run the Python of `.venv` with some words; returns its exit code."""
+    say(f"$ python {' '.join(words)}")
+    try:
+        return subprocess.run([str(venv_python()), *words], check=False).returncode
+    except KeyboardInterrupt:
+        return 130
+
+
+@contextlib.contextmanager
+def screen() -> Iterator[None]:
+    """A virtual screen for as long as this is open, where there is no real one."""
+    with contextlib.ExitStack() as stack:
+        if not stage.has_screen():
+            os.environ["DISPLAY"] = stack.enter_context(stage.virtual_screen())
+        yield
+
+
+def answers(command: Sequence[str]) -> bool:
+    """Whether a program runs and ends well; what it prints is thrown away."""
+    try:
+        return (
+            subprocess.run(command, capture_output=True, stdin=subprocess.DEVNULL, check=False).returncode
+            == 0
+        )
+    except OSError:
+        return False
+
+
+def say(sentence: str) -> None:
+    """One line for the person at the terminal."""
+    print(sentence, flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except StudioError as error:
+        sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)

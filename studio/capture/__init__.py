@@ -1,0 +1,1 @@
+"""Packets and audio blocks in, under one clock."""

@@ -1,0 +1,251 @@
+"""Sound in: blocks as the device gives them, each with the moment it was captured."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import deque
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.capture import clock
+from studio.errors import StudioError
+
+QUEUE_BLOCKS = 4000
+"""Blocks kept for a pump that is held up: over 30 s at any usual block size."""
+STALL_AFTER = 0.75
+"""Seconds without a block after which the sound counts as stalled; servers bunch blocks up to 0.1 s."""
+_MAX_CHANNELS = 8
+_LATENCY = 0.05
+_NO_AUDIO = (
+    "The sound library PortAudio is missing.",
+    "Install it (Debian and Ubuntu: sudo apt install libportaudio2) and start the studio again.",
+)
+_library_lock = threading.Lock()
+
+
+@dataclass(frozen=True)
+class AudioDevice:
+    """A microphone or other sound input.
+
+    Args:
+        name: as the system calls it. index: PortAudio's number, good until the next refresh.
+        channels: how many it has. sample_rate: its own. default: whether the system would choose it.
+    """
+
+    name: str
+    index: int
+    channels: int
+    sample_rate: int
+    default: bool
+
+
+class Block(NamedTuple):
+    """One block of sound.
+
+    Args:
+        captured: when its first sample was captured, seconds of `clock.now()`, by the device's stream time.
+        samples: float32 (N, C).
+        overflow: sound was lost right before it.
+        arrived: when it was handed over, seconds of `clock.now()`.
+    """
+
+    captured: float
+    samples: NDArray[np.float32]
+    overflow: bool
+    arrived: float
+
+
+def library() -> ModuleType:
+    """The sounddevice module.
+
+    Raises:
+        StudioError: PortAudio is not installed.
+    """
+    try:
+        import sounddevice
+    except (OSError, ImportError) as error:
+        raise StudioError(*_NO_AUDIO) from error
+    return sounddevice
+
+
+def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
+    """Every sound input of this computer, the default one first.
+
+    Args:
+        refresh: look again for what was plugged in; streams that are open would be cut off, so it is
+            for moments without one.
+
+    Raises:
+        StudioError: PortAudio is missing or cannot start.
+    """
+    sd = library()
+    try:
+        if refresh:
+            with _library_lock:
+                sd._terminate()  # PortAudio lists devices only when it starts
+                sd._initialize()
+        listed = sd.query_devices()
+        chosen = sd.default.device[0]
+        api = sd.query_hostapis()
+        chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
+    except sd.PortAudioError as error:
+        raise StudioError(f"The sound system did not answer ({_reason(error)}).", _CHECK_SOUND) from error
+    found = [_device(entry, entry["index"] == chosen) for entry in listed if entry["max_input_channels"] > 0]
+    return tuple(sorted(found, key=lambda d: not d.default))
+
+
+_CHECK_SOUND = "Check that a microphone is plugged in and allowed, then refresh the list of devices."
+
+
+def _device(entry: Any, default: bool) -> AudioDevice:
+    rate = round(entry["default_samplerate"])
+    return AudioDevice(
+        str(entry["name"]), int(entry["index"]), int(entry["max_input_channels"]), rate, default
+    )
+
+
+def find_device(wanted: str | int | None) -> AudioDevice:
+    """The input of that name (exact, else beginning, else containing), number, or the default one.
+
+    Raises:
+        StudioError: there is none.
+    """
+    devices = input_devices()
+    if not devices:
+        raise StudioError("This computer has no sound input.", _CHECK_SOUND)
+    if wanted is None or wanted == "":
+        return devices[0]
+    if isinstance(wanted, int):
+        match = [d for d in devices if d.index == wanted]
+    else:
+        low = wanted.lower()
+        match = [d for d in devices if d.name.lower() == low]
+        match = match or [d for d in devices if d.name.lower().startswith(low)]
+        match = match or [d for d in devices if low in d.name.lower()]
+    if not match:
+        known = ", ".join(d.name for d in devices)
+        raise StudioError(f"There is no sound input called {wanted}.", f"Choose one of: {known}.")
+    return match[0]
+
+
+def _own_rate(sd: ModuleType, device: AudioDevice) -> int:
+    """The rate a device runs at. PortAudio on ALSA says 44100 wherever that works, and a sound server then
+    resamples: 48000, what servers and most hardware run at, is asked for first there."""
+    entry = sd.query_devices(device.index)
+    if sd.query_hostapis(entry["hostapi"])["name"] == "ALSA":
+        with contextlib.suppress(sd.PortAudioError):
+            sd.check_input_settings(device=device.index, samplerate=48_000, channels=1)
+            return 48_000
+    return device.sample_rate
+
+
+def _reason(error: Exception) -> str:
+    return str(error.args[0] if error.args else error).rstrip(".")
+
+
+class AudioInput:
+    """An open microphone.
+
+    Args:
+        device: a name, a number, or None for the default one.
+        sample_rate: None takes the device's own.
+        channels: None takes as many as it has, 8 at most.
+
+    Attributes:
+        device: what was opened (after `start`).
+        overruns: times the system or this process lost sound.
+        ended: the device is gone; nothing more will come.
+    """
+
+    def __init__(
+        self, device: str | int | None = None, sample_rate: int | None = None, channels: int | None = None
+    ) -> None:
+        self._wanted = device
+        self.sample_rate = sample_rate or 0
+        self.channels = channels or 0
+        self.device: AudioDevice | None = None
+        self.overruns = 0
+        self.ended = False
+        self.last_heard = 0.0
+        self._blocks: deque[Block] = deque(maxlen=QUEUE_BLOCKS)
+        self._stream: Any = None
+        self._stopping = False
+
+    def start(self) -> None:
+        """Open the device and listen.
+
+        Raises:
+            StudioError: there is no such device, it is taken, or it refuses the format.
+        """
+        sd = library()
+        self.device = find_device(self._wanted)
+        self.sample_rate = self.sample_rate or _own_rate(sd, self.device)
+        # "default" of a sound server offers dozens of channels it makes up; a microphone has one or two.
+        own = self.device.channels if self.device.channels <= _MAX_CHANNELS else 2
+        self.channels = self.channels or own
+        try:
+            self._stream = sd.InputStream(
+                device=self.device.index,
+                samplerate=self.sample_rate,
+                channels=self.channels,
+                dtype="float32",
+                latency=_LATENCY,
+                callback=self._on_block,
+                finished_callback=self._on_finished,
+            )
+            self.last_heard = clock.now()
+            self._stream.start()
+        except (sd.PortAudioError, ValueError) as error:
+            self.stop()
+            raise StudioError(
+                f"{self.device.name} could not be opened ({_reason(error)}).",
+                "Close other programs that use it, or choose another device.",
+            ) from error
+
+    def stop(self) -> None:
+        """Close the device; safe to call twice, and with the device gone."""
+        self._stopping = True
+        if self._stream is not None:
+            with contextlib.suppress(library().PortAudioError):
+                self._stream.close()
+            self._stream = None
+
+    def drain(self) -> list[Block]:
+        """Everything heard since the last call, oldest first."""
+        taken = []
+        with contextlib.suppress(IndexError):
+            while True:
+                taken.append(self._blocks.popleft())
+        return taken
+
+    @property
+    def silent_for(self) -> float:
+        """Seconds since the last block came: the watchdog's measure, for servers freeze without an error."""
+        return clock.now() - self.last_heard
+
+    @property
+    def stalled(self) -> bool:
+        """Whether blocks stopped coming: unplugged, or frozen without a word."""
+        return self.ended or self.silent_for > STALL_AFTER
+
+    def _on_block(self, samples: NDArray[np.float32], _frames: int, moment: Any, status: Any) -> None:
+        """Runs on the audio thread: copy, stamp, append."""
+        arrived = clock.now()
+        self.last_heard = arrived
+        # Callbacks bunch up, the device's own time does not; where a driver gives none it is 0.
+        # The clocks' difference is read afresh: on Linux the stream's is the wall clock, which may be set.
+        captured = arrived - self._stream.time + moment.inputBufferAdcTime
+        if not arrived - 5.0 < captured <= arrived + 0.05:
+            captured = arrived - len(samples) / self.sample_rate
+        lost = bool(status.input_overflow) or len(self._blocks) == QUEUE_BLOCKS
+        self.overruns += lost
+        self._blocks.append(Block(captured, samples.copy(), lost, arrived))
+
+    def _on_finished(self) -> None:
+        """Runs on the audio thread: the stream ended, by us or because the device is gone."""
+        self.ended = not self._stopping

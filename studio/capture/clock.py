@@ -1,0 +1,110 @@
+"""One clock for every input: the computer's monotonic seconds, and how the sound device's run beside them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_SLOPE_SPREAD = 100e-6
+"""Sound devices are off by tens of ppm; a slope beyond a few of these is noise of a short take."""
+_CORRELATED = 10.0
+_ROUNDS = 8
+_READINGS, _AT_ONCE = 4, 20e-6
+
+
+def now() -> float:
+    """Seconds of the computer's monotonic clock, comparable with all stamps of this package."""
+    return time.monotonic()
+
+
+def from_realtime(stamp: float) -> float:
+    """A stamp of the wall clock (the kernel's receive stamp), on the monotonic clock.
+
+    The difference is taken afresh, so that a wall clock set in mid-take moves nothing; and again where this
+    thread was held up between the two readings, which would count as a moment of the stamp's.
+    """
+    for _ in range(_READINGS):
+        before, real, after = time.monotonic(), time.time(), time.monotonic()
+        if after - before < _AT_ONCE:
+            break
+    return stamp - real + 0.5 * (before + after)
+
+
+@dataclass(frozen=True)
+class ClockFit:
+    """A straight line from the computer's clock to the take's: audio = scale * t + offset.
+
+    Args:
+        scale: seconds of sound per second of computer clock.
+        offset: seconds.
+        drift_ppm: how much faster the computer's clock ran than the sound device's.
+        residual_ms: median distance of the points from the line.
+    """
+
+    scale: float = 1.0
+    offset: float = 0.0
+    drift_ppm: float = 0.0
+    residual_ms: float = 0.0
+
+    @overload
+    def to_audio(self, t: float) -> float: ...
+    @overload
+    def to_audio(self, t: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def to_audio(self, t: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
+        """Moments of the computer's clock, in seconds from the first recorded sample."""
+        return self.scale * t + self.offset
+
+
+def fit(audio_stream_times: ArrayLike, arrival_times: ArrayLike) -> ClockFit:
+    """The line through pairs of one moment on both clocks, unmoved by stragglers.
+
+    Iteratively re-weighted least squares (Tukey's biweight) with a prior that the slope is 1 to within
+    100 ppm: a take of seconds says nothing about drift, one of minutes says all.
+
+    Args:
+        audio_stream_times: seconds of sound (sample index / sample rate), (N,).
+        arrival_times: seconds of `now()` when these samples were captured, (N,).
+
+    Returns:
+        The fit; the identity shifted for one pair, the identity for none.
+    """
+    x, y = _finite_pairs(arrival_times, audio_stream_times)
+    if len(x) == 0:
+        return ClockFit()
+    middle = float(np.median(x))
+    ahead = y - x  # nearly constant, so no digits are lost to large clock values
+    away = x - middle
+    level, tilt = float(np.median(ahead)), 0.0
+    weights = np.ones(len(x))
+    for _ in range(_ROUNDS):
+        left = ahead - level - tilt * away
+        spread = max(1.4826 * float(np.median(np.abs(left - np.median(left)))), 1e-6)
+        weights = np.clip(1 - (left / (6 * spread)) ** 2, 0, None) ** 2
+        level, tilt = _line(away, ahead, weights, spread)
+    residual = float(np.median(np.abs(ahead - level - tilt * away))) * 1e3
+    scale = 1.0 + tilt
+    return ClockFit(scale, level - tilt * middle, (1 / scale - 1) * 1e6, residual)
+
+
+def _line(
+    x: NDArray[np.float64], y: NDArray[np.float64], weights: NDArray[np.float64], spread: float
+) -> tuple[float, float]:
+    total = weights.sum()
+    if total < 1e-9:
+        return float(np.median(y)), 0.0
+    mean_x, mean_y = (weights * x).sum() / total, (weights * y).sum() / total
+    # Neighbouring blocks err together, so they count as fewer; the prior counts as spread^2 / slope^2.
+    prior = _CORRELATED * (spread / _SLOPE_SPREAD) ** 2
+    tilt = (weights * (x - mean_x) * (y - mean_y)).sum() / ((weights * (x - mean_x) ** 2).sum() + prior)
+    return float(mean_y - tilt * mean_x), float(tilt)
+
+
+def _finite_pairs(x: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    a, b = np.asarray(x, dtype=np.float64).reshape(-1), np.asarray(y, dtype=np.float64).reshape(-1)
+    count = min(len(a), len(b))
+    good = np.isfinite(a[:count]) & np.isfinite(b[:count])
+    return a[:count][good], b[:count][good]

@@ -1,0 +1,182 @@
+"""How a capture is doing, in words a performer understands, each with a remedy. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from studio.capture.snapshot import Problem
+
+_QUIET_DBFS = -65.0
+_FEW_FPS = 20.0
+_MINUTES_LEFT = 10
+
+
+@dataclass(frozen=True)
+class Signs:
+    """What is known of the inputs.
+
+    Args:
+        port: the motion port, None where closed. listening_for: seconds since it was opened.
+        packets, packets_bad, packets_lost, frames_lost: counters of this take or since opening.
+        frameless_for: seconds since the last frame, None before any came.
+        frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
+        device: the microphone, None where closed. gone: it vanished.
+        soundless_for: seconds without a block. quiet_for: seconds since anything was to be heard.
+        clipped, overruns: the clip latch; times that sound was lost.
+        seconds_left: what the disk has room for.
+        rolling: a take is being recorded.
+        local: the sender is a program on this computer.
+    """
+
+    port: int | None = None
+    listening_for: float = 0.0
+    packets: int = 0
+    packets_bad: int = 0
+    packets_lost: int = 0
+    frames_lost: int = 0
+    frameless_for: float | None = None
+    frozen_for: float = 0.0
+    fps: float = 0.0
+    bones: int = 0
+    shapes: int = 0
+    device: str | None = None
+    gone: bool = False
+    soundless_for: float = 0.0
+    quiet_for: float = 0.0
+    clipped: bool = False
+    overruns: int = 0
+    seconds_left: float = 1e9
+    rolling: bool = False
+    local: bool = False
+
+
+def is_quiet(rms_dbfs: float) -> bool:
+    """Whether a level is below what any microphone in a room gives."""
+    return rms_dbfs < _QUIET_DBFS
+
+
+def problems(signs: Signs) -> tuple[Problem, ...]:
+    """What is wrong, the worst first; empty when all is well."""
+    return (*_disk(signs), *_no_motion(signs), *_sound(signs), *_poor_motion(signs))
+
+
+def _disk(s: Signs) -> list[Problem]:
+    if s.seconds_left >= 60 * _MINUTES_LEFT:
+        return []
+    return [
+        (
+            f"The disk has room for {max(int(s.seconds_left / 60), 0)} more minutes.",
+            "Delete what is no longer needed, or keep the project on another disk.",
+        )
+    ]
+
+
+def _no_motion(s: Signs) -> list[Problem]:
+    if s.port is None:
+        return []
+    if s.packets == 0:
+        return [_nothing_comes(s.port)] if s.listening_for > 2 else []
+    if s.frameless_for is None:
+        what = f"Packets arrive on port {s.port}, but there is no motion in them."
+        return [(what, "Choose VMC (OSC) as the protocol in the sender.")] if s.listening_for > 2 else []
+    if s.frameless_for > 1:
+        return [
+            (
+                f"Motion stopped {s.frameless_for:.0f} s ago.",
+                "Check that the sender still runs and that its tracking is on.",
+            )
+        ]
+    if s.frozen_for > 2:
+        return [
+            (
+                f"The motion is frozen: nothing has moved for {s.frozen_for:.0f} s.",
+                "Check the tracker's camera or batteries, or wake the tracking up in the sender.",
+            )
+        ]
+    return []
+
+
+def _nothing_comes(port: int) -> Problem:
+    return (
+        f"No motion arrives on port {port}.",
+        f"Turn on VMC sending in your tracking program, to this computer's address and port {port}.",
+    )
+
+
+def _sound(s: Signs) -> list[Problem]:
+    if s.device is None:
+        return []
+    if s.gone:
+        what = f"{s.device} is gone."
+        goes_on = "The motion is still being recorded; " if s.rolling and s.port is not None else ""
+        return [(what, f"{goes_on}plug it in again and choose it anew.".capitalize())]
+    if s.soundless_for > 1:
+        return [
+            (
+                f"No sound has come from {s.device} for {s.soundless_for:.0f} s.",
+                "Check its plug and the sound settings, or choose it anew.",
+            )
+        ]
+    found: list[Problem] = []
+    if s.quiet_for > 3:
+        found.append((f"{s.device} is silent.", "Unmute it, turn its level up, or choose another device."))
+    if s.clipped:
+        found.append(("The sound is clipped.", "Turn the microphone's level down and speak again."))
+    if s.overruns:
+        found.append(
+            (
+                f"Sound was lost {_times(s.overruns)}.",
+                "Close heavy programs; the lost moments are kept silent.",
+            )
+        )
+    return found
+
+
+def _poor_motion(s: Signs) -> list[Problem]:
+    if s.port is None or s.frameless_for is None or s.frameless_for > 1:
+        return []
+    found: list[Problem] = []
+    if s.packets_lost:
+        found.append(
+            (
+                f"{s.packets_lost} packets were lost.",
+                "Close heavy programs, or let the sender bundle its messages.",
+            )
+        )
+    if s.frames_lost and s.local and not s.packets_lost:
+        # Nothing gets lost on the way inside one computer: the sender had no time to make them.
+        found.append(
+            (
+                f"The sender left out {s.frames_lost} frames.",
+                "Close heavy programs on this computer, or lower the sender's frame rate.",
+            )
+        )
+    elif s.frames_lost:
+        found.append(
+            (
+                f"{s.frames_lost} frames are missing.",
+                "Use a cable instead of Wi-Fi, or lower the sender's frame rate.",
+            )
+        )
+    if s.packets_bad > max(3, 0.01 * s.packets):
+        found.append(
+            (
+                f"{s.packets_bad} packets could not be read in full.",
+                f"Let only a VMC sender send to port {s.port}.",
+            )
+        )
+    if 0 < s.fps < _FEW_FPS and s.listening_for > 3:
+        found.append(
+            (f"Only {s.fps:.0f} frames a second arrive.", "Raise the sender's frame rate to 30 or 60.")
+        )
+    if s.bones and not s.shapes:
+        found.append(
+            ("No blend shapes arrive, only bones.", "Turn on expressions (blend shapes) in the sender.")
+        )
+    elif s.shapes and not s.bones:
+        found.append(("No bones arrive, only blend shapes.", "Turn on sending of bones in the sender."))
+    return found
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

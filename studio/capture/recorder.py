@@ -1,0 +1,424 @@
+"""The recorder: inputs that listen, a take while it rolls, and the one place that makes takes."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import threading
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from studio.capture import clock, journal, look, roll
+from studio.capture.audio import Block
+from studio.capture.inputs import MotionInput, SoundInput
+from studio.capture.rows import Row
+from studio.capture.snapshot import Problem, Snapshot, State
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.take.folder import next_number
+from studio.take.safe_file import cannot_write, safe_name
+from studio.take.sound import Sound
+from studio.take.take import Take
+
+__all__ = ["MAX_PRE_ROLL", "Recorder", "Snapshot", "State", "recover"]
+
+MAX_PRE_ROLL = 10.0
+"""Seconds kept of what was heard and seen before a take."""
+_TURN_S = 0.008
+_LOOK_S = 0.016
+_FLUSH_S = 0.2
+_SYNC_S = 2.0
+_DISK_S = 1.0
+_TAIL_S = 0.6
+"""How long the end of the sound is waited for: it is handed over later than it is captured."""
+_MOTION_TAIL_S = 4.0
+"""How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s."""
+_RESERVE = 64 * 1024 * 1024
+_log = logging.getLogger(__name__)
+
+
+class Recorder:
+    """Listens, rolls, saves. Its methods may be called from any thread.
+
+    Args:
+        takes_folder: where takes go; made when the first one is.
+        reserve_bytes: room left on the disk; a take ends itself before it is used up.
+    """
+
+    def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
+        self.takes_folder = takes_folder
+        self._reserve = reserve_bytes
+        self._lock = threading.RLock()
+        self._asking = threading.Lock()
+        self._state = State.IDLE
+        self._motion: MotionInput | None = None
+        self._sound: SoundInput | None = None
+        self._roll: roll.Roll | None = None
+        self._until: float | None = None
+        self._ended = threading.Event()
+        self._ended_early: Problem | None = None
+        self._told_silent = False
+        self._before = look.Counts()
+        self._rows: deque[Row] = deque()
+        self._blocks: deque[Block] = deque()
+        self._disk_free = 0
+        self._looked_at = self._flushed_at = self._synced_at = self._disk_at = 0.0
+        self._fault: Problem | None = None
+        self._snapshot = Snapshot()
+        self._closing = threading.Event()
+        self._pump = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._pump.start()
+
+    def open_motion(self, port: int = 39539, host: str = "127.0.0.1", *, also: Sequence[int] = ()) -> None:
+        """Listen for motion on a port, or on several at once; others that were open are closed first.
+
+        Args:
+            port, host: where VMC or a phone's face tracking comes in.
+            also: further ports; what comes in there is merged with the rest by name.
+
+        Raises:
+            StudioError: a port is taken or may not be opened; or a take is rolling on others.
+        """
+        ports = tuple(dict.fromkeys((port, *also)) if port else (port, *also))
+        with self._lock:
+            if self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host):
+                return
+            self._refuse_while_rolling("The port cannot be changed")
+            self.close_motion()
+            self._motion = MotionInput([(one, host) for one in ports])
+            self._settle()
+
+    def close_motion(self) -> None:
+        """Stop listening; a take that rolls goes on without motion."""
+        with self._lock:
+            motion, self._motion = self._motion, None
+            self._rows.clear()
+            self._settle()
+        if motion is not None:
+            motion.close()
+
+    def open_audio(self, device: str | int | None = None) -> None:
+        """Open a microphone at its own rate; another one that was open is closed first.
+
+        Raises:
+            StudioError: there is none of that name, or it cannot be opened; or a take is rolling.
+        """
+        with self._lock:
+            self._refuse_while_rolling("The microphone cannot be changed")
+            self.close_audio()
+            self._sound = SoundInput(device)
+            self._settle()
+
+    def close_audio(self) -> None:
+        """Close the microphone; a take that rolls goes on without sound."""
+        with self._lock:
+            sound, self._sound = self._sound, None
+            self._blocks.clear()
+            self._settle()
+        if sound is not None:
+            sound.close()
+
+    def clear_clip(self) -> None:
+        """Reset the level meter and its clip latch."""
+        sound = self._sound
+        if sound is not None:
+            sound.meter.reset()
+
+    def snapshot(self) -> Snapshot:
+        """How things stand, at most a few hundredths of a second old. Never waits."""
+        return self._snapshot
+
+    def recent(self, seconds: float) -> tuple[Sound, Motion] | None:
+        """The last seconds heard and seen, on one clock; nothing is recorded.
+
+        Args:
+            seconds: MAX_PRE_ROLL at most.
+
+        Returns:
+            Sound from time 0 and motion beside it; None without one of them.
+        """
+        with self._lock:
+            begin = clock.now() - min(seconds, MAX_PRE_ROLL)
+            blocks = [block for block in self._blocks if block.captured >= begin]
+            rows = [row for row in self._rows if row.arrival >= begin - 1.0]
+            rate = self._sound.audio.sample_rate if self._sound is not None else 0
+        return look.recent(rows, blocks, rate)
+
+    def start(self, slate: str, number: int | None = None, *, pre_roll: float = 0.0) -> None:
+        """Begin a take.
+
+        Args:
+            slate: what it is called.
+            number: None takes the next free one.
+            pre_roll: seconds before this moment to keep, MAX_PRE_ROLL at most.
+
+        Raises:
+            StudioError: one is rolling already, nothing is open, or its folder cannot be made.
+        """
+        with self._lock:
+            self._refuse_while_rolling("Another take cannot begin")
+            motion, sound = self._motion, self._sound
+            if motion is None and sound is None:
+                raise StudioError(
+                    "There is nothing to record: neither motion nor a microphone is open.",
+                    "Open a motion port or choose a microphone.",
+                )
+            self._take_in(clock.now())
+            begin = clock.now() - min(max(pre_roll, 0.0), MAX_PRE_ROLL)
+            name = safe_name(slate or "take")
+            number = next_number(self.takes_folder, name) if number is None else number
+            form = (sound.audio.sample_rate, sound.audio.channels) if sound else None
+            self._roll = roll.Roll(
+                self.takes_folder / f"{name}_{number:03d}",
+                slate or name,
+                number,
+                begin,
+                form,
+                pre_roll=pre_roll,
+                port=motion.port if motion else None,
+                host=motion.host if motion else None,
+                device=sound.name if sound else None,
+            )
+            self._begin_roll()
+
+    def stop(self) -> Take:
+        """End the take and save it.
+
+        Raises:
+            StudioError: nothing rolls, nothing came in, or the take cannot be written (what was recorded
+                stays on the disk, and `recover` finds it).
+        """
+        with self._asking:
+            ended = self._end_roll()
+            try:
+                return roll.complete(ended.folder)
+            finally:
+                self._finish()
+
+    def discard(self) -> None:
+        """End the take and throw it away.
+
+        Raises:
+            StudioError: nothing rolls.
+        """
+        with self._asking:
+            ended = self._end_roll()
+            shutil.rmtree(ended.folder, ignore_errors=True)
+            self._finish()
+
+    def close(self) -> None:
+        """Save what rolls, and let go of all inputs."""
+        if self._roll is not None:
+            try:
+                self.stop()
+            except StudioError as error:
+                _log.warning("closing while rolling: %s", error)
+        self.close_motion()
+        self.close_audio()
+        self._closing.set()
+        if threading.current_thread() is not self._pump:
+            self._pump.join(2.0)
+
+    def _refuse_while_rolling(self, what: str) -> None:
+        if self._roll is not None:
+            raise StudioError(f"{what} while a take is being recorded.", "Stop the take first.")
+
+    def _settle(self) -> None:
+        if self._roll is None:
+            self._state = State.IDLE if self._motion is None and self._sound is None else State.ARMED
+        self._show(clock.now())
+
+    def _begin_roll(self) -> None:
+        """What was kept from before goes in first."""
+        rolling = self._roll
+        assert rolling is not None
+        self._until, self._ended_early, self._told_silent = None, None, False
+        self._ended.clear()
+        self._before = look.counts(self._motion, self._sound)
+        self._state = State.ROLLING
+        self._disk_at = 0.0
+        self._write(list(self._rows), list(self._blocks))
+        self._show(clock.now())
+
+    def _end_roll(self) -> roll.Roll:
+        with self._lock:
+            rolling = self._roll
+            if rolling is None:
+                raise StudioError("No take is being recorded.", "Start one first.")
+            if self._until is None:
+                self._until = clock.now()
+            self._state = State.SAVING
+            self._show(clock.now())
+        self._ended.wait(_MOTION_TAIL_S + 5.0)
+        return rolling
+
+    def _finish(self) -> None:
+        with self._lock:
+            self._roll = None
+            self._settle()
+
+    def _run(self) -> None:
+        """Runs on the recorder's thread."""
+        while not self._closing.wait(_TURN_S):
+            try:
+                with self._lock:
+                    self._turn(clock.now())
+            except Exception as error:  # noqa: BLE001 - a fault here must not end a performer's take
+                if self._fault is None:
+                    _log.exception("the recorder stumbled")
+                self._fault = (
+                    f"Something unexpected happened while recording: {type(error).__name__}: {error}.",
+                    "Recording goes on; please report this.",
+                )
+
+    def _turn(self, now: float) -> None:
+        rows, blocks = self._take_in(now)
+        rolling = self._roll
+        if rolling is not None and not self._ended.is_set():
+            self._write(rows, blocks)
+            self._note_lost_sound(rolling)
+            self._keep_safe(rolling, now)
+            self._end_if_due(rolling, now)
+        if now - self._looked_at >= _LOOK_S:
+            self._show(now)
+
+    def _take_in(self, now: float) -> tuple[list[Row], list[Block]]:
+        """Bring in what came, and keep the last seconds of it for a pre-roll."""
+        rows = self._motion.take_in(now) if self._motion else []
+        blocks = self._sound.take_in(now) if self._sound else []
+        self._rows.extend(rows)
+        self._blocks.extend(blocks)
+        while self._rows and self._rows[0].arrival < now - MAX_PRE_ROLL:
+            self._rows.popleft()
+        while self._blocks and self._blocks[0].captured < now - MAX_PRE_ROLL - 1.0:
+            self._blocks.popleft()
+        return rows, blocks
+
+    def _write(self, rows: list[Row], blocks: list[Block]) -> None:
+        rolling, until = self._roll, self._until
+        assert rolling is not None
+        try:
+            for block in blocks:
+                if until is None or block.captured < until:
+                    rolling.add_block(block)
+            for row in rows:
+                if until is None or row.arrival <= until:
+                    rolling.add_row(row)
+        except OSError as error:
+            self._end_early(rolling, f"The take could not be written on: {error.strerror or error}.")
+
+    def _note_lost_sound(self, rolling: roll.Roll) -> None:
+        """A microphone that vanishes is told once, in the take too; motion goes on."""
+        sound = self._sound
+        if self._told_silent or sound is None or not sound.audio.stalled or self._until is not None:
+            return
+        self._told_silent = True
+        rolling.notes.append(f"{sound.name} stopped giving sound at {rolling.audio_seconds:.1f} s.")
+
+    def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
+        if now - self._disk_at >= _DISK_S:
+            self._disk_at = now
+            self._disk_free = look.disk_free(self.takes_folder)
+            if self._disk_free < self._reserve:
+                self._end_early(rolling, "The disk is full.")
+        if now - self._flushed_at < _FLUSH_S:
+            return
+        self._flushed_at = now
+        try:
+            rolling.flush(look.facts(self._motion, self._sound, self._before))
+        except OSError as error:
+            self._end_early(rolling, f"The take could not be written on: {error.strerror or error}.")
+        if now - self._synced_at >= _SYNC_S:
+            self._synced_at = now
+            rolling.sync()
+
+    def _end_early(self, rolling: roll.Roll, why: str) -> None:
+        """The disk takes no more: what is there is closed well, and `stop` makes a take of it."""
+        if self._ended.is_set():
+            return
+        at = max(rolling.audio_seconds, rolling.last_arrival - rolling.start)
+        self._ended_early = (
+            f"{why} Recording ended at {at:.1f} s.",
+            "Stop to keep the take, then make room.",
+        )
+        rolling.notes.append(self._ended_early[0])
+        self._close_roll(rolling)
+
+    def _end_if_due(self, rolling: roll.Roll, now: float) -> None:
+        if self._until is None or self._ended.is_set():
+            return
+        sound = self._sound
+        heard_out = sound is None or sound.audio.stalled or rolling.audio_end >= self._until
+        seen_out = self._motion is None or self._motion.heard_until(self._until)
+        sound_due = not heard_out and now < self._until + _TAIL_S
+        motion_due = not seen_out and now < self._until + _MOTION_TAIL_S
+        if not sound_due and not motion_due:
+            self._close_roll(rolling)
+
+    def _close_roll(self, rolling: roll.Roll) -> None:
+        try:
+            rolling.flush(look.facts(self._motion, self._sound, self._before))
+        except OSError as error:
+            _log.warning("the last moments could not be written: %s", error)
+        rolling.close()
+        self._ended.set()
+
+    def _show(self, now: float) -> None:
+        self._looked_at = now
+        if now - self._disk_at >= _DISK_S and self._roll is None:
+            self._disk_at = now
+            self._disk_free = look.disk_free(self.takes_folder)
+        extra = tuple(p for p in (self._ended_early if self._roll else None, self._fault) if p is not None)
+        until = self._until if self._until is not None else now
+        self._snapshot = look.snapshot(
+            self._state,
+            now,
+            self._motion,
+            self._sound,
+            self._roll,
+            self._before,
+            self._disk_free,
+            extra,
+            until,
+        )
+
+
+def recover(takes_folder: Path) -> tuple[Take, ...]:
+    """Make takes of what a program that was killed left; journals still being written are let be.
+
+    Returns:
+        The takes, each with a note that says so. Folders that hold nothing are removed.
+
+    Raises:
+        StudioError: takes were left but none could be written (disk full); their journals stay.
+    """
+    found: list[Take] = []
+    failed: StudioError | None = None
+    for folder in sorted(takes_folder.iterdir()) if takes_folder.is_dir() else ():
+        try:
+            take = _recovered(folder)
+        except StudioError as error:
+            _log.warning("%s was not recovered: %s", folder, error)
+            failed = error
+        else:
+            found += [take] if take is not None else []
+    if failed is not None and not found:
+        raise failed
+    return tuple(found)
+
+
+def _recovered(folder: Path) -> Take | None:
+    """The take of one folder, None where there is nothing to recover or nothing may be touched."""
+    try:
+        if not folder.is_dir() or not journal.abandoned(folder):
+            return None
+        if roll.is_take(folder):
+            roll.forget(folder)
+            return None
+        if not roll.holds_anything(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+            return None
+    except OSError as error:
+        raise cannot_write(folder, error) from error
+    return roll.complete(folder, "The studio ended while this was recorded; it was recovered.")

@@ -1,0 +1,125 @@
+"""The command line: the same verbs as the tabs. Parse, call, print; nothing else.
+
+One file per verb in this package offers HELP (one line), `add_arguments(parser)` and `run(args, out)`;
+`run` reports through `out` (studio.cli._output.Output) and raises StudioError or RequestError.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from studio import __version__, registry
+from studio.cli._output import Output
+from studio.cli._run import guarded
+from studio.errors import RequestError
+
+VERB_ORDER = (
+    "record", "import", "check", "split", "train", "evaluate", "compare", "generate", "export", "play",
+    "live", "performer", "tour", "doctor",
+)  # fmt: skip
+
+
+def verbs() -> tuple[str, ...]:
+    """The commands this installation has, in the order of the work."""
+    here = {name.removesuffix("_verb") for name in registry.names(sys.modules[__name__])}
+    return tuple(v for v in VERB_ORDER if v in here) + tuple(sorted(here - set(VERB_ORDER)))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command, or open the window where none is named.
+
+    Args:
+        argv: the words after the program's name; sys.argv where None.
+
+    Returns:
+        The exit code: 0 done, 1 failed, 2 wrong request, 130 interrupted.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if words[:1] == ["_listen"]:  # the window's own process for motion; a bundle has no other way to start it
+        from studio.capture.listener import main as listen
+
+        return listen()
+    as_json = "--json" in words
+    words = [word for word in words if word != "--json"]
+    _make_printable(as_json)
+    out = Output(as_json)
+    if words and words[0] in ("-h", "--help"):
+        return guarded(lambda: _say(_help()), out)
+    if words and words[0] == "--version":
+        return guarded(lambda: _say(f"Saia Studio {__version__}"), out)
+    if words and words[0] in verbs():
+        return guarded(lambda: _run_verb(words[0], words[1:], out), out)
+    return guarded(lambda: _open_window(words), out)
+
+
+def _make_printable(as_json: bool) -> None:
+    """Names in Japanese, or in no encoding at all, must not end a command on a terminal that lacks them.
+
+    Programs read JSON as UTF-8, whatever the terminal's encoding (Windows pipes have the code page's).
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8" if as_json else None, errors="backslashreplace")
+
+
+def _say(text: str) -> int:
+    print(text, flush=True)
+    return 0
+
+
+def _run_verb(verb: str, words: list[str], out: Output) -> int:
+    import importlib
+
+    # `import` is a keyword, so its module carries a suffix.
+    name = f"{verb}_verb" if verb == "import" else verb
+    module = importlib.import_module(f"studio.cli.{name}")
+    parser = _Parser(prog=f"saia {verb}", description=module.HELP)
+    module.add_arguments(parser)
+    module.run(parser.parse_args(words), out)
+    return 0
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser whose complaints are sentences like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        what = f"The command was not understood: {message}."
+        raise RequestError(what, f"Run `{self.prog} --help` to see how it is written.")
+
+
+def _open_window(words: list[str]) -> int:
+    if words and not Path(words[0]).exists():
+        what = f"There is no command and no project called {words[0]}."
+        raise RequestError(what, "Run `saia --help` to see the commands.")
+    from studio.ui.app import run_window  # the only road from the command line to Qt
+
+    return run_window(words)
+
+
+def _help() -> str:
+    import ast
+    from importlib.util import find_spec
+
+    lines = ["saia [PROJECT]        open the studio", ""]
+    for verb in verbs():
+        spec = find_spec(f"studio.cli.{verb}_verb" if verb == "import" else f"studio.cli.{verb}")
+        assert spec is not None
+        assert spec.origin is not None
+        # Read, not imported: `saia --help` must not wait for torch.
+        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+        text = next(
+            (
+                str(ast.literal_eval(node.value))
+                for node in tree.body
+                if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "HELP"
+            ),
+            "",
+        )
+        lines.append(f"saia {verb:<16} {text}")
+    lines += ["", "Every command takes --help, and --json for one JSON object per line."]
+    return "\n".join(lines)

@@ -1,0 +1,37 @@
+"""How a command that runs on is asked to end well."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+@contextmanager
+def stop_wishes() -> Iterator[threading.Event]:
+    """Set by Ctrl+C, by SIGTERM, and by the line `stop` on stdin."""
+    wish = threading.Event()
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        wish.set()
+
+    in_main = threading.current_thread() is threading.main_thread()
+    before = {n: signal.signal(n, on_signal) for n in (signal.SIGINT, signal.SIGTERM) if in_main}
+    if sys.stdin is not None and not sys.stdin.isatty():
+        threading.Thread(target=_read_wishes, args=(wish,), name="stdin", daemon=True).start()
+    try:
+        yield wish
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _read_wishes(wish: threading.Event) -> None:
+    try:
+        if any(line.strip() == "stop" for line in sys.stdin):
+            wish.set()
+    except (OSError, ValueError):
+        return  # stdin is closed; the other ways remain

@@ -1,0 +1,44 @@
+"""`saia check`: what is wrong with the takes, and what to do about it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from studio.cli._output import Output
+
+HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT [TAKE...]."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("takes", nargs="*", metavar="TAKE", help="takes to check; all where none is named")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Check takes one after another; only reads."""
+    from studio.cli._project import opened
+    from studio.take.check import check_take
+
+    project = opened(args.project, out)
+    takes = [project.take(take_id) for take_id in dict.fromkeys(args.takes)] or list(project.takes)
+    reports = {}
+    for count, take in enumerate(takes, 1):
+        report = check_take(take)
+        reports[take.id] = report.to_plain()
+        out.event(
+            "take",
+            f"{report.grade}  {take.id}: {report.reason}",
+            take=take.id,
+            grade=report.grade,
+            fraction=count / len(takes),
+        )
+        for finding in report.findings:
+            at = f" (at {finding.at:.2f} s)" if finding.at is not None else ""
+            out.event(
+                "finding", f"     {finding.what}{at} {finding.remedy}", take=take.id, **finding.to_plain()
+            )
+    count_text = "1 take" if len(takes) == 1 else f"{len(takes)} takes"
+    text = f"{count_text} checked." if takes else f"{project.name} has no takes yet."
+    out.done(text, takes=reports)

@@ -1,0 +1,204 @@
+"""`saia doctor`: what this machine has for the work, in sentences to copy into a report."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from studio import __version__, stage
+from studio.cli._output import Output
+
+HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
+
+VMC_PORT = 39539
+PROBE_TIMEOUT = 120.0
+"""Seconds a probe may take; a first import of torch on a cold disk is slow."""
+LEAST_FREE_BYTES = 2 * 2**30
+"""An hour of stereo sound at 48 kHz with motion is about 1.5 GB."""
+
+_OPENGL = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
+plotter.add_mesh(pyvista.Sphere())
+image = plotter.screenshot(return_img=True)
+lines = plotter.render_window.ReportCapabilities().splitlines()
+facts = {name.strip().lower(): value.strip() for name, _, value in (line.partition(":") for line in lines)}
+assert image.std() > 1, "the picture is empty"
+print(facts.get("opengl version string", "?"), "|", facts.get("opengl renderer string", "an unknown device"))
+"""
+_TORCH = """
+import torch
+x = torch.ones(64, 64) @ torch.ones(64, 64)
+assert float(x[0, 0]) == 64.0
+gpu = torch.cuda.get_device_name(0) if torch.cuda.is_available() else ""
+gpu = gpu or ("Apple GPU" if torch.backends.mps.is_available() else "")
+print(torch.__version__, "|", torch.get_num_threads(), "|", gpu)
+"""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One finding: what was looked at, whether it is well, a sentence, and what to do where it is not."""
+
+    name: str
+    ok: bool
+    what: str
+    remedy: str = ""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--port", type=int, default=VMC_PORT, help="the motion port to look at (default 39539)"
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    looks: tuple[Callable[[], Check], ...] = (
+        check_system,
+        check_sound_in,
+        check_sound_out,
+        check_screen,
+        check_opengl,
+        lambda: check_port(args.port),
+        check_torch,
+        check_voice,
+        check_disk,
+    )
+    checks = []
+    for look in looks:
+        check = look()
+        checks.append(check)
+        out.event("check", _line(check), **asdict(check))
+    bad = sum(not check.ok for check in checks)
+    verdict = "All is well." if not bad else f"{bad} of {len(checks)} need attention."
+    out.done(verdict, checks=[asdict(check) for check in checks])
+
+
+def _line(check: Check) -> str:
+    mark = "ok  " if check.ok else "!!  "
+    return f"{mark}{check.name:<10} {check.what} {check.remedy}".rstrip()
+
+
+def check_system() -> Check:
+    """The studio, Python and the operating system; always well."""
+    system = f"{platform.system()} {platform.release()}, {platform.machine()}, {os.cpu_count()} cores"
+    return Check("system", True, f"Saia Studio {__version__}, Python {platform.python_version()}, {system}.")
+
+
+def check_sound_in() -> Check:
+    """Whether there is a microphone to record from."""
+    return _check_sound("sound in", "max_input_channels", "microphone", "Connect a microphone")
+
+
+def check_sound_out() -> Check:
+    """Whether there is something to hear takes with."""
+    return _check_sound(
+        "sound out", "max_output_channels", "loudspeaker", "Connect a loudspeaker or headphones"
+    )
+
+
+def _check_sound(name: str, channels: str, noun: str, remedy: str) -> Check:
+    try:
+        import sounddevice
+    except OSError:  # sounddevice's way of saying that PortAudio is not installed
+        return Check(
+            name, False, "The sound library PortAudio is missing.", "Install the package libportaudio2."
+        )
+    try:
+        found = [str(device["name"]) for device in sounddevice.query_devices() if device[channels] > 0]
+    except sounddevice.PortAudioError as error:
+        return Check(name, False, f"The sound system does not answer: {error}.", "Restart the sound system.")
+    if not found:
+        return Check(name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it.")
+    listed = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
+    return Check(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
+
+
+def check_screen() -> Check:
+    """Whether a window can be shown."""
+    if stage.has_screen():
+        return Check("screen", True, "A window can be shown.")
+    if stage.screen_available():
+        return Check("screen", True, "There is no screen; a virtual one can be used (saia tour does).")
+    return Check("screen", False, "There is no screen.", "Start the studio in a desktop session.")
+
+
+def check_opengl() -> Check:
+    """Whether the stick figure can be drawn, tried in a process of its own: a bad driver crashes."""
+    ok, answer = _probe(_OPENGL)
+    if not ok:
+        remedy = "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
+        return Check("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
+    version, _, renderer = answer.partition(" | ")
+    slow = " (software, so a little slower)" if "llvmpipe" in renderer.lower() else ""
+    return Check("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
+
+
+def check_port(port: int) -> Check:
+    """Whether motion could be received on a UDP port."""
+    if not 0 < port < 65536:
+        return Check("motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535.")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            remedy = "Close the other receiver or choose another port in Settings."
+            return Check("motion", False, f"Port {port} is already in use.", remedy)
+    return Check("motion", True, f"Port {port} is free for motion.")
+
+
+def check_torch() -> Check:
+    """Whether networks can be trained, and on what."""
+    ok, answer = _probe(_TORCH)
+    if not ok:
+        return Check(
+            "PyTorch", False, f"PyTorch does not work: {answer}.", "Run the set-up again (make setup)."
+        )
+    version, threads, gpu = (part.strip() for part in answer.split("|"))
+    where = gpu or f"the CPU with {threads} threads"
+    return Check("PyTorch", True, f"PyTorch {version}, training on {where}.")
+
+
+def check_voice() -> Check:
+    """Whether the practice performer can speak any sentence; without espeak-ng it speaks bundled ones."""
+    if shutil.which("espeak-ng"):
+        return Check("voice", True, "espeak-ng speaks for the practice performer.")
+    return Check(
+        "voice", True, "espeak-ng is not installed, so the practice performer uses its bundled speech."
+    )
+
+
+def check_disk() -> Check:
+    """Whether an hour of recording fits on the disk of the current folder."""
+    free = shutil.disk_usage(Path.cwd()).free
+    room = f"{free / 1e9:.0f} GB are free here"
+    if free < LEAST_FREE_BYTES:
+        return Check("disk", False, f"Only {room}.", "Free some space before recording.")
+    return Check("disk", True, f"{room}.")
+
+
+def _probe(code: str) -> tuple[bool, str]:
+    """Run some Python in a child; whether it ended well, and its last line of output or complaint."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            timeout=PROBE_TIMEOUT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False, f"it did not answer within {PROBE_TIMEOUT:.0f} s"
+    if done.returncode == 0:
+        return True, (done.stdout.strip().splitlines() or [""])[-1]
+    last = (done.stderr.strip().splitlines() or [f"it crashed with code {done.returncode}"])[-1]
+    return False, last.rstrip(".")

@@ -1,0 +1,182 @@
+"""`saia evaluate`: how near and how alive a run's motion is, beside the baselines."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studio.cli._output import Output
+from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from studio.dataset.material import Material
+    from studio.project import Project, Run
+    from studio.training.metrics_evaluate import Evaluation
+
+HELP = "measure a run on takes it has not learnt from"
+SPLITS = ("test", "val", "train")
+COLUMNS = (
+    ("rmse", "RMSE", 4), ("nrmse", "NRMSE", 3), ("mae", "MAE", 4), ("pearson", "r", 2),
+    ("pearson_mouth", "r mouth", 2), ("pearson_jaw", "r jaw", 2),
+    ("motion_ratio", "motion", 2), ("std_ratio", "std", 2),
+    ("jerk_ratio", "jerk", 2), ("geodesic_deg", "degrees", 2), ("motion_ratio_head", "head", 2),
+    ("motion_ratio_torso", "torso", 2), ("motion_ratio_arms", "arms", 2),
+)  # fmt: skip
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT RUN [--takes T...] [--split test] [--style NAME]."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("run", help="the run to measure")
+    parser.add_argument("--takes", nargs="+", metavar="T", help="measure on these takes")
+    parser.add_argument("--split", choices=SPLITS, default="test", help="measure on this split (test)")
+    parser.add_argument("--style", metavar="NAME", help="measure this style (the one chosen on validation)")
+    parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Generate motion for the takes, compare, and keep the figures in the run's folder."""
+    from studio.cli._project import opened
+
+    project = opened(args.project, out)
+    chosen = project.run(args.run)
+    ground = choose_ground(project, args.takes, args.split, out)
+    result = measure(chosen, ground, args.style)
+    baselines = {} if args.no_baselines else _baselines(project, chosen, ground, out)
+    facts = {
+        "run": chosen.id,
+        "style": args.style or (chosen.report or {}).get("style", "average"),
+        "split": ground.split,
+        "takes": ground.takes,
+        "frames": result.frames,
+        "metrics": result.metrics,
+        "per_take": result.per_take,
+        "per_bone": result.per_bone,
+        "baselines": baselines,
+    }
+    _keep(chosen, facts)
+    rows = {chosen.id: result.metrics, **baselines}
+    if len(result.per_take) > 1:
+        rows |= {f"  {take}": figures for take, figures in result.per_take.items()}
+    title = f"{chosen.id} on {', '.join(ground.takes)} ({ground.split}), {result.frames} frames"
+    out.done(f"{title}\n{table(rows)}", **facts)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What is measured on: material, its split, ids, and the ids that were trained on."""
+
+    material: list[Material]
+    split: str
+
+    @property
+    def takes(self) -> list[str]:
+        """Ids of the selections."""
+        return [material.selection.id for material in self.material]
+
+
+def choose_ground(project: Project, takes: list[str] | None, split: str, out: Output) -> Ground:
+    """The takes to measure on; where the test split is empty, validation, and it is said."""
+    from studio.features.audio import AudioSpec
+    from studio.training.gather import load_usable
+
+    if takes:
+        named = [(s, t) for s, t in project.selected() if s.id in takes or s.take in takes]
+        for name in takes:
+            if not any(name in (s.id, s.take) for s, _ in named):
+                project.take(name)
+                raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
+        splits = {s.split for s, _ in named}
+        label = splits.pop() if len(splits) == 1 else "mixed"
+    else:
+        named, label = list(project.selected(split)), split
+        if not named and split == "test":
+            named, label = list(project.selected("val")), "val"
+            if named:
+                out.event("note", _TO_VAL, text=_TO_VAL)
+    material, notes = load_usable(named, AudioSpec())
+    for note in notes:
+        out.event("note", note, text=note)
+    if not material:
+        where = f"the split {split}" if not takes else "the takes named"
+        raise RequestError(
+            f"There is no take with sound and motion in {where}.",
+            "Mark takes as test in Curate, or name some with --takes.",
+        )
+    if label == "train":
+        out.event("note", _TRAINED, text=_TRAINED)
+    return Ground(material, label)
+
+
+_TO_VAL = "No take is marked as test; measured on the validation takes, which chose the best epoch."
+_TRAINED = "These takes were learnt from; the figures say nothing about new sound."
+
+
+def measure(chosen: Run, ground: Ground, style: str | None = None) -> Evaluation:
+    """A run's figures in a style, its own default where None."""
+    from studio.generate import load_predictor
+    from studio.take.sound import Sound
+    from studio.training.metrics_evaluate import evaluate
+
+    predictor = load_predictor(chosen.folder)
+    rate = predictor.model.recipe.sound.sample_rate
+
+    def predict(material: Material) -> Any:
+        sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
+        return predictor.generate_samples(sound.mono(), style)
+
+    return evaluate(predict, ground.material)
+
+
+def _baselines(project: Project, chosen: Run, ground: Ground, out: Output) -> dict[str, Any]:
+    """Figures of the baselines, fitted to the takes the run was trained on."""
+    from fractions import Fraction
+
+    from studio.training.gather import cache_folder, load_usable
+    from studio.training.metrics_baselines import RIDGE_SOUND, Baselines
+    from studio.training.metrics_evaluate import evaluate
+
+    report = chosen.report or {}
+    ids = set(report.get("train", ()))
+    named = [(s, t) for s, t in project.selected() if s.id in ids] or list(project.selected("train"))
+    material, _ = load_usable(named, RIDGE_SOUND)
+    if not material:
+        text = "The takes the run was trained on are gone; there are no baselines to compare with."
+        out.event("note", text, text=text)
+        return {}
+    fps = Fraction(report.get("fps") or 30).limit_denominator(1001)
+    baselines = Baselines(material, fps, cache_folder(project))
+    return {
+        name: evaluate(lambda m, name=name: baselines.predict(name, m), ground.material).metrics  # type: ignore[misc]
+        for name in baselines.names
+    }
+
+
+def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
+    """evaluation.json beside the weights; a folder that cannot be written is no matter."""
+    from contextlib import suppress
+
+    from studio.cli._output import _plain
+    from studio.errors import StudioError
+    from studio.take.safe_file import write_json
+
+    with suppress(StudioError):
+        write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))
+
+
+def table(rows: Mapping[str, Mapping[str, float | None]]) -> str:
+    """Figures side by side for people; columns that apply to none are left out."""
+    shown = [c for c in COLUMNS if any(figures.get(c[0]) is not None for figures in rows.values())]
+    width = max(len(name) for name in rows)
+    lines = [" " * width + "".join(f"{title:>9}" for _, title, _ in shown)]
+    for name, figures in rows.items():
+        cells = (_cell(figures.get(key), digits) for key, _, digits in shown)
+        lines.append(f"{name:<{width}}" + "".join(f"{cell:>9}" for cell in cells))
+    return "\n".join(lines)
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"

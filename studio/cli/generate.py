@@ -1,0 +1,72 @@
+"""`saia generate`: a trained run turns any sound into motion."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from studio.cli._output import Output
+from studio.cli._run import as_request
+
+HELP = "turn sound into motion with a trained run"
+_REPORT_SECONDS = 0.25
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT RUN AUDIO [--style NAME] -o OUT."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("run", help="the run whose best weights are used")
+    parser.add_argument("audio", type=Path, help="any sound or video file")
+    parser.add_argument(
+        "-o", "--out", type=Path, help="file to write; its ending says the format (exports/NAME.arrow)"
+    )
+    parser.add_argument(
+        "--style",
+        metavar="NAME",
+        help="a take or performer it learnt from, or average (chosen on validation)",
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Generate, write, and name the files."""
+    from studio.cli._project import opened
+    from studio.formats import writer_for
+    from studio.take.sound import sound_info
+
+    project = opened(args.project, out)
+    chosen = project.run(args.run)
+    target = args.out or project.exports_folder / f"{args.audio.stem}_{chosen.id}.arrow"
+    writer = writer_for(target)
+    with as_request():
+        sound_info(args.audio)  # what is wrong with the sound is said before torch is loaded
+    from studio.generate import load_predictor
+
+    predictor = load_predictor(chosen.folder)
+    motion = predictor.generate(args.audio, on_progress=_Reporter(out), style=args.style)
+    target.absolute().parent.mkdir(parents=True, exist_ok=True)
+    files = writer.write(target.absolute(), motion, args.audio)
+    text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
+    out.done(
+        text,
+        files=list(files),
+        seconds=motion.duration,
+        frames=len(motion),
+        fps=motion.fps,
+        style=args.style or predictor.style,
+    )
+
+
+class _Reporter:
+    """Progress as events with the time left, at most four a second."""
+
+    def __init__(self, out: Output) -> None:
+        self._out, self._began, self._last = out, time.monotonic(), 0.0
+
+    def __call__(self, fraction: float) -> None:
+        now = time.monotonic()
+        if fraction < 1 and now - self._last < _REPORT_SECONDS:
+            return
+        self._last = now
+        eta_s = (now - self._began) * (1 / max(fraction, 1e-6) - 1)
+        self._out.event("progress", f"{100 * fraction:3.0f} %", fraction=fraction, eta_s=eta_s)

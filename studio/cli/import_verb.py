@@ -1,0 +1,142 @@
+"""`saia import`: recordings made elsewhere become takes."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._output import Output
+from studio.cli._run import as_request
+from studio.errors import RequestError, StudioError
+
+if TYPE_CHECKING:
+    from studio.formats import Imported
+    from studio.project import Project
+    from studio.take import Take
+    from studio.take.sound import SoundInfo
+
+HELP = "bring in recordings: SAIA folders, Live Link Face, BVH, sound"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT PATH..."""
+    parser.add_argument("project", type=Path, help="the project's folder; made where it is missing or empty")
+    parser.add_argument("paths", type=Path, nargs="+", metavar="PATH", help="files and folders to bring in")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
+    from studio.formats._find import find_sources, read_all
+    from studio.project import Project
+
+    sources = find_sources(args.paths)
+    project = Project.open_or_create(args.project)
+    takes: list[str] = []
+    failed: list[StudioError] = []
+    for count, (source, imported) in enumerate(read_all(sources), 1):
+        facts = {"path": source.path, "fraction": count / len(sources)}
+        if isinstance(imported, StudioError):
+            failed.append(RequestError(imported.what, imported.remedy))
+            if len(sources) == 1:
+                raise failed[0]
+            text = f"{imported.what} {imported.remedy}"
+            out.event("problem", text, what=imported.what, remedy=imported.remedy, **facts)
+            continue
+        try:
+            take = _save(project, imported, source.format)
+        except StudioError as error:
+            if not takes and count == len(sources):
+                raise
+            failed.append(error)
+            out.event(
+                "problem", f"{error.what} {error.remedy}", what=error.what, remedy=error.remedy, **facts
+            )
+            continue
+        takes.append(take.id)
+        out.event("take", _line(take), take=take.id, notes=take.info.notes, **facts)
+        for note in take.info.notes:
+            out.event("note", f"  {note}", take=take.id, note=note)
+    if failed and not takes:
+        raise failed[0] if len(failed) == 1 else _none(failed)
+    left = f"; {len(failed)} could not be read" if failed else ""
+    out.done(
+        f"{_count(len(takes), 'take')} imported into {project.name}{left}.", takes=takes, failed=len(failed)
+    )
+
+
+def _save(project: Project, imported: Imported, format_name: str) -> Take:
+    from studio.take import TakeInfo
+
+    slate, _, number = imported.name.rpartition("_")
+    is_numbered = bool(slate) and number.isdigit() and len(number) >= 3
+    info = TakeInfo(
+        slate=slate if is_numbered else imported.name,
+        number=int(number) if is_numbered else 1,
+        created=datetime.now().astimezone().isoformat(timespec="seconds"),
+        source=f"imported ({format_name})",
+        notes=imported.notes,
+        extra=imported.extra,
+    )
+    with tempfile.TemporaryDirectory(prefix="saia-import-") as folder:
+        audio = _kept_audio(imported.audio, Path(folder)) if imported.audio else None
+        moved = audio is not None and audio != imported.audio
+        if moved and imported.audio and imported.audio.suffix.lower() == ".flac":
+            note = f"{imported.audio.name} is damaged; what could be read of it was kept."
+            info = replace(info, notes=(*info.notes, note))
+        return project.add_take(imported.name, info, imported.motion, audio, move_audio=moved)
+
+
+def _kept_audio(audio: Path, folder: Path) -> Path:
+    """The file itself where it is WAV or FLAC and whole; else the same sound as FLAC."""
+    from studio.take.sound import read_sound, sound_info, write_sound
+
+    with as_request():
+        info = sound_info(audio)
+        if info.duration <= 0:
+            raise RequestError(f"The sound file {audio.name} is empty.", "Choose another file.")
+        if audio.suffix.lower() in (".wav", ".flac") and _is_whole(audio, info):
+            return audio
+        sound = read_sound(audio)
+    if sound.samples.shape[1] > 8:
+        raise RequestError(f"{audio.name} has more than 8 channels.", "Mix it down to stereo first.")
+    decoded = folder / "audio.flac"
+    write_sound(decoded, sound, "PCM_24")
+    return decoded
+
+
+def _is_whole(audio: Path, info: SoundInfo) -> bool:
+    """Whether it can stay as it is: a WAV, or a FLAC that decodes to its end."""
+    from studio.take.sound import sound_blocks
+
+    if info.container != "FLAC":
+        return info.container in ("WAV", "WAVEX")
+    try:
+        return sum(len(block) for block in sound_blocks(audio)) == round(info.duration * info.sample_rate)
+    except StudioError:
+        return False
+
+
+def _line(take: Take) -> str:
+    info = take.info
+    parts = [f"{info.duration:.1f} s"]
+    if info.motion_file:
+        parts.append(f"{info.frames} frames at {info.fps:.1f} fps")
+        parts.append(f"{_count(len(info.shape_names), 'shape')}, {_count(len(info.bone_names), 'bone')}")
+    else:
+        parts.append("no motion")
+    parts.append(f"sound at {info.sample_rate} Hz" if info.audio_file else "no sound")
+    return f"{take.id}: {', '.join(parts)}"
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def _none(failed: list[StudioError]) -> StudioError:
+    # The request was wrong only where each of them is; a full disk is not.
+    kind = RequestError if all(isinstance(error, RequestError) for error in failed) else StudioError
+    return kind(f"None of {len(failed)} recordings could be imported; {failed[0].what}", failed[0].remedy)

@@ -1,0 +1,119 @@
+"""saia performer: a practice performer that speaks and moves, live over VMC; or a sample project of it."""
+
+from __future__ import annotations
+
+import argparse
+import queue
+from pathlib import Path
+
+from studio.cli._output import Output
+from studio.cli._stop import stop_wishes
+from studio.errors import RequestError
+
+HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
+_LOOK_S = 0.1
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command's words."""
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument(
+        "--to", metavar="HOST:PORT", help="perform live and send VMC there, such as 127.0.0.1:39539"
+    )
+    what.add_argument("--sample", metavar="FOLDER", type=Path, help="make the sample project in a new folder")
+    what.add_argument(
+        "--bundle", metavar="FOLDER", type=Path, nargs="?", const=Path(),
+        help="speak the bundled clips anew with espeak-ng (for developers; default resources/performer)",
+    )  # fmt: skip
+    parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
+    parser.add_argument("--fps", type=float, default=60.0, help="frames a second, 30 to 120 (default 60)")
+    parser.add_argument("--device", metavar="NAME", help='output device, or "none" for no sound')
+    parser.add_argument("--unbundled", action="store_true", help="one message a datagram")
+    parser.add_argument("--jitter", type=float, default=0.0, metavar="MS", help="frames late by 0 to MS")
+    parser.add_argument(
+        "--loss", type=float, default=0.0, metavar="P", help="share of datagrams lost, 0 to 1"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="another number is another performer")
+    parser.add_argument(
+        "--voice", choices=("auto", "espeak", "bundled"), default="auto",
+        help="espeak-ng makes speech on the spot; bundled clips need nothing",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Perform, or make the sample project."""
+    if args.sample is not None:
+        _sample(args.sample, out)
+    elif args.bundle is not None:
+        _bundle(args.bundle, out)
+    else:
+        _perform(args, out)
+
+
+def _perform(args: argparse.Namespace, out: Output) -> None:
+    from studio.performer import Broadcast
+
+    host, port = _address(args.to)
+    if args.seed < 0:
+        raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
+    said: queue.SimpleQueue[str] = queue.SimpleQueue()
+    broadcast = Broadcast(
+        host, port, args.fps, _device(args.device), args.seed, not args.unbundled, args.jitter, args.loss,
+        seconds=args.seconds, voice_source=args.voice, on_line=said.put,
+    )  # fmt: skip
+    told = ""
+    out.event("started", f"Performing to {host}:{port}. Ctrl+C ends it.", host=host, port=port, fps=args.fps)
+    broadcast.start()
+    try:
+        with stop_wishes() as stop:
+            while not stop.is_set() and (not broadcast.wait(_LOOK_S) or not said.empty()):
+                while not said.empty():
+                    text = said.get()
+                    out.event("line", f"  {text}", text=text, t=round(broadcast.position, 3))
+                if broadcast.problem != told:
+                    told = broadcast.problem
+                    out.event("problem", told, what=told)
+    finally:
+        broadcast.stop()
+    if broadcast.error is not None:
+        raise broadcast.error
+    _report(broadcast.frames_sent, broadcast, out)
+
+
+def _report(sent: int, broadcast: object, out: Output) -> None:
+    facts = {
+        name: getattr(broadcast, name) for name in ("frames_dropped", "datagrams_sent", "datagrams_lost")
+    }
+    out.done(f"{sent} frames sent, {facts['frames_dropped']} dropped for being late.", frames=sent, **facts)
+
+
+def _sample(folder: Path, out: Output) -> None:
+    from studio.performer import make_sample
+
+    def on_take(take: str, count: int, of: int) -> None:
+        out.event("take", f"  {take}", take=take, fraction=count / of)
+        takes.append(take)
+
+    takes: list[str] = []
+    make_sample(folder, on_take)
+    out.done(f"The sample project is in {folder}.", project=folder, takes=takes)
+
+
+def _bundle(folder: Path, out: Output) -> None:
+    from studio.paths import resource
+    from studio.performer import bundle
+
+    files = bundle.make(resource("performer") if folder == Path() else folder)
+    size = sum(path.stat().st_size for path in files)
+    out.done(f"{len(files) - 1} clips, {size / 1e6:.2f} MB in all.", files=list(files), bytes=size)
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise RequestError(f"{text} is not an address.", "Write HOST:PORT, such as 127.0.0.1:39539.")
+    return host.strip("[]"), int(port)
+
+
+def _device(text: str | None) -> str | int | None:
+    return int(text) if text is not None and text.isdecimal() else text

@@ -1,0 +1,127 @@
+"""`saia play`: send a motion to a VMC program, in time with its sound."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._output import Output
+from studio.cli._run import as_request
+from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from studio.motion import Motion
+    from studio.playback.player import Player
+    from studio.playback.vmc_target import VmcTarget
+
+HELP = "send a motion to an avatar program, in time with its sound"
+REPORT_SECONDS = 1.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.add_argument("motion", type=Path, help="a take's folder, or a motion file of a known format")
+    parser.add_argument("--audio", type=Path, help="the sound; a take's own where left out")
+    parser.add_argument("--to", action="append", metavar="HOST:PORT", help="a target; may be repeated")
+    parser.add_argument("--fps", type=float, default=60.0, help="frames per second (60)")
+    parser.add_argument("--names", choices=("vrm0", "vrm1", "arkit", "as_is"), default="vrm0")
+    parser.add_argument("--no-bundle", action="store_true", help="one message a datagram")
+    parser.add_argument("--rotations-only", action="store_true", help="leave the avatar's own proportions")
+    parser.add_argument("--loop", action="store_true", help="again and again, until Ctrl+C")
+    parser.add_argument("--device", help="sound output by name")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Play to the end, then fade the avatar to rest."""
+    from studio.playback.player import Player
+
+    if not 1.0 <= args.fps <= 240.0:
+        raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+    addresses = [_address(text) for text in args.to or ["127.0.0.1:39539"]]
+    with as_request():
+        motion, sound = _load(args.motion, args.audio)
+        duration = float(motion.times[-1]) if len(motion) else 0.0
+        player = Player(sound, duration if sound is None else None, args.device)
+    targets: list[VmcTarget] = []
+    try:
+        if args.loop:
+            player.set_loop((0.0, player.duration))
+        targets = _start_targets(args, addresses, motion, player)
+        player.play()
+        if player.problem is not None:
+            out.event("notice", f"{player.problem} Going on without sound.", what=player.problem.what)
+        _follow(player, targets, out)
+    finally:
+        player.close()
+        for target in targets:
+            target.stop(wait=False)
+        for target in targets:
+            target.stop()
+    sent, dropped = (sum(getattr(t.state, name) for t in targets) for name in ("sent", "dropped"))
+    out.done(f"Sent {sent} frames; {dropped} left out.", sent=sent, dropped=dropped, seconds=player.position)
+
+
+def _start_targets(
+    args: argparse.Namespace, addresses: list[tuple[str, int]], motion: Motion, player: Player
+) -> list[VmcTarget]:
+    from studio.capture.vmc import SendOptions
+    from studio.playback.vmc_target import Destination, PoseSource, VmcTarget
+
+    options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
+    source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
+    targets = []
+    for host, port in addresses:
+        target = VmcTarget()
+        target.start(Destination(host, port, args.fps, options), source)
+        targets.append(target)
+    return targets
+
+
+def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
+    """Wait for the end, saying once a second how it goes and once each what is wrong."""
+    said: set[str] = set()
+    following = time.monotonic()
+    while player.playing:
+        time.sleep(0.05)
+        for problem in [target.state.problem for target in targets]:
+            if problem is not None and problem.what not in said:
+                said.add(problem.what)
+                out.event("notice", str(problem), what=problem.what, remedy=problem.remedy)
+        if time.monotonic() - following >= REPORT_SECONDS:
+            following = time.monotonic()
+            states = [target.state for target in targets]
+            lights = [str(state.light) for state in states]
+            out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or not 1 <= int(port) <= 65535:
+        raise RequestError(f"{text} is not a target.", "Write it as HOST:PORT, for example 127.0.0.1:39539.")
+    return host.strip("[]"), int(port)
+
+
+def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
+    """The motion of a take's folder or of a file, and the sound to play with it."""
+    from studio import formats
+    from studio.motion.mend import mended
+    from studio.take.folder import load_take
+    from studio.take.motion_file import read_motion
+
+    if not path.exists():
+        raise RequestError(f"There is no motion at {path}.", "Check how the path is written.")
+    if path.is_dir():
+        take = load_take(path)
+        if take.motion_path is None:
+            raise RequestError(f"The take {take.id} holds no motion.", "Choose a take with motion.")
+        return mended(read_motion(take.motion_path))[0], audio or take.audio_path
+    reader = formats.reader_for(path)
+    if reader is not None:
+        found = reader.read(path)
+        if found.motion is not None:
+            return found.motion, audio or found.audio
+    raise RequestError(
+        f"{path.name} is no motion the studio can read.", "Choose a take, .arrow, .csv or .bvh."
+    )

@@ -1,0 +1,157 @@
+"""`saia record`: a take without the window."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._output import Output
+from studio.cli._stop import stop_wishes
+from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from studio.capture.recorder import Recorder
+    from studio.capture.snapshot import Snapshot
+    from studio.take.take import Take
+
+HELP = "record voice and motion as a take"
+_LOOK_S = 0.05
+_TELL_S = 0.5
+_SETTLE_S = 3.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `saia record`."""
+    parser.add_argument(
+        "project", type=Path, metavar="PROJECT", help="a project folder; made where it is not"
+    )
+    parser.add_argument("--slate", required=True, help="what the take is called")
+    parser.add_argument("--seconds", type=float, help="how long; without it, until Ctrl+C or `stop` on stdin")
+    parser.add_argument("--port", default="39539", help="where VMC motion comes in; none for sound alone")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for the network")
+    parser.add_argument("--device", default="", help="the microphone's name; none for motion alone")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Record one take and add it to the project.
+
+    Raises:
+        RequestError: an option makes no sense.
+        StudioError: an input cannot be opened, or nothing came in.
+    """
+    port = _port(args.port)
+    if args.seconds is not None and not 0 < args.seconds <= 24 * 3600:
+        raise RequestError(f"{args.seconds} is no length of a take.", "Give seconds from 0 to 86400.")
+    if port is None and args.device == "none":
+        raise RequestError("There is nothing to record.", "Give a port or a microphone.")
+    from studio.capture.recorder import Recorder, recover
+    from studio.project import Project
+
+    project = Project.open_or_create(args.project)
+    try:
+        for take in recover(project.takes_folder):
+            out.event("recovered", f"Recovered {take.id} from an earlier session.", take=take.id)
+        recorder = Recorder(project.takes_folder)
+        try:
+            take, last = _record(recorder, args, port, out)
+        finally:
+            recorder.close()
+        project.refresh()
+    finally:
+        project.close()
+    _report(take, last, out)
+
+
+def _port(text: str) -> int | None:
+    if text.lower() == "none":
+        return None
+    if not text.isdigit() or int(text) > 65535:
+        raise RequestError(f"{text} is not a port.", "Give a number up to 65535, or none.")
+    return int(text)
+
+
+def _record(
+    recorder: Recorder, args: argparse.Namespace, port: int | None, out: Output
+) -> tuple[Take, Snapshot]:
+    if port is not None:
+        recorder.open_motion(port, args.host)
+    if args.device != "none":
+        recorder.open_audio(args.device or None)
+        _wait_for_sound(recorder)
+    with stop_wishes() as stop:
+        recorder.start(args.slate)
+        begun = recorder.snapshot()
+        where = f"port {begun.port}" if begun.port is not None else "no motion"
+        out.event(
+            "rolling",
+            f"Recording {args.slate}: {where}, {begun.device or 'no sound'}. Ctrl+C ends it.",
+            port=begun.port,
+            device=begun.device,
+        )
+        _follow(recorder, args.seconds, stop, out)
+        last = recorder.snapshot()
+        return recorder.stop(), last
+
+
+def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, out: Output) -> None:
+    """Tell how it goes until the time is up or somebody wishes to stop."""
+    told, said = 0.0, set[str]()
+    while not stop.wait(_LOOK_S):
+        now = recorder.snapshot()
+        if seconds is not None and now.elapsed >= seconds:
+            return
+        if now.elapsed - told >= _TELL_S:
+            told = now.elapsed
+            _tell(now, said, out)
+
+
+def _wait_for_sound(recorder: Recorder) -> None:
+    """The first blocks take a moment to come; a take should begin with sound."""
+    until = time.monotonic() + _SETTLE_S
+    while recorder.snapshot().audio_seconds == 0 and time.monotonic() < until:
+        time.sleep(0.01)
+
+
+def _tell(now: Snapshot, said: set[str], out: Output) -> None:
+    out.event(
+        "state",
+        state=now.state,
+        elapsed=round(now.elapsed, 3),
+        frames=now.frames,
+        frames_per_s=now.frames_per_s,
+        frames_lost=now.frames_lost,
+        packets=now.packets,
+        packets_bad=now.packets_bad,
+        audio_seconds=round(now.audio_seconds, 3),
+        peak_dbfs=round(now.peak_dbfs, 1),
+        problems=[{"what": what, "remedy": remedy} for what, remedy in now.problems],
+    )
+    for what, remedy in now.problems:
+        # Counting sentences change with each count; a person needs each of them once.
+        kind = "".join(c for c in what if not c.isdigit())
+        if kind not in said:
+            said.add(kind)
+            if not out.as_json:
+                out.event("problem", f"{what} {remedy}")
+
+
+def _report(take: Take, last: Snapshot, out: Output) -> None:
+    info = take.info
+    out.done(
+        f"Saved {take.id}: {info.duration:.1f} s, {info.frames} frames"
+        f" ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.",
+        take=take.id,
+        seconds=round(info.duration, 3),
+        frames=info.frames,
+        frames_lost=info.frames_lost,
+        packets=info.packets,
+        packets_bad=info.packets_bad,
+        audio_seconds=round(info.audio_seconds, 3),
+        drift_ppm=info.drift_ppm,
+        fps=info.fps,
+        notes=list(info.notes),
+        problems=[{"what": what, "remedy": remedy} for what, remedy in last.problems],
+    )

@@ -1,0 +1,92 @@
+"""`saia tour`: the studio takes itself through the whole job, as a demonstration and a self-check."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio import stage
+from studio.cli._output import Output
+from studio.errors import RequestError, StudioError
+
+if TYPE_CHECKING:
+    from studio.ui.tour import Step
+
+HELP = "the whole job through the real window, with screenshots; also the self-check"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("tour"),
+        help="folder for the screenshots, the project and the exports",
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    folder = args.out.absolute()
+    if folder.is_file():
+        raise RequestError(f"{folder.name} is a file.", "Name a folder with --out.")
+    with _screen(out), _sound(out):
+        # Qt must not load before there is a screen, nor PortAudio before there is a sound device.
+        from studio.ui.tour import Tour
+
+        tour = Tour(folder, lambda step: _say(step, out))
+        tour.run()
+    out.done(
+        f"All {len(tour.steps)} steps happened. Screenshots and files are in {folder}.",
+        files=tour.files,
+        steps=[asdict(step) for step in tour.steps],
+    )
+
+
+def _say(step: Step, out: Output) -> None:
+    line = f"{'ok  ' if step.ok else 'FAIL'} {step.seconds:6.1f} s  {step.name}"
+    out.event("step", f"{line}: {step.what}" if step.what else line, **asdict(step))
+
+
+@contextlib.contextmanager
+def _screen(out: Output) -> Iterator[None]:
+    """A screen to draw on: the real one, else a virtual one."""
+    if stage.has_screen():
+        yield
+        return
+    with stage.virtual_screen() as display:
+        out.event("note", "There is no screen: using a virtual one.", display=display)
+        os.environ["DISPLAY"] = display
+        yield
+
+
+@contextlib.contextmanager
+def _sound(out: Output) -> Iterator[None]:
+    """A sound device that hears what it plays: the real one, else a virtual one where there can be one."""
+    if _has_microphone():
+        yield
+        return
+    if not stage.sound_available():
+        raise StudioError(
+            "There is no sound device and no virtual one.",
+            "Connect a microphone, or install the package pulseaudio.",
+        )
+    with stage.virtual_sound() as environment:
+        out.event("note", "There is no sound device: using a virtual one.", **environment)
+        os.environ.update(environment)
+        yield
+
+
+def _has_microphone() -> bool:
+    """Whether PortAudio lists an input, asked in a process of its own: it lists devices once."""
+    import subprocess
+
+    code = (
+        "import sounddevice, sys; "
+        "sys.exit(not any(d['max_input_channels'] > 0 for d in sounddevice.query_devices()))"
+    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0

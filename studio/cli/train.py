@@ -1,0 +1,177 @@
+"""`saia train`: learn a performer's motion from their voice."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._output import Output, silence_stdout
+from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from studio.project import Run
+    from studio.training.events import Epoch, Event, Started
+    from studio.training.recipe import Recipe
+
+HELP = "train a network on the takes marked for training"
+_PARENT_POLL_SECONDS = 1.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT --recipe NAME [--set key=value]... [--resume RUN]."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("--recipe", help="how to train: quick, balanced (default), best, audio2face, saia")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe"
+    )
+    parser.add_argument("--resume", metavar="RUN", help="go on with a run where it was")
+    parser.add_argument("--list", action="store_true", help="show the recipes and the values of one")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Train until done, or until a line "stop" on standard input; Ctrl+C keeps what there is, too."""
+    from studio.cli._project import opened
+
+    if args.list:
+        _list(args, out)
+        return
+    project = opened(args.project, out)
+    resume = project.run(args.resume) if args.resume else None
+    recipe = _recipe(args, resume)
+    stop = StopWish(read=out.as_json or not sys.stdin.isatty())
+    # Torch takes seconds to load: what was wrong with the request has been said by now.
+    from studio.training.loop import train
+
+    finished = train(
+        project, recipe, on_event=lambda event: _tell(event, out, stop), stop=stop.is_set, resume=resume
+    )
+    report = finished.report or {}
+    stopped = report.get("status") == "stopped"
+    seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
+    how = "Stopped" if stopped else "Done"
+    out.done(
+        f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.",
+        run=finished.id,
+        folder=finished.folder,
+        best_epoch=best,
+        stopped=stopped,
+        seconds=seconds,
+        val=report.get("best_val"),
+    )
+
+
+def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
+    from studio.training import recipe as recipes
+
+    if resume is None:
+        return recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+    kept = recipes.read_recipe(resume.folder / "recipe.toml")
+    if args.recipe and args.recipe != kept.name:
+        raise RequestError(
+            f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
+        )
+    return kept.with_overrides(args.set)
+
+
+def _list(args: argparse.Namespace, out: Output) -> None:
+    from dataclasses import asdict
+
+    from studio.training import recipe as recipes
+
+    found = recipes.recipes()
+    for info in found:
+        out.event("recipe", f"{info.name:<12} {info.title:<18} {info.expected_time:<16} {info.summary}",
+                  **asdict(info))  # fmt: skip
+    chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+    for key, value in chosen.settings().items():
+        out.event("setting", f"  {key} = {value}", key=key, value=value)
+    out.done(recipes=[info.name for info in found])
+
+
+class StopWish:
+    """Whether somebody asked for a good end: a line "stop" on standard input, or the parent is gone.
+
+    The window keeps our standard input open; its end means the window died. A script that gives us
+    none (cron, CI) is still our parent, so an end alone does not stop us.
+    """
+
+    def __init__(self, read: bool) -> None:
+        self._asked = threading.Event()
+        if read and sys.stdin is not None:
+            threading.Thread(target=self._listen, daemon=True).start()
+
+    def is_set(self) -> bool:
+        """Whether to stop now."""
+        return self._asked.is_set()
+
+    def ask(self) -> None:
+        """Stop as soon as it can end well."""
+        self._asked.set()
+
+    def _listen(self) -> None:
+        parent = os.getppid()
+        try:
+            for line in iter(sys.stdin.readline, ""):
+                if line.strip().lower() == "stop":
+                    self._asked.set()
+                    return
+        except (OSError, ValueError):  # closed under us: the same as its end
+            pass
+        # On Windows the parent's number stays when it is gone; there the end of the pipe must do.
+        while os.name != "nt" and os.getppid() == parent:
+            if self._asked.wait(_PARENT_POLL_SECONDS):
+                return
+        self._asked.set()
+
+
+def _tell(event: Event, out: Output, stop: StopWish) -> None:
+    try:
+        _print(event, out)
+    except BrokenPipeError:  # the window died: what was learnt is kept, nobody reads what is said
+        silence_stdout()
+        stop.ask()
+
+
+def _print(event: Event, out: Output) -> None:
+    from dataclasses import asdict
+
+    from studio.training.events import Epoch, Note, Started
+
+    if isinstance(event, Epoch):
+        out.event("epoch", _epoch_line(event), **event.as_dict())
+    elif isinstance(event, Note):
+        out.event("note", event.text, text=event.text)
+    elif isinstance(event, Started):
+        out.event("started", _start_line(event), **asdict(event))
+
+
+def _start_line(event: Started) -> str:
+    line = (
+        f"{event.run}: {len(event.train)} takes, {event.frames} frames, validated on "
+        f"{', '.join(event.val)}; {event.parameters:,} parameters on {event.device}."
+    )
+    titles = f"{'epoch':>9}  {'train':>8}  {'valid':>8}  {'rmse':>7}  {'motion':>6}  {'std':>5}  {'r':>5}"
+    return f"{line}\n{titles}  left"
+
+
+def _epoch_line(event: Epoch) -> str:
+    def figure(name: str, width: int, digits: int) -> str:
+        value = event.val.get(name)
+        return f"{'-':>{width}}" if value is None else f"{value:>{width}.{digits}f}"
+
+    best = "  *" if event.best else ""
+    advice = f"\n{event.advice}" if event.advice else ""
+    return (
+        f"{event.epoch:>4}/{event.of:<4}  {event.train_loss:8.4f}  {event.val_loss:8.4f}  "
+        f"{figure('rmse', 7, 4)}  {figure('motion_ratio', 6, 2)}  {figure('std_ratio', 5, 2)}  "
+        f"{figure('pearson', 5, 2)}  {_clock(event.eta_s)}{best}{advice}"
+    )
+
+
+def _clock(seconds: float) -> str:
+    whole = round(seconds)
+    return f"{whole // 60}:{whole % 60:02d}"

@@ -1,0 +1,79 @@
+"""The choices made about takes: in and out points, offsets, labels, split. All values are frozen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SPLITS = ("train", "val", "test", "")
+"""What a selection is used for; "" is not used."""
+
+
+@dataclass(frozen=True)
+class Label:
+    """A marked span of a take.
+
+    Args:
+        t: seconds on the take's clock.
+        duration: seconds; 0 marks a moment.
+        tier: "sentence", "emotion", "gesture", "vowel", "problem" or any other.
+        text: what it says.
+    """
+
+    t: float
+    duration: float
+    tier: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is used of one take, and how.
+
+    Args:
+        id: unique in the dataset; the take's id, or that and a part ("Hello_003.2") after a split.
+        take: id of the take.
+        in_point: seconds on the take's clock where the use begins.
+        out_point: where it ends; None is the end of the take.
+        offset: seconds by which motion is moved later against the sound.
+        excluded: (start, end) spans left out, seconds.
+        labels: marks, by time.
+        split: one of SPLITS.
+        performer: who it is; also the style a model may learn.
+        tags, stars, note: for finding it again.
+        locked: a test take that stays a test take.
+    """
+
+    id: str
+    take: str
+    in_point: float = 0.0
+    out_point: float | None = None
+    offset: float = 0.0
+    excluded: tuple[tuple[float, float], ...] = ()
+    labels: tuple[Label, ...] = ()
+    split: str = "train"
+    performer: str = ""
+    tags: tuple[str, ...] = ()
+    stars: int = 0
+    note: str = ""
+    locked: bool = False
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """All selections of a project, in the order shown."""
+
+    selections: tuple[Selection, ...] = ()
+
+    def __getitem__(self, selection_id: str) -> Selection:
+        """The selection with this id; KeyError where there is none."""
+        for selection in self.selections:
+            if selection.id == selection_id:
+                return selection
+        raise KeyError(selection_id)
+
+    def __contains__(self, selection_id: object) -> bool:
+        return any(selection.id == selection_id for selection in self.selections)
+
+    def of_split(self, split: str) -> tuple[Selection, ...]:
+        """The selections used as "train", "val" or "test"."""
+        return tuple(selection for selection in self.selections if selection.split == split)

@@ -1,0 +1,204 @@
+"""Labels to and from the files of other programs: Audacity's label track and Praat's TextGrid.
+
+Neither program knows our tiers as we do: Audacity has none, so a label of any tier but "sentence" is written
+as "tier: text"; in a TextGrid the spans of a tier may not overlap and moments have tiers of their own, so
+these get names like "emotion (2)" and "emotion (points)". Reading takes both back.
+"""
+
+from __future__ import annotations
+
+import codecs
+import math
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from studio.dataset.dataset import Label
+from studio.errors import RequestError, StudioError
+from studio.take import safe_file
+
+TIERS = ("sentence", "emotion", "gesture", "vowel", "problem")
+"""The tiers every project has; a person may add others."""
+SUFFIXES = (".txt", ".textgrid")
+LARGEST_BYTES = 64 << 20
+_SAVE_AGAIN = "Export the labels again, as an Audacity label track (.txt) or a Praat TextGrid."
+
+
+def read_labels(path: Path, tier: str = "sentence") -> tuple[Label, ...]:
+    """The labels in a file, by time.
+
+    Args:
+        path: an Audacity label track (.txt) or a Praat TextGrid, in UTF-8, UTF-16 or Shift-JIS.
+        tier: where labels go whose text names none; only an Audacity file has such.
+
+    Raises:
+        RequestError: the suffix is another one.
+        StudioError: the file is missing, empty, or not what its suffix says; nothing of it is read.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise _unknown(path)
+    text = _text(path)
+    found = (
+        _read_textgrid(path, text) if path.suffix.lower() == ".textgrid" else _read_audacity(path, text, tier)
+    )
+    if not found:
+        raise StudioError(f"There are no labels in {path.name}.", _SAVE_AGAIN)
+    return tuple(sorted(found, key=lambda label: (label.t, label.duration)))
+
+
+def write_labels(path: Path, labels: Iterable[Label], duration: float) -> None:
+    """Write labels in the form that the suffix names.
+
+    Args:
+        path: ends in .txt (Audacity) or .TextGrid (Praat).
+        labels: what is written.
+        duration: seconds of the take; a TextGrid is as long as its sound.
+
+    Raises:
+        RequestError: the suffix is another one, or there are no labels.
+        StudioError: the file cannot be written.
+    """
+    labels = sorted(labels, key=lambda label: (label.t, label.duration))
+    if path.suffix.lower() not in SUFFIXES:
+        raise _unknown(path)
+    if not labels:
+        raise RequestError("There are no labels to export.", "Label something first.")
+    text = _textgrid(labels, duration) if path.suffix.lower() == ".textgrid" else _audacity(labels)
+    with safe_file.written(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _unknown(path: Path) -> RequestError:
+    what = f"{path.name} is not a label file that is known here."
+    return RequestError(what, "Choose a name that ends in .txt (Audacity) or .TextGrid (Praat).")
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            raise StudioError(f"{path.name} is too large to be a label file.", _SAVE_AGAIN)
+        data = path.read_bytes()
+    except OSError as error:
+        what = f"{path.name} could not be read: {error.strerror or type(error).__name__}."
+        raise StudioError(what, "Choose a file that is there.") from error
+    if not data.strip():
+        raise StudioError(f"{path.name} is empty.", _SAVE_AGAIN)
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp932"):
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise StudioError(f"{path.name} has an unknown text encoding.", _SAVE_AGAIN)
+
+
+# -- Audacity ----------------------------------------------------------------------------------
+
+
+def _read_audacity(path: Path, text: str, tier: str) -> list[Label]:
+    """Source: https://manual.audacityteam.org/man/importing_and_exporting_labels.html"""
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        # A line that begins with a backslash holds the frequencies of the label above.
+        if not line.strip() or line.startswith("\\"):
+            continue
+        cells = line.split("\t", 2)
+        try:
+            start, end = (float(cell.strip().replace(",", ".")) for cell in cells[:2])
+            if not (math.isfinite(start) and math.isfinite(end)):
+                raise ValueError(line)
+        except ValueError as error:
+            what = f"Line {number} of {path.name} is not a label: {line[:40]!r}."
+            raise StudioError(what, _SAVE_AGAIN) from error
+        start, end = max(min(start, end), 0.0), max(start, end, 0.0)
+        name, words = _named(cells[2].strip() if len(cells) > 2 else "", tier)
+        found.append(Label(start, end - start, name, words))
+    return found
+
+
+def _named(text: str, tier: str) -> tuple[str, str]:
+    """(tier, text) of a label's text."""
+    before, colon, after = text.partition(": ")
+    return (before, after) if colon and before in TIERS else (tier, text)
+
+
+def _audacity(labels: Sequence[Label]) -> str:
+    lines = []
+    for label in labels:
+        words = " ".join(label.text.split())
+        # A sentence that itself begins like "emotion: " says that it is a sentence.
+        named = label.tier != "sentence" or _named(words, "")[0] != ""
+        words = f"{label.tier}: {words}" if named else words
+        lines.append(f"{label.t:.6f}\t{label.t + label.duration:.6f}\t{words}\n")
+    return "".join(lines)
+
+
+# -- Praat -------------------------------------------------------------------------------------
+
+_PART = re.compile(r" \((?:points|\d+)\)$")
+
+
+def _read_textgrid(path: Path, text: str) -> list[Label]:
+    from praatio.utilities import errors, textgrid_io
+
+    if "ooTextFile" not in text[:200] and not text.lstrip().startswith("{"):
+        raise StudioError(f"{path.name} is not a TextGrid.", _SAVE_AGAIN)
+    try:
+        content = textgrid_io.parseTextgridStr(text)
+        found = [_label(tier["name"], entry) for tier in content["tiers"] for entry in tier["entries"]]
+    except (errors.PraatioException, ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+        # praatio's parser trusts its input: a file cut short ends in any of these.
+        raise StudioError(f"{path.name} is damaged or was cut short.", _SAVE_AGAIN) from error
+    return found
+
+
+def _label(tier: str, entry: Sequence[Any]) -> Label:
+    """One of praatio's entries: (start, end, text), or (moment, text)."""
+    start = float(entry[0])
+    end = float(entry[1]) if len(entry) > 2 else start
+    words = str(entry[-1])
+    if len(entry) == 2:
+        words = words.replace('""', '"')  # praatio 6.2 leaves the quotes of moments doubled
+    if not (math.isfinite(start) and math.isfinite(end)):
+        raise ValueError(entry)
+    return Label(max(start, 0.0), max(end - max(start, 0.0), 0.0), _PART.sub("", tier), words)
+
+
+def _textgrid(labels: Sequence[Label], duration: float) -> str:
+    from praatio.utilities import textgrid_io
+
+    end = max([duration, *(label.t + label.duration for label in labels)])
+    lanes: dict[str, list[tuple[Any, ...]]] = {}
+    for label in labels:
+        words = label.text or "-"  # a span without text is a gap to Praat
+        if label.duration > 0:
+            lane = lanes.setdefault(_free_lane(label, lanes), [])
+            lane.append((label.t, label.t + label.duration, words))
+        else:
+            lanes.setdefault(f"{label.tier} (points)", []).append((label.t, words))
+    tiers = [
+        {
+            "class": "TextTier" if name.endswith(" (points)") else "IntervalTier",
+            "name": name,
+            "xmin": 0.0,
+            "xmax": end,
+            "entries": entries,
+        }
+        for name, entries in lanes.items()
+    ]
+    grid = {"xmin": 0.0, "xmax": end, "tiers": tiers}
+    # Of the two forms Praat reads, praatio finds its way in the short one whatever the texts say.
+    return textgrid_io.getTextgridAsStr(grid, "short_textgrid", includeBlankSpaces=True)
+
+
+def _free_lane(label: Label, lanes: dict[str, list[tuple[Any, ...]]]) -> str:
+    """The first tier of this name whose last span has ended."""
+    number = 1
+    while True:
+        name = label.tier if number == 1 else f"{label.tier} ({number})"
+        if name not in lanes or lanes[name][-1][1] <= label.t:
+            return name
+        number += 1

@@ -1,0 +1,77 @@
+"""What a selection gives to learn from: its sound and its motion, both from the in point on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.dataset.dataset import Selection
+from studio.motion import Motion
+from studio.motion.mend import mended
+from studio.take.motion_file import read_motion
+from studio.take.sound import Sound, read_span
+from studio.take.take import Take
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """The used part of a take.
+
+    Args:
+        selection: the choices it was cut by.
+        samples: mono sound, float32 (N,); empty without sound.
+        sample_rate: of the samples.
+        motion: frames with the offset applied, times from the in point; without frames where there is no
+            motion.
+        duration: seconds from in point to out point.
+        excluded: (start, end) spans left out, seconds from the in point.
+    """
+
+    selection: Selection
+    samples: NDArray[np.float32]
+    sample_rate: int
+    motion: Motion
+    duration: float
+    excluded: tuple[tuple[float, float], ...] = ()
+
+    def used(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which moments (seconds from the in point) are not left out."""
+        keep = np.ones(len(times), dtype=bool)
+        for start, end in self.excluded:
+            keep &= ~((times >= start) & (times < end))
+        return keep
+
+
+def load_material(selection: Selection, take: Take, sample_rate: int | None = None) -> Material:
+    """Read the part of a take that a selection uses.
+
+    Args:
+        selection: in and out points, offset and excluded spans.
+        take: the take it was made of.
+        sample_rate: wanted rate of the sound; the file's own where None.
+
+    Raises:
+        StudioError: a file is missing or damaged.
+    """
+    start = max(selection.in_point, 0.0)
+    end = take.info.duration if selection.out_point is None else min(selection.out_point, take.info.duration)
+    end = max(end, start)
+    sound = _sound(take, start, end, sample_rate)
+    motion = Motion.build([])
+    if take.motion_path is not None:
+        whole = mended(read_motion(take.motion_path))[0].shifted(selection.offset)
+        # The frame at the very end belongs to it: a take ends with its last frame.
+        motion = whole.between(start, np.nextafter(end, np.inf)).shifted(-start)
+    excluded = tuple(
+        (max(a, start) - start, min(b, end) - start) for a, b in selection.excluded if b > start and a < end
+    )
+    return Material(selection, sound.mono(), sound.sample_rate, motion, end - start, excluded)
+
+
+def _sound(take: Take, start: float, end: float, sample_rate: int | None) -> Sound:
+    if take.audio_path is None:
+        return Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
+    sound = read_span(take.audio_path, start, end)
+    return sound if sample_rate is None else sound.resampled(sample_rate)

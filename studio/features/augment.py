@@ -1,0 +1,136 @@
+"""Crops of takes, varied: tempo, loudness, tone, voice, noise floor, masked spans and bands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.features.audio import AudioSpec, Floats, warped_bands
+from studio.features.examples import Example
+
+
+@dataclass(frozen=True)
+class Variation:
+    """How far crops may vary; see training.recipe.AugmentSettings for the fields."""
+
+    stretch: float = 0.0
+    gain_db: float = 0.0
+    tilt_db: float = 0.0
+    warp: float = 0.0
+    noise_db: float = 0.0
+    time_masks: int = 0
+    time_mask_frames: int = 0
+    band_masks: int = 0
+    band_mask_width: int = 0
+
+
+@dataclass(frozen=True)
+class CropShape:
+    """What is cut: frames in a crop, rows needed before and after them, and what the rows are."""
+
+    frames: int
+    before: int
+    after: int
+    sound: AudioSpec
+
+    @property
+    def steps_per_frame(self) -> int:
+        """Rows a frame."""
+        return self.sound.steps_per_frame
+
+
+@dataclass(frozen=True, eq=False)
+class Crop:
+    """A piece of an example: rows (n K + before + after, F), values (n, C) and their weights (n, C)."""
+
+    rows: Floats
+    values: Floats
+    weight: Floats
+
+
+def cut(
+    example: Example, first: int, shape: CropShape, vary: Variation, rng: np.random.Generator | None
+) -> Crop:
+    """One crop from frame `first` on; frames beyond the take's end weigh nothing.
+
+    Args:
+        example: where from.
+        first: index of its first frame.
+        shape: how much.
+        vary: how it may vary; loudness, tone, voice, noise and bands only make sense for "log_mel" rows.
+        rng: chance; None varies nothing.
+    """
+    tempo = 1.0 if rng is None or not vary.stretch else float(rng.uniform(1 - vary.stretch, 1 + vary.stretch))
+    frames = first + np.arange(shape.frames) * tempo
+    values, valid = _between(example.values, frames), _held(example.grid.valid, frames)
+    weight = valid[:, None] * example.mask[None, :]
+    count = shape.frames * shape.steps_per_frame + shape.before + shape.after
+    rows = _stretched_rows(example, first, count, shape, tempo)
+    if rng is not None:
+        rows = _varied(rows, vary, shape, rng)
+    return Crop(rows, values, weight.astype(np.float32))
+
+
+def _stretched_rows(example: Example, first: int, count: int, shape: CropShape, tempo: float) -> Floats:
+    k = shape.steps_per_frame
+    if tempo == 1.0:
+        return example.rows(first * k - shape.before, count).copy()
+    # Row m of frame i lies (m - (k - 1) / 2) / k frames from it: stretching turns about frame centres.
+    middle = (k - 1) / 2
+    wanted = first * k + middle + (np.arange(count) - shape.before - middle) * tempo + example.lead
+    return _between(example.sound, wanted)
+
+
+def _between(values: Floats, where: NDArray[np.floating]) -> Floats:
+    """Rows at fractional indices, straight lines between them, ends held."""
+    where = np.clip(where, 0, len(values) - 1)
+    left = np.minimum(where.astype(np.int64), max(len(values) - 2, 0))
+    part = (where - left).astype(np.float32)[:, None]
+    right = np.minimum(left + 1, len(values) - 1)
+    return values[left] * (1 - part) + values[right] * part
+
+
+def _read_at(rows: Floats, bands: NDArray[np.float64]) -> Floats:
+    """Each row read at fractional band indices (F,)."""
+    left = np.minimum(bands.astype(np.int64), max(rows.shape[1] - 2, 0))
+    part = (bands - left).astype(np.float32)
+    return rows[:, left] * (1 - part) + rows[:, np.minimum(left + 1, rows.shape[1] - 1)] * part
+
+
+def _held(valid: Floats, frames: NDArray[np.floating]) -> Floats:
+    """1 where both neighbours of a fractional frame are valid and inside."""
+    inside = (frames >= 0) & (frames <= len(valid) - 1)
+    low = np.clip(np.floor(frames).astype(np.int64), 0, len(valid) - 1)
+    high = np.clip(np.ceil(frames).astype(np.int64), 0, len(valid) - 1)
+    return (inside * valid[low] * valid[high]).astype(np.float32)
+
+
+def _varied(rows: Floats, vary: Variation, shape: CropShape, rng: np.random.Generator) -> Floats:
+    features, quiet = rows.shape[1], float(np.percentile(rows.mean(axis=1), 5))
+    change = np.zeros(features)
+    if vary.gain_db:
+        change += rng.uniform(-vary.gain_db, vary.gain_db)
+    if vary.tilt_db:
+        change += rng.uniform(-vary.tilt_db, vary.tilt_db) * np.linspace(-1, 1, features)
+    if vary.warp:
+        rows = _read_at(rows, warped_bands(shape.sound, float(rng.uniform(1 - vary.warp, 1 + vary.warp))))
+    heard = rows + change
+    if vary.noise_db:
+        floor = quiet + rng.uniform(0, vary.noise_db) + rng.normal(0, 3, features)
+        # Powers add: 10 log10(10^(a/10) + 10^(b/10)).
+        heard = np.logaddexp(heard * _NATURAL, floor * _NATURAL) / _NATURAL
+    rows = heard.astype(np.float32)
+    for _ in range(vary.time_masks if vary.time_mask_frames else 0):
+        length = int(rng.integers(0, vary.time_mask_frames + 1)) * shape.steps_per_frame
+        start = int(rng.integers(0, max(len(rows) - length, 1)))
+        rows[start : start + length] = quiet
+    for _ in range(vary.band_masks if vary.band_mask_width else 0):
+        width = min(int(rng.integers(0, vary.band_mask_width + 1)), features)
+        start = int(rng.integers(0, features - width + 1))
+        rows[:, start : start + width] = quiet
+    return rows
+
+
+_NATURAL = np.log(10.0) / 10.0

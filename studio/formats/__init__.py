@@ -1,0 +1,71 @@
+"""Importers and exporters, one file each: TITLE, SUFFIX, NOTE, and read and/or write.
+
+TITLE: str      what a menu calls it
+SUFFIX: str     of the file it reads or writes, with the dot
+NOTE: str       what the format, or the programs that read it, leave out
+read(path, audio=None) -> Imported          what was guessed stands in its notes
+write(path, motion, audio=None) -> files    read back and compared before it returns
+recognises(path) -> bool                    only where several formats share a suffix
+WRITES: str                                 the suffix of what it writes, where another format owns SUFFIX
+FPS: float                                  its one frame rate, where it has only one
+BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from studio import registry
+from studio.errors import RequestError
+from studio.formats._imported import Imported
+
+__all__ = ["Imported", "load", "names", "reader_for", "readers", "writer_for", "writers", "written_suffix"]
+
+
+def names() -> tuple[str, ...]:
+    """All formats by module name."""
+    return registry.names(sys.modules[__name__])
+
+
+def load(name: str) -> ModuleType:
+    """One format; RequestError where there is none of that name."""
+    return registry.load(sys.modules[__name__], name, "format")
+
+
+def readers() -> dict[str, ModuleType]:
+    """The formats that can be imported."""
+    return {name: module for name in names() if hasattr(module := load(name), "read")}
+
+
+def writers() -> dict[str, ModuleType]:
+    """The formats that can be exported to."""
+    return {name: module for name in names() if hasattr(module := load(name), "write")}
+
+
+def written_suffix(module: ModuleType) -> str:
+    """The ending of what a format writes."""
+    suffix: str = getattr(module, "WRITES", module.SUFFIX)
+    return suffix
+
+
+def writer_for(path: Path) -> ModuleType:
+    """The format that writes files of this ending, the longest that fits; RequestError without one."""
+    found = {written_suffix(module): module for module in writers().values()}
+    fitting = [suffix for suffix in found if path.name.lower().endswith(suffix)]
+    if not fitting:
+        known = ", ".join(sorted(found))
+        what = f"{path.name} has no ending that the studio writes."
+        raise RequestError(what, f"Choose a name that ends in one of: {known}.")
+    return found[max(fitting, key=len)]
+
+
+def reader_for(path: Path) -> ModuleType | None:
+    """The format that reads this file, by suffix and, where several share it, by content; None for none."""
+    for module in readers().values():
+        if path.suffix.lower() != module.SUFFIX:
+            continue
+        if not hasattr(module, "recognises") or module.recognises(path):
+            return module
+    return None

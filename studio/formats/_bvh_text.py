@@ -1,0 +1,223 @@
+"""The text of a BVH file: joints, channels and frames, to and from arrays."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import StudioError
+from studio.motion import rotation
+from studio.take import safe_file
+
+Array = NDArray[np.float64]
+
+ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", "Yrotation", "Xrotation", "Zrotation")
+JOINT_CHANNELS = ROOT_CHANNELS[3:]
+_AGAIN = "Export it again from the program it came from."
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint as the file names it.
+
+    Args:
+        name: its name.
+        parent: index of its parent, -1 for a root.
+        offset: from the parent, in the file's unit.
+        channels: names in the file's order.
+        end: offset of its End Site, None where it has children.
+    """
+
+    name: str
+    parent: int
+    offset: tuple[float, float, float]
+    channels: tuple[str, ...]
+    end: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """A whole file: joints, seconds a frame, and one row of channel values a frame (T, channels)."""
+
+    joints: tuple[Joint, ...]
+    frame_time: float
+    frames: Array
+
+    def local(self) -> tuple[Array, Array]:
+        """Local positions (T, J, 3) in the file's unit and rotations (T, J, 4), channels in their order."""
+        count = len(self.frames)
+        positions = np.tile(np.array([joint.offset for joint in self.joints]), (count, 1, 1))
+        rotations = np.tile(rotation.IDENTITY, (count, len(self.joints), 1))
+        column = 0
+        for j, joint in enumerate(self.joints):
+            for channel in joint.channels:
+                axis, values = _AXES[channel[0].lower()], self.frames[:, column]
+                if channel.lower().endswith("position"):
+                    positions[:, j, axis] = values
+                else:
+                    turn = rotation.from_axis_angle(np.eye(3)[axis], np.radians(values))
+                    rotations[:, j] = rotation.multiply(rotations[:, j], turn)
+                column += 1
+        return positions, rotations
+
+
+def write(path: Path, bvh: Bvh) -> None:
+    """Write a file in one piece: dots for decimals, four of them."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    lines = ["HIERARCHY", *_joint_lines(bvh.joints, 0, 0)]
+    lines += ["MOTION", f"Frames: {len(bvh.frames)}", f"Frame Time: {bvh.frame_time:.8f}"]
+    # Adding zero turns -0.0 into 0.0.
+    values = np.round(bvh.frames, 4) + 0.0
+    table = pa.table({f"c{i}": np.ascontiguousarray(values[:, i]) for i in range(values.shape[1])})
+    options = arrow_csv.WriteOptions(include_header=False, delimiter=" ")
+    with safe_file.written(path) as beside, beside.open("wb") as file:
+        file.write(("\n".join(lines) + "\n").encode())
+        arrow_csv.write_csv(table, file, options)
+
+
+def read(path: Path) -> Bvh:
+    """Read any BVH file.
+
+    Raises:
+        StudioError: it is missing, no BVH, or cut short.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+    found = re.search(rb"MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*([0-9.eE+-]+)[^\n]*\n?", data)
+    if not data.lstrip().upper().startswith(b"HIERARCHY") or not found:
+        raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
+    try:
+        joints = _joints(data[: found.start()].decode("utf-8", errors="replace").lstrip())
+        frame_time = float(found[2])
+    except (ValueError, IndexError) as error:
+        raise StudioError(f"The skeleton in {path.name} is damaged.", _AGAIN) from error
+    width = sum(len(joint.channels) for joint in joints)
+    frames = _numbers(data[found.end() :], width, path)
+    if len(frames) < int(found[1]):
+        what = f"{path.name} ends after {len(frames)} of {int(found[1])} frames."
+        raise StudioError(what, _AGAIN)
+    if not 1e-5 < frame_time < 10:
+        raise StudioError(f"{path.name} has a frame time of {frame_time:g} s.", _AGAIN)
+    return Bvh(tuple(joints), frame_time, frames[: int(found[1])])
+
+
+def _numbers(data: bytes, width: int, path: Path) -> Array:
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    # Frames are separated by any white space; the fast reader wants exactly one between numbers.
+    data = data.strip()
+    if b"\t" in data or b"  " in data or b" \n" in data or b" \r" in data:
+        data = re.sub(rb"[ \t]+", b" ", data)
+        data = re.sub(rb" ?\r?\n ?", b"\n", data).strip()
+    if not data.strip() or width == 0:
+        return np.zeros((0, width))
+    names = [f"c{i}" for i in range(width)]
+    types: dict[str, Any] = dict.fromkeys(names, pa.float64())
+    try:
+        table = arrow_csv.read_csv(
+            io.BytesIO(data),
+            read_options=arrow_csv.ReadOptions(column_names=names),
+            parse_options=arrow_csv.ParseOptions(delimiter=" "),
+            convert_options=arrow_csv.ConvertOptions(column_types=types),
+        )
+    except pa.ArrowException as error:
+        raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN) from error
+    frames = np.column_stack([column.to_numpy() for column in table.columns])
+    if not np.isfinite(frames).all():
+        raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN)
+    return frames
+
+
+@dataclass
+class _Draft:
+    """A joint while its lines are read."""
+
+    name: str
+    parent: int
+    offset: tuple[float, ...] = (0.0, 0.0, 0.0)
+    channels: tuple[str, ...] = ()
+    end: tuple[float, ...] | None = None
+
+
+def _joints(text: str) -> list[Joint]:
+    """The joints of the HIERARCHY part, parents before children; ValueError where it makes no sense."""
+    drafts: list[_Draft] = []
+    open_joints: list[int] = []
+    in_end = False
+    for line in text.replace("{", "\n{\n").replace("}", "\n}\n").splitlines()[1:]:
+        words = line.split()
+        word = words[0].upper() if words else ""
+        if word in ("ROOT", "JOINT"):
+            drafts.append(_Draft(" ".join(words[1:]), open_joints[-1] if open_joints else -1))
+            open_joints.append(len(drafts) - 1)
+        elif word == "END":
+            in_end = True
+        elif word == "OFFSET":
+            offset = tuple(float(value) for value in words[1:4])
+            if in_end:
+                drafts[open_joints[-1]].end = offset
+            else:
+                drafts[open_joints[-1]].offset = offset
+        elif word == "CHANNELS":
+            drafts[open_joints[-1]].channels = _channels(words)
+        elif word == "}":
+            if not in_end:
+                open_joints.pop()
+            in_end = False
+        elif word not in ("", "{"):
+            raise ValueError(words[0])
+    if not drafts or open_joints:
+        raise ValueError("unfinished")
+    return [
+        Joint(d.name, d.parent, _three(d.offset), d.channels, _three(d.end) if d.end else None)
+        for d in drafts
+    ]
+
+
+def _channels(words: list[str]) -> tuple[str, ...]:
+    names = tuple(words[2:])
+    if len(names) != int(words[1]) or not {n.lower() for n in names} <= {n.lower() for n in ROOT_CHANNELS}:
+        raise ValueError(words)
+    return names
+
+
+def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
+    x, y, z = values
+    if not all(map(math.isfinite, values)):
+        raise ValueError(values)
+    return x, y, z
+
+
+def _joint_lines(joints: tuple[Joint, ...], index: int, depth: int) -> list[str]:
+    joint, tab = joints[index], "\t" * depth
+    lines = [f"{tab}{'JOINT' if depth else 'ROOT'} {joint.name}", f"{tab}{{"]
+    lines += [f"{tab}\tOFFSET {_numbers_text(joint.offset)}"]
+    lines += [f"{tab}\tCHANNELS {len(joint.channels)} {' '.join(joint.channels)}"]
+    for child, other in enumerate(joints):
+        if other.parent == index:
+            lines += _joint_lines(joints, child, depth + 1)
+    if joint.end is not None:
+        lines += [
+            f"{tab}\tEnd Site",
+            f"{tab}\t{{",
+            f"{tab}\t\tOFFSET {_numbers_text(joint.end)}",
+            f"{tab}\t}}",
+        ]
+    return [*lines, f"{tab}}}"]
+
+
+def _numbers_text(values: tuple[float, float, float]) -> str:
+    return " ".join(f"{round(value, 4) + 0.0:.4f}" for value in values)

@@ -1,0 +1,27 @@
+"""What every importer gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from studio.motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A recording read from foreign files.
+
+    Args:
+        name: what it is called: the files' base name.
+        motion: None without motion.
+        audio: the sound file it belongs to, None without.
+        notes: what was guessed or mended while reading, one sentence each.
+        extra: facts kept as they came.
+    """
+
+    name: str
+    motion: Motion | None
+    audio: Path | None
+    notes: tuple[str, ...] = ()
+    extra: dict[str, str] = field(default_factory=dict)

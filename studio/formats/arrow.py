@@ -1,0 +1,48 @@
+"""The studio's own motion file, as in a take: everything, exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from studio.errors import StudioError
+from studio.formats._imported import Imported
+from studio.formats._table import check_suffix, counted
+from studio.formats.saia_csv import find_audio
+from studio.motion import Motion
+from studio.motion.mend import mended
+from studio.take.motion_file import read_motion, write_motion
+
+TITLE = "Saia motion (Apache Arrow)"
+SUFFIX = ".arrow"
+NOTE = "Everything, exactly; opens in Python, R and other tools that read Apache Arrow."
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """A motion file and the sound of the same name beside it."""
+    motion, bad = mended(read_motion(path))
+    audio = audio or find_audio(path)
+    notes = [] if audio else [f"No sound was found for {path.stem}."]
+    if bad:
+        notes.append(
+            f"{path.name}: {counted(bad, 'frame')} with values that are no numbers mended or left out."
+        )
+    return Imported(path.stem, motion, audio, tuple(notes))
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write a motion file; the sound is not part of it."""
+    check_suffix(path, SUFFIX)
+    write_motion(path, motion)
+    back = read_motion(path)
+    pairs = (
+        (back.times, motion.times), (back.shapes, motion.shapes), (back.positions, motion.positions),
+        (back.rotations, motion.rotations), (back.root_position, motion.root_position),
+        (back.root_rotation, motion.root_rotation),
+    )  # fmt: skip
+    if not all(np.array_equal(got, wanted) for got, wanted in pairs):
+        raise StudioError(
+            f"{path.name} did not read back as it was written.", "Export it again to another disk."
+        )
+    return (path,)

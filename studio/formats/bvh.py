@@ -1,0 +1,189 @@
+"""BVH, as VirtualMotionCapture writes it and UniVRM, Blender and three.js read it.
+
+Centimetres; X reversed (right-handed); R = Ry Rx Rz; rotations are changes from the T-pose.
+Source: VirtualMotionCapture's BVH recorder; UniVRM's BVH importer.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import RequestError, StudioError
+from studio.formats import _bvh_text
+from studio.formats._any_skeleton import to_humanoid
+from studio.formats._bone_names import humanoid_names
+from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
+from studio.formats._humanoid import DEFAULT_FPS, grounded_body, not_read_back, on_grid
+from studio.formats._imported import Imported
+from studio.formats._table import check_suffix, counted
+from studio.formats.saia_csv import find_audio
+from studio.motion import Motion, Skeleton, rotation
+
+TITLE = "BVH"
+SUFFIX = ".bvh"
+NOTE = (
+    "Body only: no blend shapes, no sound. Frame 1 is the first moment of the sound. Blender, UniVRM and "
+    "three.js read it; for FBX or a Unity .anim go through Blender or Unity."
+)
+
+METRES = 0.01
+END_SITE_CM = 5.0
+_MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
+_MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
+_TOLERANCE_CM = 0.05
+_FRAMES_COMPARED = 1000
+
+Array = NDArray[np.float64]
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write the bones on an even grid from the sound's first moment on.
+
+    Args:
+        path: ends in .bvh.
+        motion: its median rate becomes the file's frame time; missing Hips stand at rest.
+        audio: not written; a BVH has no sound.
+
+    Returns:
+        The file, read back and compared by forward kinematics.
+    """
+    check_suffix(path, SUFFIX)
+    body = grounded_body(motion)
+    if body is None:
+        what = f"There is no body motion to write to {path.name}."
+        raise RequestError(what, "Export it as SAIA CSV instead.")
+    fps = motion.fps or DEFAULT_FPS
+    even = on_grid(body, fps)
+    skeleton = body.skeleton
+    order = _depth_first(skeleton)
+    joints = _joints(skeleton, order)
+    frames = _frames(even, order)
+    _bvh_text.write(path, Bvh(joints, 1.0 / fps, frames))
+    _compare(_bvh_text.read(path), frames, even, order, path)
+    return (path,)
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """Read a BVH of any humanoid: joints are matched to bones by the names that common programs use.
+
+    Raises:
+        StudioError: it is damaged, or none of its joints is a known bone.
+    """
+    bvh = _bvh_text.read(path)
+    if not len(bvh.frames):
+        raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
+    bones = humanoid_names([joint.name for joint in bvh.joints])
+    if "Hips" not in bones or len(bones) < 2:
+        what = f"The joints of {path.name} are not named as a humanoid's (Hips, Spine, Head, ...)."
+        raise StudioError(what, "Export it with Unity's, VRM's or Mixamo's bone names.")
+    notes = _name_notes(bvh, bones, path)
+    motion, guesses = to_humanoid(bvh, bones, _skeleton(bvh))
+    notes += [f"{path.name}: {guess}." for guess in guesses]
+    audio = audio or find_audio(path)
+    if audio is None:
+        notes.append(f"No sound was found for {path.stem}.")
+    return Imported(path.stem, motion, audio, tuple(notes))
+
+
+def _depth_first(skeleton: Skeleton) -> list[int]:
+    """Bones in the order of a BVH file, children after their parent; Hips takes those without one."""
+    hips = skeleton.bone_names.index("Hips")
+    order: list[int] = []
+
+    def visit(bone: int) -> None:
+        order.append(bone)
+        for child, parent in enumerate(skeleton.parents):
+            if child != hips and (hips if parent < 0 else parent) == bone:
+                visit(child)
+
+    visit(hips)
+    return order
+
+
+def _joints(skeleton: Skeleton, order: list[int]) -> tuple[Joint, ...]:
+    place = {bone: j for j, bone in enumerate(order)}
+    hips = order[0]
+    offsets = skeleton.rest_positions * _MIRROR_POSITION / METRES
+    parents = {bone: hips if skeleton.parents[bone] < 0 else skeleton.parents[bone] for bone in order[1:]}
+    with_children = set(parents.values())
+    joints = [Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS)]
+    for bone in order[1:]:
+        end = None if bone in with_children else _end_site(offsets[bone])
+        joints.append(
+            Joint(skeleton.bone_names[bone], place[parents[bone]], _three(offsets[bone]), JOINT_CHANNELS, end)
+        )
+    if len(joints) == 1:
+        joints[0] = Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS, (0.0, END_SITE_CM, 0.0))
+    return tuple(joints)
+
+
+def _end_site(offset: Array) -> tuple[float, float, float]:
+    """5 cm on in the bone's own direction."""
+    length = float(np.linalg.norm(offset))
+    return _three(offset / length * END_SITE_CM) if length > 1e-6 else (0.0, END_SITE_CM, 0.0)
+
+
+def _three(values: Array) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
+
+
+def _frames(motion: Motion, order: list[int]) -> Array:
+    """Channel values (T, 3 + 3 J)."""
+    turned = motion.rotations[:, order] * _MIRROR_ROTATION
+    y, x, z = rotation.to_euler_yxz(turned)
+    angles = np.degrees(np.stack([y, x, z], axis=-1)).reshape(len(motion), -1)
+    hips = motion.positions[:, order[0]] * _MIRROR_POSITION / METRES
+    return np.concatenate([hips, angles], axis=1)
+
+
+def _compare(bvh: Bvh, written: Array, motion: Motion, order: list[int], path: Path) -> None:
+    """Refuse to call exported what reads back otherwise.
+
+    Every number of every frame must be the one written, and on frames all over the file every bone must
+    stand where the motion has it.
+    """
+    fits = bvh.frames.shape == written.shape and len(bvh.joints) == len(order)
+    if fits and float(np.abs(bvh.frames - written).max(initial=0.0)) < 1e-3:
+        rows = np.unique(np.linspace(0, len(motion) - 1, _FRAMES_COMPARED).astype(int))
+        # Bones that move against their parent (only Hips may in a BVH) are held at their rest offset.
+        wanted = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
+        wanted[:, order[0]] = motion.positions[rows, order[0]]
+        skeleton = _rooted(motion.skeleton, order[0])
+        expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * _MIRROR_POSITION / METRES
+        part = Bvh(bvh.joints, bvh.frame_time, bvh.frames[rows])
+        got = _skeleton(bvh).forward(*part.local())[0]
+        if float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM:
+            return
+    raise not_read_back(path.name)
+
+
+def _rooted(skeleton: Skeleton, hips: int) -> Skeleton:
+    parents = tuple(hips if p < 0 and j != hips else p for j, p in enumerate(skeleton.parents))
+    return Skeleton(skeleton.bone_names, parents, skeleton.rest_positions, skeleton.rest_rotations)
+
+
+def _skeleton(bvh: Bvh) -> Skeleton:
+    offsets = np.array([joint.offset for joint in bvh.joints])
+    identity = np.tile(rotation.IDENTITY, (len(bvh.joints), 1))
+    names = tuple(joint.name for joint in bvh.joints)
+    return Skeleton(names, tuple(joint.parent for joint in bvh.joints), offsets, identity)
+
+
+def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path) -> list[str]:
+    """Which joints were taken for which bones, and which for none."""
+    notes = []
+    other = [joint.name for j, joint in enumerate(bvh.joints) if j not in bones.values()]
+    if other:
+        notes.append(
+            f"{path.name}: {counted(len(other), 'joint')} folded into the others, such as {other[0]}."
+        )
+    names = {bone: bvh.joints[j].name for bone, j in bones.items()}
+    guessed = {bone: name for bone, name in names.items() if name.split(":")[-1].lower() != bone.lower()}
+    if guessed:
+        pairs = ", ".join(f"{name} as {bone}" for bone, name in list(guessed.items())[:4])
+        more = " and others" if len(guessed) > 4 else ""
+        notes.append(f"{path.name}: joints were taken for bones by name: {pairs}{more}.")
+    return notes

@@ -1,0 +1,190 @@
+"""Live Link Face: the CSV of Apple's ARKit face capture, with its sound beside it.
+
+Source: Epic Games' Live Link Face app; columns as FORMATS names them. The timecode counts frames of 60 a
+second, its part behind the point being a fraction of a frame.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import RequestError, StudioError
+from studio.formats._arkit import arkit_weights
+from studio.formats._humanoid import not_read_back, on_grid
+from studio.formats._imported import Imported
+from studio.formats._table import check_suffix, counted, header, read_table
+from studio.formats.saia_csv import find_audio
+from studio.motion import Motion, rotation
+from studio.motion.channels import ARKIT_SHAPES, canonical_shape
+from studio.motion.mend import hold_last
+from studio.take import safe_file
+
+TITLE = "Live Link Face CSV"
+SUFFIX = ".csv"
+WRITES = ".livelink.csv"
+NOTE = (
+    "ARKit's 52 face shapes with the turn of head and eyes; no body, no sound. Shapes that the motion has by "
+    "ARKit's names are exact; those made of VRM's expressions (A, Joy, ...) are approximate."
+)
+BONES_KEPT = frozenset(("Head", "LeftEye", "RightEye"))
+
+TIMECODE_FPS = 60.0
+_DAY = 24 * 3600.0
+_TIMECODE = re.compile(r"(\d+):(\d+):(\d+)[:;](\d+)(\.\d+)?")
+_TURNS = {"Head": "head", "LeftEye": "lefteye", "RightEye": "righteye"}
+_ANGLES = ("yaw", "pitch", "roll")
+
+
+def recognises(path: Path) -> bool:
+    """Whether a CSV file is one of Live Link Face: its first column is Timecode."""
+    names = header(path)
+    return bool(names) and names[0].lower() == "timecode"
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """Read one take.
+
+    Args:
+        path: its CSV.
+        audio: its sound; the file of the same base name beside it where None.
+
+    Raises:
+        StudioError: it is empty, damaged, or a timecode makes no sense.
+    """
+    table = read_table(path, ("timecode",), empty_row=2)
+    # Frames in which the phone saw no face have a timecode and the count 0, and nothing more.
+    codes = next(iter(table.texts.values()), None)
+    if codes is None:
+        raise StudioError(f"{path.name} has no Timecode column.", "Export it again from Live Link Face.")
+    notes = list(table.notes)
+    values, empty = hold_last(table.values)
+    if empty:
+        notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
+    times, rows = _times(codes, path, notes)
+    columns = {name.lower(): i for i, name in enumerate(table.names)}
+    turns = {bone: _turn(values[rows], columns, low) for bone, low in _TURNS.items()}
+    found = tuple(bone for bone, q in turns.items() if q is not None)
+    angles = {low + angle for low in _TURNS.values() for angle in _ANGLES}
+    shapes = [i for i, n in enumerate(table.names) if n.lower() not in angles | {"blendshapecount"}]
+    if not shapes:
+        raise StudioError(f"{path.name} has no face shapes.", "Export it again from Live Link Face.")
+    if found:
+        notes.append("The turns of head and eyes were read as radians.")
+    motion = Motion.build(
+        times,
+        tuple(canonical_shape(table.names[i]) for i in shapes),
+        values[rows][:, shapes],
+        found,
+        None,
+        np.stack([q for q in turns.values() if q is not None], axis=1) if found else None,
+    )
+    # What the studio wrote as NAME.livelink.csv has its sound in NAME.wav.
+    plain = path.with_name(path.name.removesuffix(WRITES) + SUFFIX) if path.name.endswith(WRITES) else path
+    audio = audio or find_audio(path) or find_audio(plain)
+    if audio is None:
+        notes.append(f"No sound was found for {plain.stem}.")
+    extra = {"timecode": codes[0]}
+    return Imported(plain.stem, motion, audio, tuple(notes), extra)
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write the face on an even grid from the sound's first moment on; the timecode begins at zero.
+
+    Args:
+        path: ends in .livelink.csv, since a plain .csv is SAIA's.
+        motion: with blend shapes; the turn of the neck counts as the head's.
+        audio: not written.
+
+    Returns:
+        The file, read back and compared.
+    """
+    check_suffix(path, WRITES)
+    if not len(motion) or not motion.shape_names:
+        raise RequestError(f"There is no face to write to {path.name}.", "Export the body as BVH instead.")
+    even = on_grid(motion)
+    weights, angles = arkit_weights(even), _angles(even)
+    names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]
+    row = f"%s,{len(names)}," + ",".join(["%.10f"] * len(names)) + "\n"
+    values = np.concatenate([weights, *angles.values()], axis=1) + 0.0
+    with safe_file.written(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(("Timecode", "BlendshapeCount", *names)) + "\n")
+        file.writelines(
+            row % (_timecode(t), *line) for t, line in zip(even.times, values.tolist(), strict=True)
+        )
+    _compare(path, even, weights, angles)
+    return (path,)
+
+
+def _timecode(t: float) -> str:
+    """HH:MM:SS:FF.mmm, the last part a fraction of a frame of 60 a second."""
+    thousandths = round(t * TIMECODE_FPS * 1000)
+    seconds, part = divmod(thousandths, int(TIMECODE_FPS) * 1000)
+    return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}:{part / 1000:06.3f}"
+
+
+def _angles(motion: Motion) -> dict[str, NDArray[np.float64]]:
+    """Yaw, pitch and roll (T, 3) in radians of head and eyes; zero for bones that are not there."""
+    found = {}
+    for bone in _TURNS:
+        q = np.tile(rotation.IDENTITY, (len(motion), 1))
+        for part in ("Neck", "Head") if bone == "Head" else (bone,):
+            if part in motion.bone_names:
+                q = rotation.multiply(q, motion.rotations[:, motion.bone_names.index(part)])
+        y, x, z = rotation.to_euler_yxz(q)
+        found[bone] = np.stack([-y, x, -z], axis=1)
+    return found
+
+
+def _compare(
+    path: Path, motion: Motion, weights: NDArray[np.float64], angles: dict[str, NDArray[np.float64]]
+) -> None:
+    """Refuse to call exported what reads back otherwise: every time, every weight, every turn."""
+    back = read(path).motion
+    if back is None or len(back) != len(motion) or back.shape_names != ARKIT_SHAPES:
+        raise not_read_back(path.name)
+    far = max(np.abs(back.times - motion.times).max(), np.abs(back.shapes - weights).max())
+    for bone, (yaw, pitch, roll) in ((bone, values.T) for bone, values in angles.items()):
+        wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
+        got = back.rotations[:, back.bone_names.index(bone)]
+        far = max(far, rotation.angle_between(got, wanted).max())
+    if far > 1e-3:
+        raise not_read_back(path.name)
+
+
+def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Seconds from the first row, and the rows whose time rises."""
+    seconds = np.array([_seconds(code, row, path) for row, code in enumerate(codes, 2)])
+    seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY / 2)])
+    seconds -= seconds[0]
+    highest = np.maximum.accumulate(seconds)
+    rising = np.concatenate([[True], seconds[1:] > highest[:-1]])
+    if not rising.all():
+        notes.append(f"{path.name}: {counted(int((~rising).sum()), 'row')} whose time did not rise left out.")
+    rows = np.flatnonzero(rising)
+    return seconds[rows], rows
+
+
+def _seconds(code: str, row: int, path: Path) -> float:
+    found = _TIMECODE.fullmatch(code.strip())
+    if found is None:
+        what = f"{path.name} has the timecode {code[:20]!r} in row {row}."
+        raise StudioError(what, "It should look like 10:13:39:01.936; export the file again.")
+    hours, minutes, seconds, frames = (int(found[i]) for i in range(1, 5))
+    frame = frames + float(found[5] or 0)
+    return hours * 3600 + minutes * 60 + seconds + frame / TIMECODE_FPS
+
+
+def _turn(values: NDArray[np.floating], columns: dict[str, int], bone: str) -> NDArray[np.floating] | None:
+    """Quaternions (T, 4) in Unity's axes from yaw, pitch and roll in radians, None where a column lacks.
+
+    ARKit is right-handed with Y up and the face looking along +Z: pitch about X keeps its sign when X is
+    mirrored, yaw about Y and roll about Z change theirs.
+    """
+    if any(bone + angle not in columns for angle in _ANGLES):
+        return None
+    yaw, pitch, roll = (values[:, columns[bone + angle]] for angle in _ANGLES)
+    return rotation.from_euler_yxz(-yaw, pitch, -roll)

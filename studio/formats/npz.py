@@ -1,0 +1,48 @@
+"""NumPy's NPZ, for researchers: the arrays of a motion by name, exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from studio.errors import RequestError
+from studio.formats._humanoid import not_read_back
+from studio.formats._table import check_suffix
+from studio.motion import Motion
+from studio.take import safe_file
+
+TITLE = "NumPy arrays"
+SUFFIX = ".npz"
+NOTE = (
+    "For numpy.load: times, shapes, positions, rotations (x y z w), the root, and their names. Unity axes, "
+    "metres and seconds; no sound."
+)
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write all arrays of a motion, compressed; the sound is not part of it.
+
+    Returns:
+        The file, read back and compared number by number.
+    """
+    check_suffix(path, SUFFIX)
+    if not len(motion):
+        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+    arrays = {
+        "times": motion.times,
+        "shape_names": np.array(motion.shape_names, dtype=np.str_),
+        "shapes": motion.shapes,
+        "bone_names": np.array(motion.bone_names, dtype=np.str_),
+        "parents": np.array(motion.skeleton.parents, dtype=np.int64),
+        "positions": motion.positions,
+        "rotations": motion.rotations,
+        "root_position": motion.root_position,
+        "root_rotation": motion.root_rotation,
+    }
+    with safe_file.written(path) as beside, beside.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+    with np.load(path, allow_pickle=False) as back:
+        if set(back.files) != set(arrays) or not all(np.array_equal(back[n], a) for n, a in arrays.items()):
+            raise not_read_back(path.name)
+    return (path,)

@@ -1,0 +1,322 @@
+"""SAIA's own layout: Audio/NAME.wav, Blendshapes/NAME.csv and Bones/NAME.csv.
+
+Source: SAIA's capture client (bone-major, right headers) and its notebook, whose files carry bone-major
+values under attribute-major headers.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import StudioError
+from studio.formats._imported import Imported
+from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
+from studio.motion import Motion
+from studio.motion.channels import VRM0_SHAPES, canonical_bone
+from studio.motion.mend import hold_last
+from studio.motion.skeleton import Skeleton
+from studio.take.sound import read_sound, sound_info, write_sound
+
+TITLE = "SAIA CSV"
+SUFFIX = ".csv"
+NOTE = (
+    "Blend shapes and bones in two CSV files beside the sound; the avatar's place in the room is not in them."
+)
+
+SHAPES_FOLDER, BONES_FOLDER, AUDIO_FOLDER = "Blendshapes", "Bones", "Audio"
+SOUND_SUFFIXES = (".wav", ".flac", ".ogg", ".mp3", ".m4a")
+_PARTS = ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")
+_PART = re.compile(r"(.+?)[_ .]?(Pos|Rot)[_ .]?([XYZW])", re.IGNORECASE)
+
+Array = NDArray[np.float64]
+
+
+def recognises(path: Path) -> bool:
+    """Whether a CSV file is one of this layout: its first column is Time."""
+    names = header(path)
+    return bool(names) and names[0].lower() == "time"
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """Read one take.
+
+    Args:
+        path: its CSV in Blendshapes or Bones (the other is found by name), or a lone CSV anywhere.
+        audio: its sound; found in Audio or beside by name where None.
+
+    Raises:
+        StudioError: a file is empty, damaged, or lacks its time column.
+    """
+    shapes_path, bones_path = _files(path)
+    notes: list[str] = []
+    shapes = _read_shapes(shapes_path, notes) if shapes_path else None
+    bones = _read_bones(bones_path, notes) if bones_path else None
+    parts = [part for part in (shapes, bones) if part is not None]
+    motion = _together(shapes, bones, notes) if shapes and bones else parts[0]
+    motion = _from_zero(motion, path, notes)
+    audio = audio or find_audio(path)
+    if audio is None:
+        notes.append(f"No sound was found for {path.stem}.")
+    else:
+        _compare_lengths(motion, audio, notes)
+    return Imported(path.stem, motion, audio, tuple(notes))
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write one take as Blendshapes/NAME.csv, Bones/NAME.csv and Audio/NAME.wav beside `path`.
+
+    Args:
+        path: NAME.csv in the folder that shall hold the three.
+        motion: what to write; columns in the client's order.
+        audio: its sound, None without.
+
+    Returns:
+        The files written, read back and compared.
+    """
+    check_suffix(path, SUFFIX)
+    files: list[Path] = []
+    if motion.shape_names or not motion.bone_names:
+        files.append(path.parent / SHAPES_FOLDER / path.name)
+        order = _shape_order(motion.shape_names)
+        names = ("Time", *(motion.shape_names[i] for i in order))
+        write_table(files[-1], names, [motion.times, *(motion.shapes[:, i] for i in order)])
+    if motion.bone_names:
+        files.append(path.parent / BONES_FOLDER / path.name)
+        _write_bones(files[-1], motion)
+    _compare(motion, read(files[0]).motion, path)
+    if audio is not None:
+        files.append(path.parent / AUDIO_FOLDER / f"{path.stem}.wav")
+        _write_audio(files[-1], audio)
+    return tuple(files)
+
+
+def find_audio(path: Path) -> Path | None:
+    """The sound of the same base name in the layout's Audio folder, or beside the file."""
+    places = [path.parent]
+    if path.parent.name.lower() in (SHAPES_FOLDER.lower(), BONES_FOLDER.lower()):
+        places.insert(0, _sibling(path, AUDIO_FOLDER))
+    for place in places:
+        for suffix in SOUND_SUFFIXES:
+            for name in (path.stem + suffix, path.stem + suffix.upper()):
+                if (place / name).is_file():
+                    return place / name
+    return None
+
+
+def _files(path: Path) -> tuple[Path | None, Path | None]:
+    place = path.parent.name.lower()
+    if place == BONES_FOLDER.lower():
+        other = _sibling(path, SHAPES_FOLDER) / path.name
+        return (other if other.is_file() else None), path
+    if place == SHAPES_FOLDER.lower():
+        other = _sibling(path, BONES_FOLDER) / path.name
+        return path, (other if other.is_file() else None)
+    is_bones = any(_PART.fullmatch(name) for name in header(path)[1:3])
+    return (None, path) if is_bones else (path, None)
+
+
+def _sibling(path: Path, name: str) -> Path:
+    """The layout's other folder, whatever the case of its name."""
+    try:
+        found = (p for p in path.parent.parent.iterdir() if p.name.lower() == name.lower())
+        return next(found, path.parent.parent / name)
+    except OSError:
+        return path.parent.parent / name
+
+
+def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array, list[str], Array]:
+    """The rising times in seconds, and the other columns on those rows."""
+    notes += table.notes
+    lower = [name.lower() for name in table.names]
+    if "time" not in lower:
+        raise StudioError(
+            f"{path.name} has no Time column.", "Export it again with the time in the first column."
+        )
+    at = lower.index("time")
+    names = [name for i, name in enumerate(table.names) if i != at]
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise StudioError(f"{path.name} has two columns called {twice}.", "Rename or remove one of them.")
+    values, empty = hold_last(table.values[:, 1:] if at == 0 else np.delete(table.values, at, axis=1))
+    if empty:
+        notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
+    times = table.values[:, at]
+    highest = np.maximum.accumulate(np.where(np.isfinite(times), times, -np.inf))
+    rising = np.isfinite(times) & (times > np.concatenate([[-np.inf], highest[:-1]]))
+    dropped = int((~rising).sum())
+    if dropped * 2 > len(times):
+        raise StudioError(
+            f"The times in {path.name} do not rise.", "Export it again with the time in seconds."
+        )
+    if dropped:
+        notes.append(f"{path.name}: {counted(dropped, 'row')} whose time did not rise left out.")
+        times, values = times[rising], values[rising]
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if step > 2.0:
+        times = times / 1000.0
+        notes.append(f"The times in {path.name} look like milliseconds and were read as such.")
+    return times, names, values
+
+
+def _read_shapes(path: Path, notes: list[str]) -> Motion:
+    times, names, values = _times_and_values(read_table(path), path, notes)
+    if not names:
+        raise StudioError(f"{path.name} has no blend shapes.", "Choose a file with columns beside Time.")
+    top = float(values.max(initial=0.0))
+    if 2.0 < top <= 100.5:
+        values = values / 100.0
+        notes.append(f"The values in {path.name} reach {top:.0f}; they were taken as percent.")
+    return Motion.build(times, tuple(names), values)
+
+
+def _read_bones(path: Path, notes: list[str]) -> Motion:
+    times, names, values = _times_and_values(read_table(path), path, notes)
+    parts = [_PART.fullmatch(name) for name in names]
+    known = [i for i, part in enumerate(parts) if part]
+    if len(known) < len(names):
+        other = next(name for name, part in zip(names, parts, strict=True) if not part)
+        lost = counted(len(names) - len(known), "column")
+        notes.append(f"{path.name}: {lost} left out, such as {other}: no bones.")
+    found = [(part[1], part[2].title() + part[3].upper()) for part in parts if part]
+    values = values if len(known) == len(names) else values[:, known]
+    bones = tuple(dict.fromkeys(bone for bone, _ in found))
+    if not bones:
+        raise StudioError(f"{path.name} has no bones.", "Choose a file with columns such as HeadRotX.")
+    if len(found) > 1 and found[0][1] == found[1][1] == "PosX":
+        return _notebook_bones(path, times, bones, values, notes)
+    if found == [(bone, part) for bone in bones for part in _PARTS]:
+        cube = values.reshape(len(times), len(bones), 7)
+        return _bones(times, bones, cube[..., :3], cube[..., 3:])
+    columns = {key: i for i, key in enumerate(found)}
+    return _client_bones(path, times, bones, columns, values, notes)
+
+
+def _notebook_bones(
+    path: Path, times: Array, bones: tuple[str, ...], values: Array, notes: list[str]
+) -> Motion:
+    """Bone-major values whatever the headers say."""
+    if values.shape[1] != 7 * len(bones):
+        wanted = 7 * len(bones)
+        what = f"{path.name} names {len(bones)} bones but has {values.shape[1]} columns instead of {wanted}."
+        raise StudioError(what, "Export it again from SAIA.")
+    notes.append(
+        f"{path.name} has the notebook's headers, which do not fit its values; it was read bone by bone."
+    )
+    cube = values.reshape(len(times), len(bones), 7)
+    return _bones(times, bones, cube[..., :3], cube[..., 3:])
+
+
+def _client_bones(
+    path: Path,
+    times: Array,
+    bones: tuple[str, ...],
+    columns: dict[tuple[str, str], int],
+    values: Array,
+    notes: list[str],
+) -> Motion:
+    turned = tuple(bone for bone in bones if all((bone, part) in columns for part in _PARTS[3:]))
+    if not turned:
+        raise StudioError(
+            f"No bone in {path.name} has all of RotX, RotY, RotZ and RotW.", "Export it again with rotations."
+        )
+    if len(turned) < len(bones):
+        halves = ", ".join(bone for bone in bones if bone not in turned)
+        notes.append(f"{path.name}: bones without a whole rotation were left out: {halves}.")
+    rest = Skeleton.humanoid(tuple(canonical_bone(bone) for bone in turned)).rest_positions
+    positions = np.tile(rest, (len(times), 1, 1))
+    placed = [j for j, bone in enumerate(turned) if all((bone, part) in columns for part in _PARTS[:3])]
+    for j in placed:
+        positions[:, j] = values[:, [columns[turned[j], part] for part in _PARTS[:3]]]
+    if len(placed) < len(turned):
+        lost = counted(len(turned) - len(placed), "bone")
+        notes.append(f"{path.name}: {lost} without a position put where the built-in skeleton has it.")
+    order = [columns[bone, part] for bone in turned for part in _PARTS[3:]]
+    return _bones(times, turned, positions, values[:, order].reshape(len(times), -1, 4))
+
+
+def _bones(times: Array, bones: tuple[str, ...], positions: Array, rotations: Array) -> Motion:
+    names = tuple(canonical_bone(bone) for bone in bones)
+    return Motion.build(times, (), None, names, positions, rotations)
+
+
+def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
+    """Shapes and bones on the shapes' times; only where both have frames."""
+    same = len(shapes) == len(bones) and np.allclose(shapes.times, bones.times, atol=1e-4, rtol=0)
+    if not same:
+        start = max(shapes.times[0], bones.times[0])
+        end = min(shapes.times[-1], bones.times[-1])
+        if end <= start:
+            raise StudioError(
+                "The times of blend shapes and bones do not meet.", "Choose files of the same recording."
+            )
+        notes.append(
+            f"Blend shapes have {len(shapes)} rows and bones {len(bones)}; "
+            f"bones were read at the times of the shapes, {end - start:.2f} s in all."
+        )
+        shapes = shapes.between(start, np.nextafter(end, np.inf))
+        bones = bones.at(shapes.times)
+    return replace(bones, times=shapes.times, shape_names=shapes.shape_names, shapes=shapes.shapes)
+
+
+def _from_zero(motion: Motion, path: Path, notes: list[str]) -> Motion:
+    first = float(motion.times[0]) if len(motion) else 0.0
+    if -0.5 <= first <= 60.0:
+        return motion
+    notes.append(f"The times of {path.stem} begin at {first:.2f} s; they were moved to begin at 0.")
+    return motion.shifted(-first)
+
+
+def _compare_lengths(motion: Motion, audio: Path, notes: list[str]) -> None:
+    sound, end = sound_info(audio).duration, float(motion.times[-1])
+    if abs(sound - end) > 0.5:
+        notes.append(f"The sound of {audio.stem} lasts {sound:.2f} s and its motion {end:.2f} s.")
+
+
+def _shape_order(names: tuple[str, ...]) -> list[int]:
+    """The client's order where all are its names, else as they come."""
+    if set(names) <= set(VRM0_SHAPES):
+        return sorted(range(len(names)), key=lambda i: names[i])
+    return list(range(len(names)))
+
+
+def _write_bones(path: Path, motion: Motion) -> None:
+    order = sorted(range(len(motion.bone_names)), key=lambda j: motion.bone_names[j])
+    names = ["Time"]
+    columns: list[NDArray[np.floating]] = [motion.times]
+    for j in order:
+        names += [motion.bone_names[j] + part for part in _PARTS]
+        columns += [motion.positions[:, j, k] for k in range(3)]
+        columns += [motion.rotations[:, j, k] for k in range(4)]
+    write_table(path, names, columns)
+
+
+def _compare(wanted: Motion, got: Motion | None, path: Path) -> None:
+    """Refuse to call something exported that does not read back as it was."""
+    fits = got is not None and len(got) == len(wanted) and np.allclose(got.times, wanted.times, atol=1e-6)
+    if fits and got is not None:
+        shapes = [got.shape_names.index(name) for name in wanted.shape_names]
+        bones = [got.bone_names.index(name) for name in wanted.bone_names]
+        fits = (
+            np.allclose(got.shapes[:, shapes], wanted.shapes, atol=1e-5)
+            and np.allclose(got.positions[:, bones], wanted.positions, atol=1e-5)
+            and bool((np.abs((got.rotations[:, bones] * wanted.rotations).sum(-1)) > 1 - 1e-5).all())
+        )
+    if not fits:
+        raise StudioError(
+            f"{path.name} did not read back as it was written.", "Export it again to another disk."
+        )
+
+
+def _write_audio(path: Path, audio: Path) -> None:
+    info = sound_info(audio)
+    if info.container in ("WAV", "WAVEX"):
+        from studio.take.safe_file import copied
+
+        copied(audio, path)
+    else:
+        write_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16")

@@ -1,0 +1,255 @@
+"""VMD, MikuMikuDance's motion: face morphs, and the upper body of models with the usual Japanese bone names.
+
+MMD's axes are Unity's turned half way round (a model faces -Z), 8 cm a unit, 30 frames a second.
+Source: the VMD layout as MikuMikuDance 9 writes it; the semi-standard bone names of MMD models.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import RequestError, StudioError
+from studio.formats import _vmd_bones
+from studio.formats._humanoid import grounded_body, not_read_back, on_grid
+from studio.formats._imported import Imported
+from studio.formats._table import check_suffix, counted
+from studio.formats.saia_csv import find_audio
+from studio.motion import Motion, rotation
+from studio.motion.channels import VRM1_TO_VRM0
+from studio.take import safe_file
+
+TITLE = "MikuMikuDance motion"
+SUFFIX = ".vmd"
+FPS = 30.0
+BONES_KEPT = _vmd_bones.KEPT
+NOTE = (
+    "30 frames a second: mouth, blinks and moods as morphs; head, eyes, arms, fingers and body by the usual "
+    "Japanese bone names, arms taken to rest 35° below level. The legs are left to MMD's IK; no sound."
+)
+
+MORPHS = {
+    "A": "あ", "I": "い", "U": "う", "E": "え", "O": "お", "Blink": "まばたき", "Blink_L": "ウィンク",
+    "Blink_R": "ウィンク右", "Joy": "笑い", "Fun": "にこり", "Angry": "怒り", "Sorrow": "困る",
+    "Surprised": "びっくり",
+}  # fmt: skip
+_ALSO = {"ウィンク２": "Blink_L", "ｳｨﾝｸ２右": "Blink_R"}
+_FROM_MORPH = {morph: shape for shape, morph in MORPHS.items()} | _ALSO
+_LEFT_OUT = frozenset(("neutral", "lookup", "lookdown", "lookleft", "lookright"))
+
+_MAGIC = b"Vocaloid Motion Data 0002"
+_BONE = np.dtype([("name", "S15"), ("frame", "<u4"), ("at", "<f4", 3), ("turn", "<f4", 4), ("way", "u1", 64)])
+_MORPH = np.dtype([("name", "S15"), ("frame", "<u4"), ("weight", "<f4")])
+_LAST_FRAME = int(6 * 3600 * FPS)
+# A small file may claim to last for hours with thousands of names.
+_MOST_VALUES = 50_000_000
+_STILL = 1e-6
+# MMD's curve for a straight line, as its editor writes it: four handles at 20 and 107 of 127.
+_STRAIGHT = np.tile(np.repeat(np.array([20, 107], dtype=np.uint8), 8), 4)
+_AGAIN = "Export it again from the program it came from."
+
+Array = NDArray[np.floating]
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """Read morphs and the bones whose names are known, and the sound of the same name beside it.
+
+    Raises:
+        StudioError: it is no VMD, cut short, holds no motion, or claims more than six hours.
+    """
+    bones, morphs = _read(path)
+    frames = max(int(part["frame"].max(initial=0)) for part in (bones, morphs))
+    if frames > _LAST_FRAME:
+        raise StudioError(
+            f"{path.name} claims to last {frames / FPS:.0f} s.", "It is damaged; export it again."
+        )
+    tracks_claimed = len(np.unique(bones["name"])) + len(np.unique(morphs["name"]))
+    if tracks_claimed * (frames + 1) > _MOST_VALUES:
+        what = f"{path.name} claims {tracks_claimed} tracks of {frames / FPS:.0f} s."
+        raise StudioError(what, "Split it into shorter files.")
+    times = np.arange(frames + 1) / FPS
+    notes: list[str] = []
+    tracks = {_name(raw): part for raw, part in _by_name(bones)}
+    known = {name: _bone_track(part, frames) for name, part in tracks.items() if name in _vmd_bones.NAMES}
+    if len(tracks) > len(known):
+        other = next(name for name in tracks if name not in known)
+        notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
+    weights = {_shape(_name(raw)): _morph_track(part, frames) for raw, part in _by_name(morphs)}
+    if not known and not weights:
+        raise StudioError(f"{path.name} holds no face and no bones that are known.", _AGAIN)
+    names, positions, rotations = _vmd_bones.to_humanoid(known, frames + 1)
+    if names:
+        notes.append("Arms were taken to rest 35° below level, and moves between keys as straight.")
+    motion = Motion.build(
+        times, tuple(weights), np.stack(list(weights.values()), axis=1) if weights else None, names,
+        positions, rotations,
+    )  # fmt: skip
+    audio = audio or find_audio(path)
+    notes += [] if audio else [f"No sound was found for {path.stem}."]
+    return Imported(path.stem, motion, audio, tuple(notes))
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write morphs and bones at 30 frames a second from the sound's first moment on.
+
+    Args:
+        path: ends in .vmd.
+        motion: with shapes, bones or both.
+        audio: not written; a VMD has no sound.
+
+    Returns:
+        The file, read back and compared.
+    """
+    check_suffix(path, SUFFIX)
+    if not len(motion) or not (motion.bone_names or motion.shape_names):
+        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+    even = on_grid(motion, FPS)
+    morphs = _morphs(even)
+    body = grounded_body(even)
+    bones = _vmd_bones.from_humanoid(body) if body is not None else {}
+    if not morphs and not bones:
+        raise RequestError(
+            f"Nothing in the motion fits into {path.name}.", "Export it as VRM Animation instead."
+        )
+    bone_rows = _rows(_BONE, [_bone_rows(name, at, turn) for name, (at, turn) in bones.items()])
+    morph_rows = _rows(_MORPH, [_morph_rows(name, weights) for name, weights in morphs.items()])
+    with safe_file.written(path) as beside, beside.open("wb") as file:
+        file.write(_MAGIC.ljust(30, b"\0") + path.stem.encode("cp932", "ignore")[:19].ljust(20, b"\0"))
+        for part in (bone_rows, morph_rows):
+            file.write(struct.pack("<I", len(part)) + part.tobytes())
+        file.write(struct.pack("<3I", 0, 0, 0))  # camera, light, shadow
+    _compare(path, morphs, bones, len(even))
+    return (path,)
+
+
+def _morphs(motion: Motion) -> dict[str, Array]:
+    """Weights (T,) by morph; what has no Japanese name keeps its own where that fits."""
+    canon = {shape.lower(): shape for shape in MORPHS} | {a.lower(): b for a, b in VRM1_TO_VRM0.items()}
+    found: dict[str, Array] = {}
+    for s, shape in enumerate(motion.shape_names):
+        known = canon.get(shape.lower(), shape)
+        name = MORPHS.get(known, known)
+        fits = 0 < len(_encoded(name)) <= 15 and _name(_encoded(name)) == name
+        if fits and known.lower() not in _LEFT_OUT and name not in found:
+            found[name] = motion.shapes[:, s]
+    return found
+
+
+def _keys(*values: Array) -> NDArray[np.intp]:
+    """Frames that say something: the first, the last, and those beside a change."""
+    flat = np.concatenate([v.reshape(len(v), -1) for v in values], axis=1)
+    moved = np.abs(np.diff(flat, axis=0)).max(axis=1, initial=0.0) > _STILL
+    keep = np.concatenate([[True], moved]) | np.concatenate([moved, [True]])
+    return np.flatnonzero(keep)
+
+
+def _bone_rows(name: str, at: Array, turn: Array) -> NDArray[Any]:
+    frames = _keys(at, turn)
+    rows = np.zeros(len(frames), _BONE)
+    rows["name"], rows["frame"], rows["way"] = _encoded(name), frames, _STRAIGHT
+    rows["at"], rows["turn"] = at[frames], turn[frames]
+    return rows
+
+
+def _morph_rows(name: str, weights: Array) -> NDArray[Any]:
+    frames = _keys(weights)
+    rows = np.zeros(len(frames), _MORPH)
+    rows["name"], rows["frame"], rows["weight"] = _encoded(name), frames, weights[frames]
+    return rows
+
+
+def _rows(kind: np.dtype[Any], parts: list[NDArray[Any]]) -> NDArray[Any]:
+    return np.concatenate([np.zeros(0, kind), *parts])
+
+
+def _read(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The keys of bones and of morphs, as they stand in the file."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+    if not data.startswith(_MAGIC):
+        what = f"{path.name} is not a MikuMikuDance motion."
+        raise StudioError(what, "Choose a VMD file saved by MikuMikuDance 3 or later.")
+    start, parts = 50, []
+    for kind in (_BONE, _MORPH):
+        count = struct.unpack_from("<I", data, start)[0] if len(data) >= start + 4 else None
+        if count is None or start + 4 + count * kind.itemsize > len(data):
+            raise StudioError(f"{path.name} is cut short or damaged.", _AGAIN)
+        parts.append(np.frombuffer(data, kind, count, start + 4))
+        start += 4 + count * kind.itemsize
+    bones, morphs = parts
+    if not len(bones) and not len(morphs):
+        raise StudioError(f"{path.name} holds no motion.", "Choose a VMD file with a face or a body.")
+    numbers = (bones["at"], bones["turn"], morphs["weight"])
+    if not all(np.isfinite(values).all() for values in numbers) or np.abs(bones["at"]).max(initial=0) > 1e6:
+        raise StudioError(f"{path.name} is damaged.", _AGAIN)
+    return bones, morphs
+
+
+def _by_name(rows: NDArray[Any]) -> Iterator[tuple[bytes, NDArray[Any]]]:
+    """The keys of each name, in order of their frames, the last of each frame alone."""
+    if not len(rows):
+        return
+    names, first, which = np.unique(rows["name"], return_index=True, return_inverse=True)
+    ends = np.cumsum(np.bincount(which))
+    grouped = np.lexsort((rows["frame"], which))
+    for i in np.argsort(first):
+        part = rows[grouped[ends[i - 1] if i else 0 : ends[i]]]
+        last = np.append(np.diff(part["frame"].astype(np.int64)) > 0, True)
+        yield bytes(names[i]), part[last]
+
+
+def _bone_track(part: NDArray[Any], frames: int) -> tuple[Array, Array]:
+    """Positions (T, 3) and rotations (T, 4) on every frame."""
+    keys, at = part["frame"].astype(np.float64), part["at"].astype(np.float64)
+    turn = rotation.normalised(part["turn"])
+    t = np.arange(frames + 1, dtype=np.float64)
+    right = np.clip(np.searchsorted(keys, t), 0, len(keys) - 1)
+    left = np.clip(np.searchsorted(keys, t, side="right") - 1, 0, len(keys) - 1)
+    span = np.where(right > left, keys[right] - keys[left], 1.0)
+    amount = np.clip((t - keys[left]) / span, 0.0, 1.0)
+    return at[left] + (at[right] - at[left]) * amount[:, None], rotation.slerp(
+        turn[left], turn[right], amount
+    )
+
+
+def _morph_track(part: NDArray[Any], frames: int) -> Array:
+    t = np.arange(frames + 1, dtype=np.float64)
+    return np.clip(np.interp(t, part["frame"].astype(np.float64), part["weight"]), 0.0, 1.0)
+
+
+def _name(raw: bytes) -> str:
+    # Long names are cut at 15 bytes, which may be within a letter.
+    return raw.split(b"\0")[0].decode("cp932", errors="ignore")
+
+
+def _encoded(name: str) -> bytes:
+    return name.encode("cp932", errors="ignore")
+
+
+def _shape(morph: str) -> str:
+    return _FROM_MORPH.get(morph, morph)
+
+
+def _compare(
+    path: Path, morphs: dict[str, Array], bones: dict[str, tuple[Array, Array]], frames: int
+) -> None:
+    """Refuse to call exported what reads back otherwise: every morph and every bone on every frame."""
+    got_bones, got_morphs = _read(path)
+    faces = {_name(raw): _morph_track(part, frames - 1) for raw, part in _by_name(got_morphs)}
+    bodies = {_name(raw): _bone_track(part, frames - 1) for raw, part in _by_name(got_bones)}
+    if set(faces) != set(morphs) or set(bodies) != set(bones):
+        raise not_read_back(path.name)
+    far = max((float(np.abs(faces[n] - np.clip(w, 0, 1)).max()) for n, w in morphs.items()), default=0.0)
+    for name, (at, turn) in bones.items():
+        moved, turned = bodies[name]
+        angle = rotation.angle_between(turned, turn).max(initial=0.0)
+        far = max(far, float(np.abs(moved - at).max()) / 10, float(angle))
+    if far > 1e-3:
+        raise not_read_back(path.name)

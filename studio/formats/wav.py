@@ -1,0 +1,47 @@
+"""Plain sound: a take without motion, for generating from or for testing on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from studio.errors import StudioError
+from studio.formats._imported import Imported
+from studio.formats._table import check_suffix
+from studio.motion import Motion
+from studio.take import safe_file
+from studio.take.sound import read_sound, sound_info, write_sound
+
+TITLE = "Sound"
+SUFFIX = ".wav"
+NOTE = "Only the sound; nothing of the motion."
+
+
+def read(path: Path, audio: Path | None = None) -> Imported:
+    """A take without motion from a sound file of any kind.
+
+    Raises:
+        StudioError: no sound can be found in it, or it is empty.
+    """
+    source = audio or path
+    info = sound_info(source)
+    if info.duration <= 0:
+        raise StudioError(f"The sound file {source.name} is empty.", "Choose another file.")
+    return Imported(path.stem, None, source)
+
+
+def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
+    """Write the sound that belongs to a motion: the same bytes where it is a WAV, else decoded to one."""
+    check_suffix(path, SUFFIX)
+    if audio is None:
+        raise StudioError(f"There is no sound to write to {path.name}.", "Choose a take with sound.")
+    info = sound_info(audio)
+    if info.container in ("WAV", "WAVEX"):
+        safe_file.copied(audio, path)
+    else:
+        write_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16")
+    written = sound_info(path)
+    if (written.sample_rate, written.channels) != (info.sample_rate, info.channels):
+        raise StudioError(
+            f"{path.name} did not read back as it was written.", "Export it again to another disk."
+        )
+    return (path,)

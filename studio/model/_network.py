@@ -1,0 +1,109 @@
+"""What every network has in common, so that training and generating need not know which one it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+State = tuple[Tensor, Tensor]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What a network must fit.
+
+    Args:
+        features: numbers in a row of sound, F.
+        columns: numbers in a pose, C.
+        steps_per_frame: rows a motion frame, K.
+        window: rows a frame looks at, for networks that read windows.
+        fps: motion frames a second.
+        styles: how many styles there are to tell apart besides the average; 0 for networks without.
+    """
+
+    features: int
+    columns: int
+    steps_per_frame: int
+    window: int
+    fps: float
+    styles: int = 0
+
+
+class Network(nn.Module):
+    """Rows of sound in, scaled poses out.
+
+    For the frames [a, b) it takes the rows [a K - before, b K + after). A network that hears only a
+    little ahead carries a state from piece to piece and gives the same in pieces as in one; one that
+    reads both directions gives no state and wants `margin` frames on both sides, which are dropped.
+
+    Attributes:
+        before, after: rows needed around the frames; `before` may be negative.
+        margin: frames to add on both sides of a piece and drop again.
+    """
+
+    sizes: Sizes
+    before: int = 0
+    after: int = 0
+    margin: int = 0
+    row_mean: Tensor
+    row_deviation: Tensor
+    pose_mean: Tensor
+    gain: Tensor
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        self.sizes = sizes
+        self.register_buffer("row_mean", torch.zeros(sizes.features))
+        self.register_buffer("row_deviation", torch.ones(sizes.features))
+        self.register_buffer("pose_mean", torch.zeros(sizes.columns))
+        self.register_buffer("gain", torch.ones(sizes.columns))
+
+    @property
+    def output(self) -> nn.Linear:
+        """The last layer, whose bias may begin at the training mean."""
+        raise NotImplementedError
+
+    def normalised(self, rows: Tensor) -> Tensor:
+        """Rows with the training mean 0 and deviation 1 in each feature."""
+        return (rows - self.row_mean) / self.row_deviation
+
+    def forward(
+        self, rows: Tensor, state: State | None = None, style: Tensor | None = None
+    ) -> tuple[Tensor, State | None]:
+        """Poses of consecutive frames.
+
+        Args:
+            rows: (B, n K + before + after, F), not normalised.
+            state: what the piece before gave.
+            style: index of each row of the batch's style, (B,), 0 the average; None is all average.
+                Networks without styles pass over it.
+
+        Returns:
+            Scaled poses (B, n, C), and the state for the next piece.
+        """
+        raise NotImplementedError
+
+    def predict(
+        self, rows: Tensor, state: State | None = None, style: Tensor | None = None
+    ) -> tuple[Tensor, State | None]:
+        """Like forward, with the liveliness gain about the mean pose applied."""
+        poses, state = self(rows, state, style)
+        return self.pose_mean + self.gain * (poses - self.pose_mean), state
+
+    def start_at(self, mean: Tensor) -> None:
+        """Let the output begin at a pose (C,), scaled."""
+        with torch.no_grad():
+            self.output.bias.copy_(mean)
+
+
+def windows(rows: Tensor, sizes: Sizes) -> Tensor:
+    """The window of each frame, (B, n, window, F), from rows (B, n K + window - K, F)."""
+    return rows.unfold(1, sizes.window, sizes.steps_per_frame).transpose(2, 3)
+
+
+def window_margins(sizes: Sizes) -> tuple[int, int]:
+    """Rows a window needs before a frame's first row and after its last one."""
+    before = -((sizes.steps_per_frame - sizes.window) // 2)
+    return before, sizes.window - sizes.steps_per_frame - before

@@ -1,0 +1,69 @@
+"""The SAIA reports' network, mended: bidirectional LSTM layers over the sequence of frames, attention over
+neighbouring frames, one dense layer.
+
+The reports' notebook fed sequences of length 1 and let attention run over the batch; here both run over time.
+Source: K. J. Cui, SAIA progress reports 1 to 3, McGill University 2023.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from studio.model._network import Network, Sizes, State, window_margins, windows
+
+MARGIN_SECONDS = 2.0
+
+
+class Saia(Network):
+    """Every frame's window of rows, then sequences of frames."""
+
+    def __init__(self, sizes: Sizes, units: int, layers: int, reach: int) -> None:
+        super().__init__(sizes)
+        self.before, self.after = window_margins(sizes)
+        self.margin = round(MARGIN_SECONDS * sizes.fps) + reach
+        self.reach = reach
+        self.lstm = nn.LSTM(
+            sizes.window * sizes.features, units, num_layers=layers, bidirectional=True, batch_first=True
+        )
+        self.score = nn.Linear(2 * units, 1, bias=False)
+        # Without a sense of distance attention blurs all neighbours into one slow mean.
+        self.distance = nn.Parameter(-torch.arange(-reach, reach + 1).abs().float())
+        self.pose = nn.Linear(2 * units, sizes.columns)
+
+    @property
+    def output(self) -> nn.Linear:
+        """The dense layer."""
+        return self.pose
+
+    def forward(
+        self, rows: Tensor, state: State | None = None, style: Tensor | None = None
+    ) -> tuple[Tensor, State | None]:
+        """See Network.forward; there is no state and no style."""
+        hidden, _ = self.lstm(windows(self.normalised(rows), self.sizes).flatten(2))
+        return self.pose(self._attended(hidden)), None
+
+    def _attended(self, hidden: Tensor) -> Tensor:
+        """Each frame's neighbours within reach, weighted; (B, n, H) -> (B, n, H)."""
+        frames, near = hidden.shape[1], 2 * self.reach + 1
+        scores = self.score(torch.tanh(hidden)).squeeze(-1)
+        scores = nn.functional.pad(scores, (self.reach, self.reach), value=float("-inf"))
+        weights = torch.softmax(scores.unfold(1, near, 1) + self.distance, dim=-1)
+        padded = nn.functional.pad(hidden, (0, 0, self.reach, self.reach))
+        # A sum over shifts: unfolding the states themselves would copy them 2 reach + 1 times.
+        pooled = weights[..., :1] * padded[:, :frames]
+        for shift in range(1, near):
+            pooled = pooled + weights[..., shift : shift + 1] * padded[:, shift : shift + frames]
+        return pooled
+
+
+def build(sizes: Sizes, *, units: int = 512, layers: int = 2, reach: int = 7) -> Network:
+    """The network.
+
+    Args:
+        sizes: what it must fit.
+        units: of each direction of each LSTM layer.
+        layers: LSTM layers.
+        reach: frames attention may look to either side.
+    """
+    return Saia(sizes, units, layers, reach)

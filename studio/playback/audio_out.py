@@ -1,0 +1,230 @@
+"""The output device: a callback that plays what a feeder thread queues, and knows what is heard."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from studio.errors import StudioError
+from studio.playback.heard import PlayedSpans, Span, StreamClock
+from studio.playback.source import Samples, SoundSource
+
+CHUNK_SECONDS = 0.05
+AHEAD_CHUNKS = 12
+FADE_SECONDS = 0.004
+SILENT_DEVICE = 1.0
+"""Seconds without a callback after which a device counts as gone (a suspended one never says so)."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Frames ready to play, and the file position and speed (file seconds per frame) they stand for."""
+
+    samples: Samples
+    position: float
+    speed: float
+
+
+class Feed:
+    """What plays from one start or seek on: a queue, filled ahead by the feeder, emptied by the callback.
+
+    Args:
+        generation: counts starts and seeks.
+        position: seconds in the file where it begins.
+        loop: (start, end) seconds, or None.
+    """
+
+    def __init__(self, generation: int, position: float, loop: tuple[float, float] | None) -> None:
+        self.generation = generation
+        self.position = position
+        # A start behind the loop's end plays through to the end instead.
+        self.loop = loop if loop is not None and position < loop[1] else None
+        self.queue: deque[Chunk] = deque()
+        self.used = 0  # frames of the first chunk already played
+
+
+class SoundOutput:
+    """Plays a sound file through the default (or a named) device.
+
+    Args:
+        source: the sound; this closes it.
+        duration: seconds to play; silence after the sound where it is shorter.
+        device: a PortAudio name or index; the system's default where None.
+
+    Raises:
+        StudioError: no device can play it.
+    """
+
+    def __init__(self, source: SoundSource, duration: float, device: str | int | None = None) -> None:
+        self._source, self._duration = source, duration
+        self._feed: Feed | None = None
+        self._generation = 0
+        self._spans = PlayedSpans()
+        self._frame = 0
+        self._tail = np.zeros(2, dtype=np.float32)
+        self._last_callback = time.monotonic()
+        self._closing = threading.Event()
+        self._wake = threading.Event()
+        self._finished = False
+        self._stream, self.sample_rate = _open_stream(device, source.sample_rate, self)
+        self._clock = StreamClock(self.sample_rate)
+        fade = max(int(FADE_SECONDS * self.sample_rate), 1)
+        self._ramp = np.linspace(1.0, 0.0, fade, dtype=np.float32)[:, None]
+        self._feeder = threading.Thread(target=self._run, name="sound feeder", daemon=True)
+        self._feeder.start()
+        self._start_stream()
+
+    @property
+    def gone(self) -> bool:
+        """Whether the device stopped asking for sound."""
+        return self._finished or time.monotonic() - self._last_callback > SILENT_DEVICE
+
+    def start(self, position: float, loop: tuple[float, float] | None = None) -> None:
+        """Play from a position on; also the way to seek while playing."""
+        self._generation += 1
+        self._feed = Feed(self._generation, position, loop)
+        self._wake.set()
+
+    def stop(self) -> None:
+        """Fall silent (within a few milliseconds and what the device still holds)."""
+        self._feed = None
+
+    def heard(self, t: float | None = None) -> float | None:
+        """The file position in the ear at a monotonic time (now where None); None before the first sample."""
+        t = time.monotonic() if t is None else t
+        return self._spans.position(self._clock.frame_at(t), self._generation)
+
+    def close(self) -> None:
+        """Close the device and the sound."""
+        self._feed = None
+        self._closing.set()
+        self._wake.set()
+        self._feeder.join(timeout=2.0)
+        self._stream.close(ignore_errors=True)
+        self._source.close()
+
+    def _start_stream(self) -> None:
+        import sounddevice
+
+        try:
+            self._stream.start()
+        except sounddevice.PortAudioError as error:
+            self.close()
+            raise _no_device() from error
+
+    def callback(self, out: Samples, frames: int, info: Any, _status: object) -> None:
+        """Fill one block. Runs on the audio thread."""
+        now = time.monotonic()
+        self._last_callback = now
+        delay = info.outputBufferDacTime - info.currentTime
+        if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:  # some drivers do not say
+            delay = float(self._stream.latency)
+        self._clock.report(self._frame, now + delay)
+        feed = self._feed
+        done = self._play(feed, out, frames) if feed is not None else 0
+        if done < frames:
+            self._fall_silent(out[done:])
+        self._frame += frames
+
+    def finished(self) -> None:
+        """The stream ended, asked or not. Runs on the audio thread."""
+        self._finished = True
+
+    def _play(self, feed: Feed, out: Samples, frames: int) -> int:
+        done = 0
+        while done < frames and feed.queue:
+            chunk = feed.queue[0]
+            count = min(frames - done, len(chunk.samples) - feed.used)
+            out[done : done + count] = chunk.samples[feed.used : feed.used + count]
+            position = chunk.position + feed.used * chunk.speed
+            self._spans.add(Span(self._frame + done, count, position, chunk.speed, feed.generation))
+            done += count
+            feed.used += count
+            if feed.used == len(chunk.samples):
+                feed.queue.popleft()
+                feed.used = 0
+        if done:
+            self._tail[:] = out[done - 1]
+        self._wake.set()
+        return done
+
+    def _fall_silent(self, out: Samples) -> None:
+        out[:] = 0.0
+        count = min(len(out), len(self._ramp))
+        out[:count] = self._tail * self._ramp[:count]  # a cut to zero would click
+        self._tail[:] = 0.0
+
+    def _run(self) -> None:
+        """Keep the queue filled ahead. Runs on the feeder thread."""
+        while not self._closing.is_set():
+            self._wake.wait(0.2)
+            self._wake.clear()
+            feed = self._feed
+            while feed is not None and feed is self._feed and len(feed.queue) < AHEAD_CHUNKS:
+                if not self._fill(feed):
+                    break
+
+    def _fill(self, feed: Feed) -> bool:
+        """Queue the next chunk; False at the end."""
+        rate = self._source.sample_rate
+        end = self._duration if feed.loop is None else feed.loop[1]
+        left = round((end - feed.position) * rate)
+        if left <= 0:
+            if feed.loop is None:
+                return False
+            feed.position = feed.loop[0]
+            return True
+        first, count = round(feed.position * rate), min(left, round(CHUNK_SECONDS * rate))
+        samples = self._source.read_at(first, count, self.sample_rate)
+        if feed.queue == deque() and feed.used == 0:
+            samples = _faded_in(samples, len(self._ramp))
+        speed = count / rate / max(len(samples), 1)
+        if len(samples):
+            feed.queue.append(Chunk(samples, feed.position, speed))
+        feed.position = (first + count) / rate
+        return True
+
+
+def _faded_in(samples: Samples, fade: int) -> Samples:
+    count = min(fade, len(samples))
+    samples[:count] *= np.linspace(0.0, 1.0, count, dtype=np.float32)[:, None]
+    return samples
+
+
+def _open_stream(device: str | int | None, rate: int, output: SoundOutput) -> tuple[Any, int]:
+    """An output stream at the file's rate, else at the device's own."""
+    try:
+        import sounddevice
+    except OSError as error:
+        what = "Sound cannot be played: the PortAudio library is missing."
+        raise StudioError(
+            what, "Install it (on Debian: apt install libportaudio2) and start again."
+        ) from error
+    try:
+        own = int(sounddevice.query_devices(device, "output")["default_samplerate"])
+    except (sounddevice.PortAudioError, ValueError) as error:
+        raise _no_device() from error
+    for candidate in (rate, own):
+        try:
+            stream = sounddevice.OutputStream(
+                samplerate=candidate,
+                device=device,
+                channels=2,
+                dtype="float32",
+                latency=0.06,
+                callback=output.callback,
+                finished_callback=output.finished,
+            )
+        except sounddevice.PortAudioError:
+            continue
+        return stream, candidate
+    raise _no_device()
+
+
+def _no_device() -> StudioError:
+    return StudioError("No sound device can play.", "Plug in headphones or speakers and press Play again.")

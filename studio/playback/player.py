@@ -1,0 +1,203 @@
+"""The player: one position that everything on screen and on the wire follows.
+
+The sound that is heard leads. Without a sound or without a device the monotonic clock leads, and
+`problem` says so.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+from studio.errors import StudioError
+from studio.playback.audio_out import SoundOutput
+from studio.playback.source import SoundSource
+from studio.playback.transport import MOVING, Event, State, after
+
+
+class Player:
+    """Plays a sound, or only time, and says where it is. All methods may be called from any thread.
+
+    Args:
+        sound: the file to hear; None plays time alone.
+        duration: seconds to play; the sound's own length where None.
+        device: a PortAudio name or index; the system's default where None.
+
+    Raises:
+        StudioError: the sound cannot be read, or neither a sound nor a duration is given.
+    """
+
+    def __init__(
+        self, sound: Path | None, duration: float | None = None, device: str | int | None = None
+    ) -> None:
+        self._lock = threading.RLock()
+        self._path, self._device = sound, device
+        self._state = State.STOPPED
+        self._position = 0.0
+        self._loop: tuple[float, float] | None = None
+        self._output: SoundOutput | None = None
+        self._clock_start = 0.0
+        self._problem: StudioError | None = None
+        source = SoundSource(sound) if sound is not None else None
+        if duration is None:
+            if source is None:
+                raise StudioError("There is nothing to play.", "Choose a sound or a motion.")
+            duration = source.duration
+        self.duration = duration
+        if source is not None:
+            source.close()
+
+    @property
+    def state(self) -> State:
+        """Where the transport stands."""
+        with self._lock:
+            self._settle()
+            return self._state
+
+    @property
+    def playing(self) -> bool:
+        """Whether it moves, or is about to."""
+        return self.state in MOVING
+
+    @property
+    def position(self) -> float:
+        """Seconds from the start, of what is in the ear right now."""
+        with self._lock:
+            self._settle()
+            return self._position
+
+    @property
+    def loop(self) -> tuple[float, float] | None:
+        """The looped span (start, end) in seconds, or None."""
+        return self._loop
+
+    @property
+    def problem(self) -> StudioError | None:
+        """Why no sound is heard although there should be, or None."""
+        with self._lock:
+            self._settle()
+            return self._problem
+
+    @property
+    def sound_leads(self) -> bool:
+        """Whether a sound device sets the pace (else the monotonic clock)."""
+        with self._lock:
+            self._settle()
+            return self._output is not None
+
+    def play(self) -> None:
+        """Roll from where it stands; from the start after the end."""
+        with self._lock:
+            self._settle()
+            if self._state in MOVING or self._state is State.CLOSED:
+                return
+            if self._state is State.ENDED:
+                self._position = self._loop[0] if self._loop else 0.0
+            self._state = after(self._state, Event.PLAY)
+            self._open_output()
+            self._roll()
+
+    def pause(self) -> None:
+        """Stop where it is."""
+        with self._lock:
+            self._settle()
+            self._state = after(self._state, Event.PAUSE)
+            if self._output is not None:
+                self._output.stop()
+
+    def toggle(self) -> None:
+        """Play or pause."""
+        if self.playing:
+            self.pause()
+        else:
+            self.play()
+
+    def seek(self, t: float) -> None:
+        """Go to a moment (seconds), rolling or not."""
+        with self._lock:
+            self._settle()
+            self._state = after(self._state, Event.SEEK)
+            if self._state is State.CLOSED:
+                return
+            self._position = min(max(t, 0.0), self.duration)
+            if self._state in MOVING:
+                self._roll()
+
+    def set_loop(self, loop: tuple[float, float] | None) -> None:
+        """Repeat a span (start, end in seconds), or play through where None."""
+        with self._lock:
+            self._settle()
+            if loop is not None:
+                start, end = max(min(loop), 0.0), min(max(loop), self.duration)
+                loop = (start, end) if end - start > 0.05 else None
+            self._loop = loop
+            if self._state in MOVING:
+                self._roll()
+
+    def close(self) -> None:
+        """Let go of the device; the player ends."""
+        with self._lock:
+            self._state = after(self._state, Event.CLOSE)
+            output, self._output = self._output, None
+        if output is not None:
+            output.close()
+
+    def _open_output(self) -> None:
+        """Find a device, unless one is open; without one the clock leads."""
+        if self._path is None:
+            return
+        if self._output is not None and self._output.gone:
+            self._output.close()
+            self._output = None
+        if self._output is None:
+            try:
+                source = SoundSource(self._path)
+                self._output = SoundOutput(source, self.duration, self._device)
+                self._problem = None
+            except StudioError as error:
+                self._problem = error
+
+    def _roll(self) -> None:
+        if self._output is not None:
+            self._output.start(self._position, self._loop)
+        self._clock_start = time.monotonic() - self._position
+
+    def _settle(self) -> None:
+        """Bring position and state up to now."""
+        if self._state not in MOVING:
+            return
+        if self._output is not None and self._output.gone:
+            self._leave_output()
+        heard = self._output.heard() if self._output is not None else self._clock_position()
+        if heard is None:
+            return
+        self._state = after(self._state, Event.HEARD)
+        self._position = min(heard, self.duration)
+        if self._position >= self.duration - 1e-4 and not self._loops_at_end():
+            self._state = after(self._state, Event.END)
+            self._position = self.duration
+            if self._output is not None:
+                self._output.stop()
+
+    def _loops_at_end(self) -> bool:
+        return self._loop is not None and self._loop[1] >= self.duration - 1e-3
+
+    def _clock_position(self) -> float:
+        t = time.monotonic() - self._clock_start
+        if self._loop is not None and self._position < self._loop[1] <= t:
+            start, end = self._loop
+            t = start + (t - end) % (end - start)
+            self._clock_start = time.monotonic() - t
+        return t
+
+    def _leave_output(self) -> None:
+        """The device went away in mid-play: go on by the clock from here, and say so."""
+        output, self._output = self._output, None
+        self._problem = StudioError(
+            "The sound device stopped answering.",
+            "Check its cable and press Play again; the picture goes on.",
+        )
+        self._clock_start = time.monotonic() - self._position
+        if output is not None:
+            threading.Thread(target=output.close, name="close lost device", daemon=True).start()

@@ -1,0 +1,495 @@
+"""The open folder: its takes, the choices made about them with undo, and its training runs."""
+
+from __future__ import annotations
+
+import json
+import platform
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from studio.dataset import edits, lock, store
+from studio.dataset.dataset import Dataset, Selection
+from studio.dataset.history import History
+from studio.errors import RequestError, StudioError
+from studio.motion import Motion
+from studio.take import safe_file
+from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
+from studio.take.take import Take, TakeInfo
+
+FORMAT_VERSION = 1
+PROJECT_FILE = "project.json"
+DATASET_FILE = "dataset.json"
+HISTORY_FILE = ".history.json"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One training run.
+
+    Args:
+        id: its folder's name, `<recipe>_<nnn>`.
+        folder: where it lies.
+        recipe: the recipe's name.
+        report: the content of report.json, None before there is one.
+        status: "done", "stopped" (it has weights but no report), "interrupted" (its process is gone without
+            having ended it), or what its report says.
+    """
+
+    id: str
+    folder: Path
+    recipe: str
+    report: dict[str, Any] | None = field(default=None, compare=False)
+    status: str = "unfinished"
+
+    @classmethod
+    def load(cls, folder: Path) -> Run:
+        """The run in a folder; a damaged report counts as none."""
+        report = None
+        with suppress(OSError, StudioError):
+            report = safe_file.read_json(folder / "report.json")
+        weights = (folder / "best.safetensors").is_file()
+        status = "done" if report is not None else "stopped" if weights else "unfinished"
+        if report is not None and isinstance(report.get("status"), str):
+            status = report["status"]
+            if status == "running" and not _goes_on(report):
+                status = "interrupted"
+        return cls(folder.name, folder, re.sub(r"_\d+$", "", folder.name), report, status)
+
+    @property
+    def has_weights(self) -> bool:
+        """Whether it can generate."""
+        return (self.folder / "best.safetensors").is_file()
+
+    def epochs(self) -> list[dict[str, Any]]:
+        """Its epoch events in order; a last line cut short by a kill is left out."""
+        try:
+            lines = (self.folder / "metrics.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            return []
+        events = []
+        for line in lines:
+            try:
+                event = json.loads(line)
+            except ValueError:
+                continue
+            if isinstance(event, dict):
+                events.append(event)
+        return events
+
+
+def _goes_on(report: dict[str, Any]) -> bool:
+    """Whether the process that wrote a report still lives; on another computer nobody can tell."""
+    pid, host = report.get("pid"), report.get("host")
+    if not isinstance(pid, int) or pid <= 0:
+        return False
+    return host != platform.node() or lock.is_alive(pid)
+
+
+class Project:
+    """A project folder; make one with `create` or `open`.
+
+    Attributes:
+        folder: where it lies.
+        name: what people call it.
+        defaults: values for new takes, as in project.json.
+        read_only: another window holds it, or the folder cannot be written; choices cannot change.
+        problems: (sentence, remedy) for what was found damaged while opening; nothing of it is lost.
+    """
+
+    def __init__(self, folder: Path, held: lock.ProjectLock | None, wish_read_only: bool = False) -> None:
+        self.folder = folder
+        self.name = folder.name
+        self.defaults: dict[str, Any] = {}
+        self.problems: list[tuple[str, str]] = []
+        self._lock = held
+        self._wish_read_only = wish_read_only
+        self._takes: dict[str, Take] = {}
+        self._seen: set[str] = set()
+        self._history: History[Dataset] = History(Dataset())
+
+    @classmethod
+    def create(cls, folder: Path, name: str = "") -> Project:
+        """A new project in a folder that is missing or empty.
+
+        Raises:
+            RequestError: the folder holds something else, or is a project already.
+            StudioError: it cannot be written.
+        """
+        folder = Path(folder).absolute()
+        if folder.exists() and not folder.is_dir():
+            raise RequestError(
+                f"{folder.name} is a file, not a folder.", "Choose another place for the project."
+            )
+        if (folder / PROJECT_FILE).exists():
+            raise RequestError(f"{folder.name} is a project already.", "Open it, or choose another folder.")
+        if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
+            raise RequestError(f"The folder {folder.name} is not empty.", "Choose an empty or a new folder.")
+        try:
+            for part in ("takes", "runs", "exports"):
+                (folder / part).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise safe_file.cannot_write(folder, error) from error
+        _write_project_file(folder, name or folder.name)
+        safe_file.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
+        return cls.open(folder)
+
+    @classmethod
+    def open(cls, folder: Path, *, read_only: bool = False) -> Project:
+        """The project in a folder. New takes get a selection; what is damaged is set aside and told.
+
+        Args:
+            folder: the project's folder, or its project.json.
+            read_only: only look; never waits for or takes the right to change it.
+
+        Raises:
+            RequestError: there is no project there.
+            StudioError: it is of a newer version.
+        """
+        folder = Path(folder).absolute()
+        folder = folder.parent if folder.name == PROJECT_FILE else folder
+        if not is_project(folder):
+            what = f"There is no project at {folder}."
+            raise RequestError(what, "Choose a folder with a project.json, or create a project there.")
+        project = cls(folder, None if read_only else lock.acquire(folder), read_only)
+        project._load_project_file()
+        project._load_takes()
+        project._load_dataset()
+        project._select_new()
+        return project
+
+    @classmethod
+    def open_or_create(cls, folder: Path) -> Project:
+        """The project in a folder, made there where the folder is missing or empty."""
+        return cls.open(folder) if is_project(Path(folder)) else cls.create(folder)
+
+    @property
+    def read_only(self) -> bool:
+        """Whether choices cannot be changed from here."""
+        return self._lock is None
+
+    @property
+    def read_only_reason(self) -> str:
+        """Why, in one sentence; "" where it can be changed."""
+        if not self.read_only:
+            return ""
+        if self._wish_read_only:
+            return f"{self.name} was opened for looking only."
+        pid = lock.holder(self.folder)
+        if pid is not None:
+            return f"{self.name} is open in another window (process {pid})."
+        return f"The folder of {self.name} cannot be written."
+
+    def close(self) -> None:
+        """Let another window change it."""
+        self._lock = None
+        self._wish_read_only = True
+
+    @property
+    def takes_folder(self) -> Path:
+        """Where takes lie; the recorder writes here."""
+        return self.folder / "takes"
+
+    @property
+    def runs_folder(self) -> Path:
+        """Where training runs lie."""
+        return self.folder / "runs"
+
+    @property
+    def exports_folder(self) -> Path:
+        """Where exports go unless told otherwise."""
+        return self.folder / "exports"
+
+    @property
+    def takes(self) -> tuple[Take, ...]:
+        """All takes by id."""
+        return tuple(self._takes.values())
+
+    def take(self, take_id: str) -> Take:
+        """One take; RequestError where there is none of that id."""
+        if take_id not in self._takes:
+            known = ", ".join(list(self._takes)[:8]) or "none yet"
+            raise RequestError(f"There is no take {take_id} in {self.name}.", f"Takes there: {known}.")
+        return self._takes[take_id]
+
+    def next_number(self, slate: str) -> int:
+        """The number of the next take of a slate; no number is given twice."""
+        return next_number(self.takes_folder, slate)
+
+    def refresh(self) -> tuple[str, ...]:
+        """Look for takes that appeared or went; gives the ids of the new ones, each now selected."""
+        before = set(self._takes)
+        self._load_takes()
+        self._select_new()
+        return tuple(take_id for take_id in self._takes if take_id not in before)
+
+    def add_take(
+        self,
+        name: str,
+        info: TakeInfo,
+        motion: Motion | None,
+        audio: Path | None,
+        *,
+        move_audio: bool = False,
+    ) -> Take:
+        """Save a take under a free id near `name` and select it; works beside an open window too."""
+        base, number = safe_file.safe_name(name), 1
+        while True:
+            take_id = base if number == 1 else f"{base}_{number}"
+            folder = self.takes_folder / take_id
+            if not folder.exists() and not (self._trash / take_id).exists():
+                take = save_take(folder, info, motion, audio, move_audio=move_audio)
+                break
+            number += 1
+        self._takes[take.id] = take
+        self._select_new()
+        return take
+
+    def adopt(self, take: Take) -> None:
+        """Take in a take that was just saved among the takes, without looking at all the others again."""
+        self._takes[take.id] = take
+        self._select_new()
+
+    def remove_take(self, take_id: str) -> None:
+        """Move a take to the project's .trash folder and drop its selections; undo brings it back."""
+        self._must_be_writable()
+        self._put_away(self.take(take_id))
+        self.edit(f"Remove {take_id}", edits.remove_take(self.dataset, take_id))
+
+    def selected(self, split: str | None = None) -> tuple[tuple[Selection, Take], ...]:
+        """Selections with their takes, of one split or all; one whose take is missing is left out."""
+        return tuple(
+            (selection, self._takes[selection.take])
+            for selection in self.dataset.selections
+            if selection.take in self._takes and split in (None, selection.split)
+        )
+
+    @property
+    def dataset(self) -> Dataset:
+        """The choices as they are now."""
+        return self._history.value
+
+    @property
+    def undo_name(self) -> str:
+        """What undo would take back; "" for nothing."""
+        return self._history.undo_name
+
+    @property
+    def redo_name(self) -> str:
+        """What redo would make again; "" for nothing."""
+        return self._history.redo_name
+
+    def edit(self, name: str, dataset: Dataset) -> None:
+        """Take new choices, as one step of undo, and save them.
+
+        Raises:
+            StudioError: the project is read-only, or cannot be written (the choices stay changed here).
+        """
+        self._must_be_writable()
+        if self._history.do(name, dataset):
+            self.save()
+
+    def undo(self) -> str:
+        """Take the last edit back and save; gives its name, "" where there is none."""
+        self._must_be_writable()
+        name = self._history.undo()
+        if name:
+            self._bring_back()
+            self.save()
+        return name
+
+    def redo(self) -> str:
+        """Make the last undone edit again and save; gives its name, "" where there is none."""
+        self._must_be_writable()
+        name = self._history.redo()
+        if name:
+            gone = name.removeprefix("Remove ")
+            if gone in self._takes and not edits.selections_of(self.dataset, gone):
+                self._put_away(self._takes[gone])
+            self.save()
+        return name
+
+    def save(self) -> None:
+        """Write the choices and the steps undo can take; every edit does this already."""
+        self._must_be_writable()
+        plain = {**store.to_plain(self.dataset), "seen": sorted(self._seen)}
+        safe_file.write_json(self.folder / DATASET_FILE, plain)
+        steps = {"dataset": _fingerprint(plain), **store.history_to_plain(self._history)}
+        safe_file.write_json(self.folder / HISTORY_FILE, steps)
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """All training runs by id, read anew."""
+        if not self.runs_folder.is_dir():
+            return ()
+        folders = sorted(path for path in self.runs_folder.iterdir() if path.is_dir())
+        return tuple(Run.load(folder) for folder in folders if not folder.name.startswith("."))
+
+    def run(self, run_id: str) -> Run:
+        """One run; RequestError where there is none of that id."""
+        folder = self.runs_folder / run_id
+        if not run_id or Path(run_id).name != run_id or not folder.is_dir():
+            known = ", ".join(run.id for run in self.runs) or "none yet"
+            raise RequestError(f"There is no run {run_id} in {self.name}.", f"Runs there: {known}.")
+        return Run.load(folder)
+
+    def new_run_folder(self, recipe: str) -> Path:
+        """A new empty folder `runs/<recipe>_<nnn>`, this caller's alone."""
+        name = safe_file.safe_name(recipe)
+        number = 1 + max(
+            (int(m[1]) for run in self.runs if (m := re.fullmatch(rf"{re.escape(name)}_(\d+)", run.id))),
+            default=0,
+        )
+        while True:
+            folder = self.runs_folder / f"{name}_{number:03d}"
+            try:
+                folder.mkdir(parents=True)
+            except FileExistsError:
+                number += 1
+            except OSError as error:
+                raise safe_file.cannot_write(folder, error) from error
+            else:
+                return folder
+
+    def _must_be_writable(self) -> None:
+        if self.read_only:
+            raise StudioError(
+                self.read_only_reason, "Change it there, or close it there and open it here again."
+            )
+
+    def _load_project_file(self) -> None:
+        path = self.folder / PROJECT_FILE
+        content = self._read(path, FORMAT_VERSION)
+        self.name = str(content.get("name") or self.folder.name)
+        defaults = content.get("defaults")
+        self.defaults = defaults if isinstance(defaults, dict) else {}
+        if not path.exists() and not self.read_only:
+            _write_project_file(self.folder, self.name)
+
+    def _load_takes(self) -> None:
+        self._takes = {take.id: take for take in list_takes(self.takes_folder, self._repair)}
+
+    def _repair(self, folder: Path, error: StudioError) -> Take | None:
+        if self.read_only or isinstance(error, safe_file.NewerVersionError):
+            self.problems.append((error.what, error.remedy))
+            return None
+        try:
+            take = repair_take(folder)
+        except (StudioError, OSError) as second:
+            self.problems.append((error.what, f"It is left out; {second}"))
+            return None
+        self.problems.append((error.what, "It was set aside and the take read again from its files."))
+        return take
+
+    def _load_dataset(self) -> None:
+        path = self.folder / DATASET_FILE
+        content = self._read(path, store.FORMAT_VERSION)
+        if not content:
+            return
+        dataset, lost = store.from_plain(content)
+        if lost:
+            self._tell_damaged(path, safe_file.damaged(path))
+        self._seen = {str(take) for take in content.get("seen", ())} | {s.take for s in dataset.selections}
+        self._history = History(dataset)
+        with suppress(OSError, StudioError):
+            steps = safe_file.read_json(self.folder / HISTORY_FILE)
+            if steps.get("dataset") == _fingerprint(content):
+                self._history = store.history_from_plain(dataset, steps)
+        self._tell_missing()
+
+    def _read(self, path: Path, newest: int) -> dict[str, Any]:
+        """The content of one of the project's files; empty where it is missing or was damaged."""
+        try:
+            content = safe_file.read_json(path)
+            safe_file.check_version(path, content, newest)
+        except FileNotFoundError:
+            return {}
+        except safe_file.NewerVersionError:
+            raise
+        except StudioError as error:
+            self._tell_damaged(path, error)
+            return {}
+        return content
+
+    def _tell_missing(self) -> None:
+        gone = sorted({s.take for s in self.dataset.selections} - set(self._takes))
+        if gone:
+            what = f"{len(gone)} of the takes cannot be found: {', '.join(gone[:5])}."
+            self.problems.append((what, f"Put them back into {self.takes_folder}; their choices are kept."))
+
+    def _select_new(self) -> None:
+        """A selection for each take that never had one; no step of undo, since recording made it."""
+        new = [Selection(take, take) for take in self._takes if take not in self._seen]
+        if not new:
+            return
+        self._seen.update(s.take for s in new)
+        _rewrite(self._history, lambda dataset: edits.add(dataset, (s for s in new if s.id not in dataset)))
+        if not self.read_only:
+            self.save()
+
+    @property
+    def _trash(self) -> Path:
+        return self.folder / TRASH_FOLDER
+
+    def _put_away(self, take: Take) -> None:
+        """Move a take to the trash under its own name; an older one of that name makes room."""
+        target = self._trash / take.id
+        try:
+            self._trash.mkdir(exist_ok=True)
+            if target.exists():
+                numbers = (self._trash / f"{take.id}.{number}" for number in count(2))
+                target.rename(next(path for path in numbers if not path.exists()))
+            take.folder.rename(target)
+        except OSError as error:
+            raise safe_file.cannot_write(take.folder, error) from error
+        del self._takes[take.id]
+        self._seen.discard(take.id)
+
+    def _bring_back(self) -> None:
+        """Takes out of the trash that undo gave a selection again."""
+        wanted = {s.take for s in self.dataset.selections} - set(self._takes)
+        found = [self._trash / take for take in wanted if (self._trash / take).is_dir()]
+        for folder in found:
+            with suppress(OSError):
+                folder.rename(self.takes_folder / folder.name)
+        if found:
+            self._seen |= wanted
+            self._load_takes()
+
+    def _tell_damaged(self, path: Path, error: StudioError) -> None:
+        remedy = error.remedy
+        if not self.read_only:
+            kept = safe_file.set_aside(path)
+            remedy = f"It was kept as {kept.name}, and the project goes on without it."
+        self.problems.append((error.what, remedy))
+
+
+def is_project(folder: Path) -> bool:
+    """Whether a folder holds a project, even one whose project.json is lost."""
+    if (folder / PROJECT_FILE).is_file():
+        return True
+    kept = any(folder.glob(f"{PROJECT_FILE}.damaged-*")) if folder.is_dir() else False
+    return kept or ((folder / "takes").is_dir() and (folder / DATASET_FILE).is_file())
+
+
+def _rewrite(history: History[Dataset], change: Callable[[Dataset], Dataset]) -> None:
+    """Change the value and all its past and future alike."""
+    history.value = change(history.value)
+    history.undo_steps = [replace(step, value=change(step.value)) for step in history.undo_steps]
+    history.redo_steps = [replace(step, value=change(step.value)) for step in history.redo_steps]
+
+
+def _write_project_file(folder: Path, name: str) -> None:
+    created = datetime.now().astimezone().isoformat(timespec="seconds")
+    content = {"version": FORMAT_VERSION, "name": name, "created": created, "defaults": {}}
+    safe_file.write_json(folder / PROJECT_FILE, content)
+
+
+def _fingerprint(plain: dict[str, Any]) -> int:
+    return crc32(json.dumps(plain, ensure_ascii=False, sort_keys=True).encode())

@@ -1,0 +1,198 @@
+"""What is wrong with a take, in words a performer understands, and a grade."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.motion.mend import mended
+from studio.take import lag
+from studio.take._check_motion import motion_findings, value_findings
+from studio.take._check_sound import Heard, listen, sound_findings
+from studio.take._finding import SEVERITIES, Finding
+from studio.take.motion_file import read_motion
+from studio.take.take import Take, TakeInfo
+
+__all__ = ["SEVERITIES", "Finding", "Report", "check_take"]
+
+SURE = 0.5
+"""Confidence of the alignment from which it is told."""
+LATE, VERY_LATE = 0.08, 0.3
+"""Seconds between mouth and voice that matter, and that spoil a take."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """The quality of a take.
+
+    Args:
+        grade: "A" nothing to mend; "B" small things; "C" something that spoils a part; "D" of no use.
+        reason: why that grade, one sentence.
+        findings: the worst first.
+        fps, jitter_ms: the motion's rate and how unevenly its frames came; 0 without motion.
+        offset_ms: how much later the motion has to be moved to fit the voice, None where unknown.
+        confidence: of the offset, 0 to 1.
+        correlation: of mouth and voice at that offset.
+        peak_dbfs, noise_dbfs: of the sound, None without.
+        speech: part of the sound that is voice, 0 to 1.
+    """
+
+    grade: str
+    reason: str
+    findings: tuple[Finding, ...]
+    fps: float = 0.0
+    jitter_ms: float = 0.0
+    offset_ms: float | None = None
+    confidence: float = 0.0
+    correlation: float | None = None
+    peak_dbfs: float | None = None
+    noise_dbfs: float | None = None
+    speech: float = 0.0
+    duration: float = 0.0
+
+    def to_plain(self) -> dict[str, Any]:
+        """JSON values, as `saia check --json` prints them."""
+        plain: dict[str, Any] = {key: value for key, value in vars(self).items() if key != "findings"}
+        plain["findings"] = [finding.to_plain() for finding in self.findings]
+        return plain
+
+
+def check_take(take: Take) -> Report:
+    """Look a take over: rates, gaps, levels, and whether the mouth follows the voice.
+
+    Runs in bounded memory on sound of any length. Damaged files are findings, not errors.
+    """
+    findings: list[Finding] = []
+    motion = _motion(take, findings)
+    heard = _heard(take, findings)
+    report = Report("A", "", (), duration=take.info.duration)
+    if motion is not None:
+        found, jitter = motion_findings(motion)
+        findings += found
+        report = replace(report, fps=round(motion.fps, 3), jitter_ms=round(jitter * 1000, 3))
+    if heard is not None:
+        findings += sound_findings(heard)
+        report = replace(
+            report,
+            peak_dbfs=round(heard.peak_dbfs, 2),
+            noise_dbfs=round(heard.noise_dbfs, 2),
+            speech=round(heard.speech, 4),
+        )
+    if motion is not None and heard is not None:
+        found, report = _together(motion, heard, report)
+        findings += found
+    findings += _recording(take.info)
+    if take.info.duration < 1.0:
+        findings.append(
+            Finding(
+                "short", "minor", f"The take lasts only {take.info.duration:.2f} s.", "Record a longer one."
+            )
+        )
+    return _graded(report, findings)
+
+
+def _motion(take: Take, findings: list[Finding]) -> Motion | None:
+    if take.motion_path is None:
+        remedy = "Use it to generate from; it cannot be trained on."
+        findings.append(Finding("no_motion", "note", "The take has no motion.", remedy))
+        return None
+    try:
+        motion = read_motion(take.motion_path)
+    except StudioError as error:
+        findings.append(Finding("damaged", "fatal", error.what, error.remedy))
+        return None
+    findings += value_findings(motion) if len(motion) else ()
+    motion, _ = mended(motion)
+    if len(motion) < 2:
+        what = "No motion arrived during the take."
+        findings.append(Finding("no_motion", "fatal", what, "Start the motion program before recording."))
+        return None
+    return motion
+
+
+def _heard(take: Take, findings: list[Finding]) -> Heard | None:
+    if take.audio_path is None:
+        remedy = "Choose a microphone and record it again; nothing can be learnt from it."
+        findings.append(Finding("no_sound", "fatal", "The take has no sound.", remedy))
+        return None
+    try:
+        return listen(take.audio_path)
+    except StudioError as error:
+        findings.append(Finding("damaged", "fatal", error.what, error.remedy))
+        return None
+
+
+def _together(motion: Motion, heard: Heard, report: Report) -> tuple[list[Finding], Report]:
+    findings = []
+    start, end = float(motion.times[0]), float(motion.times[-1])
+    if heard.duration - end > 0.5:
+        what = f"The motion ends {heard.duration - end:.1f} s before the sound."
+        findings.append(Finding("ends", "minor", what, "Trim the take to where both are there.", end))
+    if end - heard.duration > 0.5:
+        what = f"The sound ends {end - heard.duration:.1f} s before the motion."
+        findings.append(
+            Finding("ends", "minor", what, "Trim the take to where both are there.", heard.duration)
+        )
+    if start > 0.5:
+        what = f"The motion starts {start:.1f} s after the sound."
+        findings.append(Finding("starts", "minor", what, "Trim the take to where both are there.", 0.0))
+    if heard.speech < 0.02 or not motion.shape_names:
+        return findings, report
+    alignment = lag.voice_offset(lag.level_of(heard.power), motion)
+    report = replace(
+        report,
+        offset_ms=round(alignment.offset * 1000, 1) if alignment.confidence > 0 else None,
+        confidence=round(alignment.confidence, 3),
+        correlation=round(alignment.correlation, 3),
+    )
+    return findings + list(_lag_findings(alignment, motion)), report
+
+
+def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]:
+    late = -alignment.offset
+    if alignment.confidence >= SURE and abs(late) > LATE:
+        side = "late" if late > 0 else "early"
+        what = f"The mouth moves {abs(late) * 1000:.0f} ms too {side} for the voice."
+        severity = "major" if abs(late) > VERY_LATE else "minor"
+        yield Finding("offset", severity, what, "Press Align to move the motion, or set the offset by hand.")
+    moves = bool(len(motion)) and lag.mouth_opening(motion, motion.times).std() > 0.005
+    if moves and alignment.confidence < SURE and alignment.correlation < 0.15:
+        what = "The mouth does not follow the voice."
+        yield Finding("mouth", "major", what, "Check that sound and motion are of the same recording.")
+
+
+def _recording(info: TakeInfo) -> Iterator[Finding]:
+    """What the recorder counted."""
+    part = info.frames_lost / max(info.frames + info.frames_lost, 1)
+    if part > 0.001:
+        what = f"{info.frames_lost} frames of motion were lost ({part:.1%})."
+        remedy = "Use a cable or the same computer, and close other programs while recording."
+        yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
+    if info.packets_bad > 0.001 * max(info.packets, 1):
+        what = f"{info.packets_bad} packets could not be understood."
+        yield Finding("packets", "minor", what, "Check that only one program sends motion to this port.")
+    if abs(info.drift_ppm) > 500:
+        what = f"The clocks of sound and motion drift by {info.drift_ppm:.0f} parts in a million."
+        severity = "major" if abs(info.drift_ppm) > 5000 else "note"
+        yield Finding("drift", severity, what, "It was corrected; use one computer for both if it shows.")
+    late = info.extra.get("late", "")
+    if late.isdigit() and int(late) > 0.01 * max(info.frames, 1):
+        what = f"{late} frames arrived late and out of order."
+        yield Finding("late", "minor", what, "Use a cable instead of Wi-Fi.")
+
+
+def _graded(report: Report, findings: list[Finding]) -> Report:
+    findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.at or 0.0))
+    count = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
+    if count["fatal"] or count["major"] >= 3:
+        grade = "D"
+    elif count["major"]:
+        grade = "C"
+    else:
+        grade = "B" if count["minor"] else "A"
+    worst = findings[0] if findings and findings[0].severity != "note" else None
+    reason = worst.what if worst else "Nothing to mend was found."
+    return replace(report, grade=grade, reason=reason, findings=tuple(findings))

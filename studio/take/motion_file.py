@@ -1,0 +1,107 @@
+"""The motion file: one row a frame in Apache Arrow's file format, channels named in its metadata.
+
+Columns: `time` float64; `shapes`, `positions`, `rotations`, `root_position`, `root_rotation` as lists of
+float32 of one fixed size; a column without channels is left out. Any Arrow reader opens it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.take import safe_file
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+SUFFIX = ".arrow"
+FORMAT_VERSION = 1
+ROWS_PER_BATCH = 4096
+
+
+def write_motion(path: Path, motion: Motion) -> None:
+    """Write a motion in one piece; the values come back exactly."""
+    import pyarrow as pa
+
+    facts = {
+        "saia_motion_version": str(FORMAT_VERSION),
+        "shape_names": json.dumps(motion.shape_names, ensure_ascii=False),
+        "bone_names": json.dumps(motion.bone_names, ensure_ascii=False),
+        "units": "seconds, metres, quaternions xyzw, Unity axes (left-handed, Y up, +Z forward)",
+    }
+    columns: dict[str, Any] = {"time": pa.array(np.asarray(motion.times, dtype=np.float64))}
+    for name, values in _columns(motion).items():
+        width = int(np.prod(values.shape[1:]))
+        if width:
+            flat = np.ascontiguousarray(values, dtype=np.float32).reshape(-1)
+            columns[name] = pa.FixedSizeListArray.from_arrays(pa.array(flat), width)
+    table = pa.table(columns).replace_schema_metadata(facts)
+    options = pa.ipc.IpcWriteOptions(compression="lz4")
+    with (
+        safe_file.written(path) as beside,
+        pa.OSFile(str(beside), "wb") as file,
+        pa.ipc.new_file(file, table.schema, options=options) as writer,
+    ):
+        writer.write_table(table, max_chunksize=ROWS_PER_BATCH)
+
+
+def read_motion(path: Path) -> Motion:
+    """Read a motion file.
+
+    Raises:
+        StudioError: the file is missing, damaged or of a newer version.
+    """
+    import pyarrow as pa
+
+    try:
+        with pa.OSFile(str(path), "rb") as file:
+            table = pa.ipc.open_file(file).read_all()
+    except FileNotFoundError as error:
+        raise StudioError(f"{path.name} is missing in {path.parent.name}.", "Restore it.") from error
+    except (pa.ArrowException, OSError) as error:
+        raise safe_file.damaged(path) from error
+    facts = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    version = facts.get("saia_motion_version", "")
+    if version.isdigit() and int(version) > FORMAT_VERSION:
+        raise safe_file.newer(path)
+    try:
+        return _motion(table, tuple(json.loads(facts["shape_names"])), tuple(json.loads(facts["bone_names"])))
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise safe_file.damaged(path) from error
+
+
+def _columns(motion: Motion) -> dict[str, Any]:
+    return {
+        "shapes": motion.shapes,
+        "positions": motion.positions,
+        "rotations": motion.rotations,
+        "root_position": motion.root_position,
+        "root_rotation": motion.root_rotation,
+    }
+
+
+def _motion(table: pa.Table, shape_names: tuple[str, ...], bone_names: tuple[str, ...]) -> Motion:
+    frames, bones = table.num_rows, len(bone_names)
+
+    def column(name: str, *shape: int) -> np.ndarray[Any, np.dtype[np.float32]]:
+        if 0 in shape:
+            return np.zeros((frames, *shape), dtype=np.float32)
+        lists: list[Any] = table.column(name).chunks
+        flat = [part.flatten().to_numpy(zero_copy_only=False) for part in lists] or [np.zeros(0)]
+        return np.concatenate(flat).astype(np.float32, copy=False).reshape(frames, *shape)
+
+    return Motion(
+        table.column("time").to_numpy().astype(np.float64),
+        shape_names,
+        column("shapes", len(shape_names)),
+        bone_names,
+        column("positions", bones, 3),
+        column("rotations", bones, 4),
+        column("root_position", 3),
+        column("root_rotation", 4),
+    )

@@ -1,0 +1,81 @@
+"""A take: what was recorded, how, and where it lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True)
+class TakeInfo:
+    """What is known of a recording beside its sound and motion; the content of take.json.
+
+    Args:
+        slate: what the performer calls it.
+        number: counts up within the slate.
+        created: local time, ISO 8601.
+        duration: seconds of the take's clock.
+        audio_file: name of the sound file in the take's folder, None without sound.
+        sample_rate, audio_channels, audio_seconds: of that file; 0 without sound.
+        motion_file: name of the motion file, None without motion.
+        frames, fps, frames_lost: motion frames kept, their median rate, and those known missing.
+        shape_names, bone_names: channels that arrived.
+        packets, packets_bad: datagrams received and refused.
+        drift_ppm: how much faster the motion clock ran than the sound's.
+        offset: seconds added to arrival times by the clock fit.
+        source: "recorded", "imported" or "performer", and what from.
+        device: the sound device's name.
+        notes: things noticed while recording or importing, one sentence each.
+        extra: avatar title, VMC state and other facts kept as they came.
+    """
+
+    slate: str
+    number: int = 1
+    created: str = ""
+    duration: float = 0.0
+    audio_file: str | None = None
+    sample_rate: int = 0
+    audio_channels: int = 0
+    audio_seconds: float = 0.0
+    motion_file: str | None = None
+    frames: int = 0
+    fps: float = 0.0
+    frames_lost: int = 0
+    shape_names: tuple[str, ...] = ()
+    bone_names: tuple[str, ...] = ()
+    packets: int = 0
+    packets_bad: int = 0
+    drift_ppm: float = 0.0
+    offset: float = 0.0
+    source: str = "recorded"
+    device: str = ""
+    notes: tuple[str, ...] = ()
+    extra: dict[str, str] = field(default_factory=dict)
+    version: int = FORMAT_VERSION
+
+
+@dataclass(frozen=True)
+class Take:
+    """A saved recording.
+
+    Args:
+        id: its folder's name, unique in a project.
+        folder: where it lies.
+        info: the content of its take.json.
+    """
+
+    id: str
+    folder: Path
+    info: TakeInfo
+
+    @property
+    def audio_path(self) -> Path | None:
+        """The sound file, or None."""
+        return self.folder / self.info.audio_file if self.info.audio_file else None
+
+    @property
+    def motion_path(self) -> Path | None:
+        """The motion file, or None."""
+        return self.folder / self.info.motion_file if self.info.motion_file else None

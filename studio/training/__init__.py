@@ -1,0 +1,1 @@
+"""From takes to weights: recipes and events (no torch), the loop, losses, metrics and checkpoints (torch)."""

@@ -1,0 +1,199 @@
+"""From a project's choices to examples: which selections, on which frames, and what had to be decided."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from studio.dataset.dataset import Selection
+from studio.dataset.material import Material, load_material
+from studio.errors import RequestError, StudioError
+from studio.features import motion as columns
+from studio.features.audio import AudioSpec, frame_rate
+from studio.features.examples import Example, Grid, learnt_rate, make_example, nominal_rate, on_grid
+from studio.features.motion import Layout
+from studio.motion import Motion
+from studio.project import Project
+from studio.take.take import Take
+from studio.training.recipe import Recipe
+from studio.training.styles import styles_of
+
+SHORTEST_SECONDS = 4.0
+"""Less sound with motion than this cannot be learnt from."""
+HELD_BACK = 0.15
+"""Share of the longest training take that is held back where no validation take is marked."""
+
+Chosen = tuple[Selection, Take]
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """What a training works on.
+
+    Args:
+        train, val: examples.
+        layout: their columns.
+        fps: their frame rate.
+        notes: what a person should know, one sentence each.
+        performers: who is in the training takes.
+        styles: names of the styles told apart; an example's style is an index into them, plus 1.
+    """
+
+    train: tuple[Example, ...]
+    val: tuple[Example, ...]
+    layout: Layout
+    fps: Fraction
+    notes: tuple[str, ...]
+    performers: tuple[str, ...]
+    styles: tuple[str, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """Valid motion frames trained on."""
+        return int(sum(example.grid.valid.sum() for example in self.train))
+
+
+def cache_folder(project: Project) -> Path | None:
+    """Where features of a project's sound are kept; None for a project that cannot be written."""
+    folder = project.folder / ".cache" / "features"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder
+
+
+def gather(
+    project: Project,
+    recipe: Recipe,
+    layout: Layout | None = None,
+    fps: Fraction | None = None,
+    styles: tuple[str, ...] | None = None,
+) -> Gathered:
+    """The training and validation examples of a project.
+
+    Args:
+        project: its dataset says which selections.
+        recipe: sound features, frame rate, scaling.
+        layout, fps, styles: those of a run that is resumed; measured where None.
+
+    Raises:
+        StudioError: there is too little, or what there is cannot be used.
+    """
+    notes: list[str] = []
+    train = _usable(project.selected("train"), recipe.sound, notes)
+    if not train:
+        raise RequestError("No take with sound and motion is marked for training.", _MARK)
+    val = _usable(project.selected("val"), recipe.sound, notes)
+    if not val:
+        train, val = _hold_back(train, notes)
+    fps = fps or _rate(recipe, train)
+    grids = {m.selection.id: _grid(m, fps) for m in (*train, *val)}
+    seconds = sum(float(grids[m.selection.id].valid.sum()) for m in train) / float(fps)
+    if seconds < SHORTEST_SECONDS:
+        raise RequestError(
+            f"The training takes hold only {seconds:.1f} s of sound with motion; "
+            f"{SHORTEST_SECONDS:.0f} s are needed.",
+            "Record or import more, or mark more takes for training in Curate.",
+        )
+    if layout is None:
+        seen = [_counting(grids[m.selection.id]) for m in train]
+        layout = columns.fit([m for m in seen if len(m)], recipe.channels.scaling)
+    cache = cache_folder(project)
+    named = styles_of([m.selection for m in train], recipe.training.style_by)
+    styles = tuple(dict.fromkeys(name for name in named if name)) if styles is None else styles
+    indices = {name: i for i, name in enumerate(styles, 1)}
+
+    def example(material: Material) -> Example:
+        grid = grids[material.selection.id]
+        return make_example(material.selection.id, material.samples, grid, layout, recipe.sound, fps, cache)
+
+    performers = tuple(dict.fromkeys(m.selection.performer for m in train if m.selection.performer))
+    learnt = tuple(
+        replace(example(m), style=indices.get(name, 0)) for m, name in zip(train, named, strict=True)
+    )
+    checked = tuple(map(example, val))
+    return Gathered(learnt, checked, layout, fps, tuple(notes), performers, styles)
+
+
+_MARK = "Mark at least one as train in Curate, or with `saia split PROJECT --train TAKE`."
+
+
+def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[Material], list[str]]:
+    """Material of selections that have sound and motion, and a sentence for each that has not."""
+    notes: list[str] = []
+    return _usable(chosen, sound, notes), notes
+
+
+def _usable(chosen: Sequence[Chosen], sound: AudioSpec, notes: list[str]) -> list[Material]:
+    found = []
+    for selection, take in chosen:
+        material = load_material(selection, take, sound.sample_rate)
+        if not len(material.samples):
+            notes.append(f"{selection.id} has no sound and is left out.")
+        elif len(material.motion) < 2:
+            notes.append(f"{selection.id} has no motion and is left out.")
+        else:
+            _must_be_finite(material)
+            if float(np.abs(material.samples).max()) < 1e-4:
+                notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
+            found.append(material)
+    return found
+
+
+def _must_be_finite(material: Material) -> None:
+    motion = material.motion
+    values = (material.samples, motion.times, motion.shapes, motion.positions, motion.rotations)
+    if not all(np.isfinite(v).all() for v in values):
+        raise StudioError(
+            f"The take {material.selection.take} holds values that are not numbers.",
+            "Leave it out in Curate, or record it again.",
+        )
+
+
+def _hold_back(train: list[Material], notes: list[str]) -> tuple[list[Material], list[Material]]:
+    """The end of the longest training take becomes validation."""
+    longest = max(train, key=lambda m: m.duration)
+    end = min(longest.duration, len(longest.samples) / longest.sample_rate, float(longest.motion.times[-1]))
+    at = end * (1 - HELD_BACK)
+    notes.append(
+        f"No take is marked for validation: the last {end - at:.1f} s of {longest.selection.id} "
+        "are held back for it."
+    )
+    head = _part(longest, 0.0, at, "")
+    tail = _part(longest, at, end + 1.0, " (end)")
+    return [head if m is longest else m for m in train], [tail]
+
+
+def _part(material: Material, start: float, end: float, suffix: str) -> Material:
+    rate = material.sample_rate
+    return replace(
+        material,
+        selection=replace(material.selection, id=material.selection.id + suffix),
+        samples=material.samples[round(start * rate) : round(end * rate)],
+        motion=material.motion.between(start, end).shifted(-start),
+        duration=min(end, material.duration) - start,
+        excluded=tuple((a - start, b - start) for a, b in material.excluded if b > start),
+    )
+
+
+def _rate(recipe: Recipe, train: list[Material]) -> Fraction:
+    if recipe.channels.fps:
+        return frame_rate(recipe.channels.fps)
+    frames = [len(m.motion) for m in train]
+    # The rate of most frames: one slow take must not decide for hours of fast ones.
+    rates = np.repeat([nominal_rate(m.motion.fps) for m in train], frames)
+    return learnt_rate(float(np.median(rates)), recipe.channels.most_fps)
+
+
+def _grid(material: Material, fps: Fraction) -> Grid:
+    return on_grid(material.motion, len(material.samples) / material.sample_rate, fps, material.excluded)
+
+
+def _counting(grid: Grid) -> Motion:
+    times = grid.motion.times
+    return grid.motion if grid.valid.all() else grid.motion.at(times[grid.valid > 0])

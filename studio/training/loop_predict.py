@@ -1,0 +1,87 @@
+"""Predicting whole takes while training, and the liveliness gain found from that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from studio.features.audio import Floats
+from studio.features.examples import Example
+from studio.model._network import Network
+
+PIECE_FRAMES = 1024
+"""Frames predicted at once."""
+_LIVELIEST = 1.6
+"""No group's deviation is scaled up further than this."""
+
+
+def predict(network: Network, example: Example, device: torch.device | str = "cpu", style: int = 0) -> Floats:
+    """Scaled poses (T, C) of a whole example in a style, in pieces, as generating does it."""
+    return predict_styles(network, example, device, (style,))[0]
+
+
+def predict_styles(
+    network: Network, example: Example, device: torch.device | str = "cpu", styles: Sequence[int] = (0,)
+) -> Floats:
+    """Scaled poses (S, T, C) of a whole example in several styles at once."""
+    k, out, state = network.sizes.steps_per_frame, [], None
+    chosen = torch.tensor(styles, device=device)
+    for first in range(0, example.frames, PIECE_FRAMES):
+        last = min(first + PIECE_FRAMES, example.frames)
+        a, b = first - network.margin, last + network.margin
+        rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
+        heard = torch.from_numpy(rows).to(device).expand(len(styles), -1, -1)
+        poses, state = network.predict(heard, state, chosen)
+        out.append(poses[:, network.margin : network.margin + last - first].cpu().numpy())
+    return np.concatenate(out, axis=1)
+
+
+def part_errors(predicted: Floats, example: Example, parts: int) -> Floats:
+    """Mean squared errors (S, parts) of scaled poses (S, T, C) on even parts of an example."""
+    weight = example.grid.valid[:, None] * example.mask[None]
+    squares = np.square(predicted - example.values[None]) * weight
+    edges = np.linspace(0, example.frames, min(parts, example.frames) + 1).astype(int)[:-1]
+    counts = np.add.reduceat(weight.sum(axis=1), edges)
+    sums = np.add.reduceat(squares.sum(axis=2), edges, axis=1)
+    errors: Floats = (sums / np.maximum(counts, 1.0))[:, counts > 0].astype(np.float32)
+    return errors
+
+
+def group_gains(
+    network: Network, examples: Sequence[Example], groups: np.ndarray[Any, Any], style: int = 0
+) -> Floats:
+    """For each column, by how much its group's deviation falls short of the captured one (1 to 1.6)."""
+    with torch.no_grad():
+        predicted = np.concatenate([predict(network, e, style=style)[e.grid.valid > 0] for e in examples])
+    captured = np.concatenate([e.values[e.grid.valid > 0] for e in examples])
+    gain = np.ones(len(groups), dtype=np.float32)
+    for group in np.unique(groups):
+        chosen = groups == group
+        p, t = predicted[:, chosen].var(axis=0).sum(), captured[:, chosen].var(axis=0).sum()
+        gain[chosen] = np.clip(np.sqrt(t / max(p, 1e-12)), 1.0, _LIVELIEST)
+    return gain
+
+
+class swapped:  # noqa: N801 (used like a function)
+    """Within the block a network has other weights for some of its parameters."""
+
+    def __init__(self, network: Network, weights: Mapping[str, Tensor]) -> None:
+        self._network, self._weights = network, weights
+        self._own: dict[str, Tensor] = {}
+
+    def __enter__(self) -> None:
+        self._exchange(self._weights)
+
+    def __exit__(self, *_: object) -> None:
+        self._exchange(dict(self._own))
+
+    def _exchange(self, weights: Mapping[str, Tensor]) -> None:
+        with torch.no_grad():
+            for name, parameter in self._network.named_parameters():
+                if name in weights:
+                    self._own[name] = parameter.detach().clone()
+                    parameter.copy_(weights[name])

@@ -1,0 +1,67 @@
+"""What a training stands on: Fabric on the right devices, the optimiser, the learning rate."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import lightning_fabric
+import torch
+
+from studio.errors import RequestError
+from studio.model._network import Network
+from studio.training.recipe import TrainingSettings
+
+
+def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
+    """Fabric on this machine's devices, or on those torchrun or SLURM started us for."""
+    world = int(os.environ.get("WORLD_SIZE", "1"))
+    local = int(os.environ.get("LOCAL_WORLD_SIZE", "1")) if world > 1 else settings.devices
+    nodes = max(world // local, 1)
+    try:
+        fabric = lightning_fabric.Fabric(
+            accelerator=settings.accelerator,
+            devices=local,
+            num_nodes=nodes,
+            strategy="ddp" if world > 1 else "auto",
+        )
+    except (
+        ValueError,
+        RuntimeError,
+        lightning_fabric.utilities.exceptions.MisconfigurationException,
+    ) as error:
+        what = f"Training cannot run on {settings.devices} x {settings.accelerator} here: {error}."
+        raise RequestError(what, "Choose training.accelerator=cpu and training.devices=1.") from error
+    if world > 1:
+        fabric.launch()
+    elif settings.devices > 1:
+        raise RequestError(
+            "Several devices need several processes.",
+            f"Start it with `torchrun --nproc-per-node {settings.devices} -m studio train ...`.",
+        )
+    return fabric
+
+
+def make_optimiser(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:
+    """The recipe's optimiser for a network."""
+    if settings.optimiser == "adam":
+        return torch.optim.Adam(network.parameters(), lr=settings.learning_rate)
+    return torch.optim.AdamW(
+        network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+    )
+
+
+def learning_rate(settings: TrainingSettings, step: int, steps: int) -> float:
+    """The learning rate at a step.
+
+    "one_cycle" rises over the first 30 % from a 25th of the highest rate and falls to a 10,000th of that,
+    both along a cosine. Source: Smith and Topin 2019, Super-Convergence.
+    """
+    top = settings.learning_rate
+    if settings.schedule == "constant":
+        return top
+    low, end, turn = top / 25, top / 25 / 1e4, max(0.3 * steps - 1, 1)
+    if step <= turn:
+        return low + (top - low) * (1 - math.cos(math.pi * step / turn)) / 2
+    part = min((step - turn) / max(steps - 1 - turn, 1), 1.0)
+    return end + (top - end) * (1 + math.cos(math.pi * part)) / 2

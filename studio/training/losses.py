@@ -1,0 +1,160 @@
+"""What a prediction is held against; all losses work on scaled columns, by groups of channels.
+
+Groups are channels (face, body), never slices of the batch, and channels a take lacks do not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from studio.features.motion import FACE, Layout
+from studio.training.recipe import LossSettings
+
+_TINY = 1e-8
+_QUIET_DEVIATION = 0.02
+
+
+@dataclass(frozen=True)
+class Group:
+    """Columns that share weights: their indices, the weights, and the cosine's weight and target."""
+
+    columns: Tensor
+    weight: float
+    variance: float
+    cosine: float
+    theta: float
+
+
+class Loss:
+    """The loss of a recipe.
+
+    Columns are first multiplied by their own weights (`balance`; cosines are taken without).
+    For each group: w point(y, t) + w velocity point(dy, dt) + w variance (sd(y) - sd(t))^2 + c |theta -
+    cos(y_{t-1}, y_t)|, where d is the change from frame to frame.
+    Source: velocity as in Karras et al. 2017; the cosine term as in Tian et al. 2019 (theta = 1) and the SAIA
+    reports (theta < 1, weights for face and body); Huber 1964 with delta 1.
+
+    Args:
+        settings: the recipe's.
+        layout: which column belongs to which group.
+        shift: (C,) added before cosines, so that they are taken between poses, not between
+            deviations from the mean pose.
+        device: where the columns live.
+        balance: (C,) each column's weight; `column_weights` gives it.
+    """
+
+    def __init__(
+        self,
+        settings: LossSettings,
+        layout: Layout,
+        shift: Tensor,
+        device: torch.device | str = "cpu",
+        balance: Tensor | None = None,
+    ) -> None:
+        self.settings = settings
+        self.shift = shift.to(device)
+        self.balance = (torch.ones(layout.width) if balance is None else balance).to(device)
+        groups = torch.from_numpy(layout.groups)
+        face, body = (groups == FACE).nonzero()[:, 0], (groups != FACE).nonzero()[:, 0]
+        s = settings
+        self._of_batch = s.variance_over == "batch"
+        self.groups = [
+            group
+            for group in (
+                Group(face.to(device), s.face, s.face_variance, s.face_cosine, s.face_theta),
+                Group(body.to(device), s.body, s.body_variance, s.body_cosine, s.body_theta),
+            )
+            if len(group.columns)
+        ]
+
+    def __call__(self, predicted: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
+        """The loss of a batch.
+
+        Args:
+            predicted, truth: scaled poses (B, T, C).
+            weight: (B, T, C), 0 where a value does not count.
+
+        Returns:
+            A scalar.
+        """
+        total = predicted.new_zeros(())
+        for group in self.groups:
+            y, t = predicted[..., group.columns], truth[..., group.columns]
+            total = total + self._group(y, t, weight[..., group.columns], group)
+        return total
+
+    def _group(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
+        s, plain = self.settings, y
+        balance = self.balance[group.columns]
+        y, posed = y * balance, t
+        t = t * balance
+        loss = group.weight * _mean(self._point(y, t), weight)
+        if y.shape[1] < 2:
+            return loss
+        both = weight[:, 1:] * weight[:, :-1]
+        if s.velocity:
+            change = self._point(y.diff(dim=1), t.diff(dim=1))
+            loss = loss + group.weight * s.velocity * _mean(change, both)
+        if group.variance:
+            loss = loss + group.weight * group.variance * self._narrowness(y, t, weight)
+        if group.cosine:
+            loss = loss + group.cosine * self._stillness(plain, posed, both, group)
+        return loss
+
+    def _narrowness(self, y: Tensor, t: Tensor, weight: Tensor) -> Tensor:
+        """How far deviations are apart, over each crop or over all of them as one."""
+        if self._of_batch:
+            y, t, weight = (v.flatten(0, 1)[None] for v in (y, t, weight))
+        apart = (_deviation(y, weight) - _deviation(t, weight)).square()
+        return _mean(apart, weight.mean(dim=1))
+
+    def _point(self, y: Tensor, t: Tensor) -> Tensor:
+        if self.settings.point == "huber":
+            return torch.nn.functional.huber_loss(y, t, reduction="none", delta=1.0)
+        return (y - t).abs() if self.settings.point == "mae" else (y - t).square()
+
+    def _stillness(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
+        shift = self.shift[group.columns]
+        theta: Tensor | float = group.theta
+        if self.settings.theta == "capture":
+            theta = _cosine(t + shift, weight)
+        return _mean((theta - _cosine(y + shift, weight)).abs(), weight.amax(dim=-1))
+
+
+def column_weights(deviation: Tensor, groups: Tensor, balance: float) -> Tensor:
+    """What columns are multiplied by before errors are taken: small movements are seen as well as large ones.
+
+    w = (deviation + 0.02)^-balance, so that squared errors weigh w^2; the mean of w^2 in a group is 1.
+
+    Args:
+        deviation: (C,) in training, natural units.
+        groups: (C,) each column's group.
+        balance: 0 gives all ones.
+    """
+    weights = (deviation + _QUIET_DEVIATION) ** -balance
+    for group in set(groups.tolist()):
+        chosen = groups == group
+        weights[chosen] /= weights[chosen].square().mean().sqrt()
+    return weights
+
+
+def _mean(values: Tensor, weight: Tensor) -> Tensor:
+    return (values * weight).sum() / weight.sum().clamp(min=1.0)
+
+
+def _deviation(values: Tensor, weight: Tensor) -> Tensor:
+    """Standard deviation over time of each column, (B, C)."""
+    count = weight.sum(dim=1).clamp(min=1.0)
+    mean = (values * weight).sum(dim=1) / count
+    variance = ((values - mean[:, None]).square() * weight).sum(dim=1) / count
+    return (variance + _TINY).sqrt()
+
+
+def _cosine(poses: Tensor, weight: Tensor) -> Tensor:
+    """cos(y_{t-1}, y_t) over the columns that count, (B, T - 1)."""
+    a, b = poses[:, :-1] * weight, poses[:, 1:] * weight
+    lengths = (a.square().sum(dim=-1) * b.square().sum(dim=-1) + _TINY).sqrt()
+    return (a * b).sum(dim=-1) / lengths

@@ -1,0 +1,56 @@
+"""A prediction held against takes: figures for each take and for all, beside the baselines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from studio.dataset.material import Material
+from studio.features.examples import learnt_rate, on_grid
+from studio.motion import Motion
+from studio.training import metrics
+from studio.training.metrics import Figures, Pair
+
+MOST_FPS = 30.0
+
+Predict = Callable[[Material], Motion]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Figures over all takes, for each of them, and the geodesic error of each bone in degrees."""
+
+    metrics: Figures
+    per_take: dict[str, Figures]
+    per_bone: dict[str, float] = field(default_factory=dict)
+    frames: int = 0
+
+
+def evaluate(
+    predict: Predict, takes: Sequence[Material], ranges: dict[str, float] | None = None
+) -> Evaluation:
+    """Hold what `predict` gives for the sound of each take against its captured motion.
+
+    Both are compared on even frames at the captured frame rate, or a whole fraction of it not above
+    MOST_FPS: so runs learnt at different rates are compared alike, and jerk is not that of interpolation.
+
+    Args:
+        predict: material to Motion, times from its in point.
+        takes: with sound and motion.
+        ranges: see metrics.score.
+    """
+    pairs = {material.selection.id: pair(predict(material), material) for material in takes}
+    everything = list(pairs.values())
+    return Evaluation(
+        metrics.score(everything, ranges),
+        {take: metrics.score([one], ranges) for take, one in pairs.items()},
+        metrics.geodesic_by_bone(everything),
+        sum(len(one.truth) for one in everything),
+    )
+
+
+def pair(predicted: Motion, material: Material) -> Pair:
+    """A prediction and its captured motion on the same frames."""
+    fps = learnt_rate(material.motion.fps, MOST_FPS)
+    grid = on_grid(material.motion, len(material.samples) / material.sample_rate, fps, material.excluded)
+    return Pair(grid.motion, predicted.at(grid.motion.times), grid.valid)

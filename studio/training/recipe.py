@@ -1,0 +1,443 @@
+"""Recipes: how a network is built and trained, as values anyone can read and change (no torch).
+
+A recipe is one file in resources/recipes; it may extend another and may offer named forms of itself.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from studio.errors import RequestError, StudioError
+from studio.features.audio import AudioSpec
+from studio.paths import resource
+
+Scalar = bool | int | float | str
+DEFAULT = "balanced"
+FORMAT_VERSION = 1
+_INHERITED_LEVELS = 8
+
+
+@dataclass(frozen=True)
+class ChannelSettings:
+    """How motion becomes columns.
+
+    Args:
+        fps: frames a second that are learnt; 0 takes that of the takes, at most `most_fps`.
+        most_fps: faster takes are learnt at a whole fraction of their rate not above this.
+        scaling: "group", "minmax" or "none" (see features.motion.fit).
+    """
+
+    fps: float = 0.0
+    most_fps: float = 30.0
+    scaling: str = "group"
+
+
+@dataclass(frozen=True)
+class LossSettings:
+    """What is held against a prediction.
+
+    Args:
+        point: "mse", "huber" (delta 1) or "mae", per value.
+        velocity: weight of the same on frame-to-frame changes, times the group's weight.
+        face_variance, body_variance: weights of the squared difference of deviations over a crop, times
+            the group's weight; they keep motion alive.
+        face, body: weights of blend shapes and of bones.
+        face_cosine, body_cosine: weights of |theta - cos(y_{t-1}, y_t)|.
+        face_theta, body_theta: the cosine wanted; 1 asks for no change.
+        theta: "fixed" uses those numbers, "capture" the cosine of the captured neighbours.
+        balance: columns are weighted by 1 / (deviation + 0.02)^balance before errors are taken, so that
+            small movements count too; 0 leaves them.
+        variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
+    """
+
+    point: str = "mse"
+    velocity: float = 1.0
+    face_variance: float = 0.0
+    body_variance: float = 0.0
+    face: float = 1.0
+    body: float = 1.0
+    face_cosine: float = 0.0
+    body_cosine: float = 0.0
+    face_theta: float = 1.0
+    body_theta: float = 1.0
+    theta: str = "fixed"
+    balance: float = 0.0
+    variance_over: str = "crop"
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """How weights are found.
+
+    Args:
+        epochs: after this many it ends.
+        steps: optimiser steps an epoch; 0 is one pass over all frames.
+        crops: pieces of takes in a step.
+        crop_frames: motion frames in a piece.
+        optimiser: "adamw" or "adam".
+        learning_rate: its highest value.
+        weight_decay: of AdamW.
+        schedule: "one_cycle" or "constant".
+        clip: gradients are scaled down to this norm; 0 leaves them.
+        average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
+        start_at_mean: the output begins at the training mean.
+        liveliness: 0 leaves predictions as they are, 1 scales each group's deviation up to the capture's.
+        validate_every: epochs between validations.
+        style_by: what counts as a style: each "take", each "performer", "none", or "auto": performers
+            where several are named with several takes each, else takes.
+        style_dropout: share of crops learnt as the average style.
+        seed: of everything random.
+        accelerator: "auto", "cpu", "cuda" or "mps".
+        devices: how many of them on this machine; under torchrun its own count is used.
+    """
+
+    epochs: int = 40
+    steps: int = 20
+    crops: int = 8
+    crop_frames: int = 150
+    optimiser: str = "adamw"
+    learning_rate: float = 3e-3
+    weight_decay: float = 0.01
+    schedule: str = "one_cycle"
+    clip: float = 1.0
+    average: float = 0.0
+    start_at_mean: bool = True
+    liveliness: float = 0.0
+    validate_every: int = 1
+    style_by: str = "none"
+    style_dropout: float = 0.3
+    seed: int = 1
+    accelerator: str = "auto"
+    devices: int = 1
+
+
+@dataclass(frozen=True)
+class AugmentSettings:
+    """How crops are varied; 0 turns a kind off.
+
+    Args:
+        stretch: tempo varies by up to this fraction.
+        gain_db: loudness varies by up to this.
+        tilt_db: treble against bass varies by up to this.
+        warp: frequencies vary by up to this fraction, like voices of other lengths of throat.
+        noise_db: the noise floor rises up to this far above the take's quietest rows.
+        time_masks, time_mask_frames: silenced spans and their longest length in motion frames.
+        band_masks, band_mask_width: silenced bands and their largest width.
+    """
+
+    stretch: float = 0.0
+    gain_db: float = 0.0
+    tilt_db: float = 0.0
+    warp: float = 0.0
+    noise_db: float = 0.0
+    time_masks: int = 0
+    time_mask_frames: int = 0
+    band_masks: int = 0
+    band_mask_width: int = 0
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """All choices of a training run.
+
+    Args:
+        name: the file's name without its suffix.
+        title, summary: for people.
+        preset: the card it is shown as ("Quick look", "Balanced", "Best"); "" for none.
+        minutes: expected time on two cores with ten minutes of takes.
+        model: a module of studio.model.
+        form: which of its forms, "" for the plain one.
+        network: keyword arguments of that module's `build`.
+    """
+
+    name: str
+    title: str = ""
+    summary: str = ""
+    preset: str = ""
+    minutes: float = 0.0
+    model: str = "recurrent"
+    form: str = ""
+    sound: AudioSpec = field(default_factory=AudioSpec)
+    channels: ChannelSettings = field(default_factory=ChannelSettings)
+    network: Mapping[str, Scalar] = field(default_factory=dict)
+    loss: LossSettings = field(default_factory=LossSettings)
+    training: TrainingSettings = field(default_factory=TrainingSettings)
+    augment: AugmentSettings = field(default_factory=AugmentSettings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values in the shape of a recipe file."""
+        facts = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in (*_SECTIONS, "network")}
+        facts |= {name: asdict(getattr(self, name)) for name in _SECTIONS}
+        return facts | {"network": dict(self.network)}
+
+    def as_toml(self) -> str:
+        """The text of a recipe file that gives this recipe again."""
+        facts = self.as_dict()
+        tables = {name: facts.pop(name) for name in (*_SECTIONS, "network")}
+        lines = [f"version = {FORMAT_VERSION}"]
+        lines += [f"{key} = {_toml(value)}" for key, value in facts.items()]
+        for name, table in tables.items():
+            lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
+        return "\n".join(lines) + "\n"
+
+    def settings(self) -> dict[str, Scalar]:
+        """Every changeable value by its dotted name ("training.epochs")."""
+        facts = self.as_dict()
+        return {f"{name}.{key}": v for name in (*_SECTIONS, "network") for key, v in facts[name].items()}
+
+    def with_overrides(self, overrides: Iterable[str]) -> Recipe:
+        """This recipe with some values changed.
+
+        Args:
+            overrides: "key=value" each; the section may be left out where the key is in one only
+                ("epochs=3"). "form=NAME" takes a form the recipe offers and comes before the others.
+
+        Raises:
+            RequestError: a key or a value that is not possible.
+        """
+        pairs = [_pair(text) for text in overrides]
+        recipe = self
+        for key, value in pairs:
+            if key == "form":
+                recipe = _with_form(recipe, value)
+        for key, value in pairs:
+            if key != "form":
+                recipe = recipe._with_value(_full_key(key, recipe.settings()), value)
+        _check(recipe)
+        return recipe
+
+    def _with_value(self, key: str, text: str) -> Recipe:
+        section, _, name = key.partition(".")
+        value = _converted(key, text, self.settings()[key])
+        if section == "network":
+            return replace(self, network={**self.network, name: value})
+        try:
+            return replace(self, **{section: replace(getattr(self, section), **{name: value})})
+        except RequestError:
+            raise
+        except StudioError as error:
+            raise RequestError(error.what, error.remedy) from error
+
+
+@dataclass(frozen=True)
+class RecipeInfo:
+    """What a list of recipes shows: name, title, summary, preset card and expected minutes."""
+
+    name: str
+    title: str
+    summary: str
+    preset: str
+    minutes: float
+    forms: tuple[str, ...] = ()
+
+    @property
+    def expected_time(self) -> str:
+        """The expected time in words."""
+        if self.minutes < 1:
+            return "under a minute"
+        return f"about {self.minutes:.0f} minute{'s' if round(self.minutes) != 1 else ''}"
+
+
+_SECTIONS = {
+    "sound": AudioSpec,
+    "channels": ChannelSettings,
+    "loss": LossSettings,
+    "training": TrainingSettings,
+    "augment": AugmentSettings,
+}
+_PRESET_ORDER = ("Quick look", "Balanced", "Best", "")
+
+
+def recipes() -> tuple[RecipeInfo, ...]:
+    """All recipes that come with the studio, presets first."""
+    found = [_info(path) for path in sorted(resource("recipes").glob("*.toml"))]
+    return tuple(sorted(found, key=lambda info: (_rank(info.preset), info.minutes)))
+
+
+def _rank(preset: str) -> int:
+    return _PRESET_ORDER.index(preset) if preset in _PRESET_ORDER else len(_PRESET_ORDER)
+
+
+def _info(path: Path) -> RecipeInfo:
+    content = _content(path)
+    recipe = _build(path.stem, content)
+    return RecipeInfo(
+        recipe.name, recipe.title, recipe.summary, recipe.preset, recipe.minutes, tuple(content["forms"])
+    )
+
+
+def load_recipe(name: str) -> Recipe:
+    """A recipe by name.
+
+    Raises:
+        RequestError: there is none of that name.
+    """
+    path = resource("recipes", f"{name}.toml")
+    if Path(name).name != name or not path.is_file():
+        known = ", ".join(info.name for info in recipes())
+        raise RequestError(f"There is no recipe called {name}.", f"Choose one of: {known}.")
+    return _build(name, _content(path))
+
+
+def read_recipe(path: Path) -> Recipe:
+    """The recipe in a file, as `Recipe.as_toml` wrote it into a run's folder.
+
+    Raises:
+        StudioError: it is missing, damaged or of a newer version.
+    """
+    return _build(path.stem, _content(path))
+
+
+def from_dict(facts: Mapping[str, Any]) -> Recipe:
+    """The recipe given by `Recipe.as_dict`."""
+    return _build(str(facts.get("name", "")), facts)
+
+
+def _with_form(recipe: Recipe, form: str) -> Recipe:
+    path = resource("recipes", f"{recipe.name}.toml")
+    content = _content(path) if path.is_file() else {"forms": {}}
+    if form in ("", "plain"):
+        return replace(_build(recipe.name, content), form="")
+    if form not in content["forms"]:
+        known = ", ".join(content["forms"]) or "none"
+        raise RequestError(f"The recipe {recipe.name} has no form called {form}.", f"Forms it has: {known}.")
+    return replace(_build(recipe.name, _merged(content, content["forms"][form])), form=form)
+
+
+def _content(path: Path, depth: int = 0) -> dict[str, Any]:
+    """A recipe file with what it extends underneath."""
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise StudioError(f"The recipe {path} is missing.", "Choose another run or recipe.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
+        raise StudioError(f"The recipe {path.name} is damaged: {error}.", "Restore the file.") from error
+    if content.pop("version", FORMAT_VERSION) != FORMAT_VERSION:
+        raise StudioError(
+            f"The recipe {path.name} was written by a newer Saia Studio.", "Update Saia Studio to use it."
+        )
+    content.setdefault("forms", {})
+    base = content.pop("extends", "")
+    if base and depth < _INHERITED_LEVELS:
+        under = _content(path.with_name(f"{base}.toml"), depth + 1)
+        content = _merged(under | {"preset": "", "forms": {}}, content)
+    return content
+
+
+def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    result = dict(under)
+    for key, value in over.items():
+        old = result.get(key)
+        result[key] = {**old, **value} if isinstance(value, dict) and isinstance(old, dict) else value
+    return result
+
+
+def _build(name: str, content: Mapping[str, Any]) -> Recipe:
+    facts = {key: value for key, value in content.items() if key not in ("forms", "version", "name")}
+    try:
+        for section, kind in _SECTIONS.items():
+            facts[section] = kind(**facts.get(section, {}))
+        recipe = Recipe(name=str(content.get("name", name)), **facts)
+    except TypeError as error:
+        raise StudioError(f"The recipe {name} is damaged: {error}.", "Restore the file.") from error
+    _check(recipe)
+    return recipe
+
+
+def _pair(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise RequestError(f"{text!r} is not a setting.", "Write it as key=value, e.g. training.epochs=20.")
+    return key.strip(), value.strip()
+
+
+def _full_key(key: str, known: Mapping[str, Scalar]) -> str:
+    if key in known:
+        return key
+    ending = [name for name in known if name.endswith(f".{key}")]
+    if len(ending) == 1:
+        return ending[0]
+    if ending:
+        raise RequestError(f"The setting {key} is not clear.", f"Name one of: {', '.join(ending)}.")
+    near = get_close_matches(key, [*known, *(name.partition(".")[2] for name in known)], n=3)
+    remedy = f"Did you mean {' or '.join(near)}?" if near else f"Settings there are: {', '.join(known)}."
+    raise RequestError(f"There is no setting called {key}.", remedy)
+
+
+def _converted(key: str, text: str, old: Scalar) -> Scalar:
+    try:
+        if isinstance(old, bool):
+            return {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[
+                text.lower()
+            ]
+        if isinstance(old, int):
+            return int(text)
+        if isinstance(old, float):
+            value = float(text)
+            if value - value != 0:
+                raise ValueError
+            return value
+    except (ValueError, KeyError) as error:
+        kind = {bool: "yes or no", int: "a whole number", float: "a number"}[type(old)]
+        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {kind}.") from error
+    return text
+
+
+_CHOICES = {
+    "channels.scaling": ("group", "minmax", "none"),
+    "loss.point": ("mse", "huber", "mae"),
+    "loss.theta": ("fixed", "capture"),
+    "loss.variance_over": ("crop", "batch"),
+    "training.style_by": ("auto", "take", "performer", "none"),
+    "training.optimiser": ("adamw", "adam"),
+    "training.schedule": ("one_cycle", "constant"),
+    "training.accelerator": ("auto", "cpu", "cuda", "mps", "gpu"),
+}
+_LIMITS = {
+    "channels.fps": (0, 240), "channels.most_fps": (1, 240), "training.epochs": (1, 100_000),
+    "training.steps": (0, 1_000_000), "training.crops": (1, 10_000), "training.crop_frames": (2, 100_000),
+    "training.learning_rate": (0, 10), "training.weight_decay": (0, 10), "training.clip": (0, 1e6),
+    "training.average": (0, 0.99999), "training.liveliness": (0, 2), "training.validate_every": (1, 100_000),
+    "training.devices": (1, 1024),
+    "training.seed": (0, 2**32 - 1), "training.style_dropout": (0, 1), "loss.balance": (0, 2),
+    "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
+    "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
+    "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),
+    "augment.band_mask_width": (0, 1000),
+}  # fmt: skip
+
+
+_WIDEST = 8192
+
+
+def _check(recipe: Recipe) -> None:
+    """RequestError for a value outside of what can work."""
+    known = recipe.settings()
+    for key, choices in _CHOICES.items():
+        if known[key] not in choices:
+            raise RequestError(f"{known[key]!r} is not possible for {key}.", f"Choose {_or(choices)}.")
+    for key, (low, high) in _LIMITS.items():
+        value = known[key]
+        if not isinstance(value, int | float) or not low <= value <= high:
+            raise RequestError(f"{value} is not possible for {key}.", f"Choose {low:g} to {high:g}.")
+    for key, value in recipe.network.items():
+        if isinstance(value, int) and not isinstance(value, bool) and not 1 <= value <= _WIDEST:
+            raise RequestError(f"{value} is not possible for network.{key}.", f"Choose 1 to {_WIDEST}.")
+
+
+def _or(words: tuple[str, ...]) -> str:
+    return ", ".join(words[:-1]) + f" or {words[-1]}"
+
+
+def _toml(value: Scalar) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'"{escaped}"'
+    return repr(value)

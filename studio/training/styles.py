@@ -1,0 +1,79 @@
+"""Styles: which takes share one, and which is used unless a person chooses (no torch).
+
+The same sound goes with different motion on different days and from different people. Where a model is told
+which take a moment comes from, it need not learn the mean of all of them; index 0, the average, is what it
+learns where it is not told.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.dataset.dataset import Selection
+from studio.errors import RequestError
+
+AVERAGE = "average"
+MOST_TRIED = 16
+"""Styles tried on the validation takes, those with most frames first; the menu offers all."""
+PARTS = 4
+"""Pieces of each validation take in which a default style must do no worse than the average."""
+_CLEARLY = 0.9
+
+
+def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
+    """Each selection's style by name, "" for none of its own.
+
+    Args:
+        selections: those trained on.
+        by: "take", "performer", "none", or "auto": performers where at least two are named and each has at
+            least two takes, so that what is learnt is the person and not the day; takes otherwise.
+    """
+    takes = Counter(s.performer for s in selections if s.performer)
+    if by == "auto":
+        by = "performer" if len(takes) > 1 and min(takes.values()) > 1 else "take"
+    if by == "none":
+        return ("",) * len(selections)
+    found = tuple(s.performer if by == "performer" else s.id for s in selections)
+    # One style alone is the average by another name.
+    return found if len(set(found) - {""}) > 1 else ("",) * len(found)
+
+
+def choose(errors: NDArray[np.floating]) -> int:
+    """The style to use unless a person chooses: 0, the average, unless another is clearly nearer.
+
+    Args:
+        errors: mean squared errors (S + 1, P) of the average and each style tried on parts of the validation
+            takes. A style must be 10 % lower over all and lower in three parts of four: one that suits a
+            single moment of one take would do harm elsewhere.
+    """
+    over_all = errors.mean(axis=1)
+    often = (errors < errors[:1]).mean(axis=1) >= 0.75
+    fit = often & (over_all < _CLEARLY * over_all[0])
+    return int(np.where(fit, over_all, np.inf).argmin()) if fit.any() else 0
+
+
+def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -> int:
+    """The index of a style by name; None takes the default.
+
+    Args:
+        style: what was asked for.
+        styles: what the model knows besides the average.
+        default: chosen on validation, "" for the average.
+        run: the model's name, for the sentence.
+
+    Raises:
+        RequestError: the model does not know it.
+    """
+    wanted = default if style is None else style
+    if wanted in ("", AVERAGE):
+        return 0
+    if wanted in styles:
+        return styles.index(wanted) + 1
+    what = f"{run} knows no style called {wanted}."
+    if not styles:
+        raise RequestError(what, "It was trained without styles; leave --style out.")
+    raise RequestError(what, f"Choose one of: {', '.join((AVERAGE, *styles))}.")

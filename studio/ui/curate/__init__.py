@@ -1,0 +1,1 @@
+"""The Curate tab: the library, the timeline, trims, offsets and labels."""

@@ -1,0 +1,291 @@
+"""The inspector: everything about the takes that are selected, to be read and changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QCheckBox,
+    QComboBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.dataset.dataset import Selection
+from studio.ui import theme
+from studio.ui.curate.findings import Findings
+from studio.ui.curate.star_edit import StarEdit
+from studio.ui.curate.take_rows import TakeRow
+from studio.ui.curate.take_table import split_title
+from studio.ui.widgets.card import Card, heading, label
+from studio.ui.widgets.time_view import clock
+
+T = TypeVar("T")
+
+
+class Inspector(Card):
+    """The choices about one take, or about several at once.
+
+    Signals:
+        choice_changed: (field, value, ids): "split", "stars", "performer", "tags", "note" or "locked" of
+            these selections.
+    """
+
+    choice_changed = Signal(str, object, object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("", parent)
+        self._rows: tuple[TakeRow, ...] = ()
+        self._showing = self._keeping = False
+        self._written: dict[str, object] = {}
+        """What each text field was last filled with, and for whom: typing is not lost to a refresh."""
+        self.title = label("", "title", "inspector_title")
+        self.facts = label("", "caption", "inspector_facts")
+        self.facts.setWordWrap(True)
+        self.findings = Findings()
+        self._build_fields()
+        inside = QWidget()
+        inside.setObjectName("scrolled")
+        column = QVBoxLayout(inside)
+        column.setContentsMargins(0, 0, 4, 0)
+        column.setSpacing(theme.INSIDE)
+        column.addLayout(self._form)
+        column.addSpacing(theme.TIGHT)
+        column.addWidget(heading(self.tr("Checks")))
+        column.addWidget(self.findings)
+        column.addStretch(1)
+        scroll = QScrollArea()
+        scroll.setWidget(inside)
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._scroll = scroll
+        self.body.addWidget(self.title)
+        self.body.addWidget(self.facts)
+        self.body.addWidget(scroll, 1)
+
+    def show_rows(self, rows: Sequence[TakeRow], performers: Sequence[str]) -> None:
+        """Show what these rows have in common.
+
+        Args:
+            rows: the selected rows; none clears the inspector.
+            performers: names to choose from.
+        """
+        if [row.id for row in rows] != [row.id for row in self._rows]:
+            self._keep_typed()
+        self._rows = tuple(rows)
+        self._showing = True
+        self._scroll.setVisible(bool(rows))
+        self._show_title()
+        self._show_performers(performers)
+        selections = [row.selection for row in rows]
+        split = _common([s.split for s in selections])
+        for name, button in self.splits.items():
+            button.setChecked(split == name)
+        self.stars.show_stars(_common([s.stars for s in selections]) or 0)
+        self._show_text(self.tags, selections, _common([", ".join(s.tags) for s in selections]))
+        self._show_note(_common([s.note for s in selections]))
+        self.locked.setChecked(all(s.locked for s in selections) and bool(selections))
+        self._showing = False
+
+    def set_editable(self, editable: bool) -> None:
+        """Whether choices may be changed here."""
+        for field in (*self.splits.values(), self.stars, self.performer, self.tags, self.note, self.locked):
+            field.setEnabled(editable)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Leaving the note keeps it."""
+        if watched is self.note and event.type() == QEvent.Type.FocusOut:
+            self._on_note()
+        return super().eventFilter(watched, event)
+
+    # -- how it is built -----------------------------------------------------------------------
+
+    def _build_fields(self) -> None:
+        self._form = QFormLayout()
+        self._form.setHorizontalSpacing(12)
+        self._form.setVerticalSpacing(theme.INSIDE)
+        self._form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
+        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self._build_split()
+        self.stars = StarEdit()
+        self.stars.setObjectName("inspector_stars")
+        self.stars.stars_changed.connect(lambda stars: self._send("stars", stars))
+        self.performer = QComboBox()
+        self.performer.setObjectName("inspector_performer")
+        self.performer.setAccessibleName(self.tr("Performer"))
+        self.performer.setEditable(True)
+        self.performer.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.performer.activated.connect(lambda _: self._on_performer())
+        line = self.performer.lineEdit()
+        assert line is not None
+        line.editingFinished.connect(self._on_performer)
+        self.tags = QLineEdit()
+        self.tags.setObjectName("inspector_tags")
+        self.tags.setAccessibleName(self.tr("Tags"))
+        self.tags.editingFinished.connect(self._on_tags)
+        self.note = QPlainTextEdit()
+        self.note.setObjectName("inspector_note")
+        self.note.setAccessibleName(self.tr("Note"))
+        self.note.setFixedHeight(56)
+        self.note.setTabChangesFocus(True)
+        self.note.installEventFilter(self)
+        for text, field in (
+            (self.tr("Stars"), self.stars),
+            (self.tr("Performer"), self.performer),
+            (self.tr("Tags"), self.tags),
+            (self.tr("Note"), self.note),
+        ):
+            self._form.addRow(label(text, "muted"), field)
+
+    def _build_split(self) -> None:
+        self.splits: dict[str, QToolButton] = {}
+        group = QButtonGroup(self)
+        group.setExclusive(False)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        for name in ("train", "val", "test", ""):
+            button = QToolButton()
+            button.setObjectName(f"split_{name or 'unused'}")
+            button.setText(split_title(name))
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.setAccessibleName(self.tr("Use for: {0}").format(split_title(name)))
+            theme.as_role(button, "chip")
+            button.clicked.connect(lambda _=False, n=name: self._on_split(n))
+            group.addButton(button)
+            self.splits[name] = button
+            row.addWidget(button)
+        row.addStretch(1)
+        self.locked = QCheckBox(self.tr("Keep as a test take"))
+        self.locked.setObjectName("inspector_locked")
+        self.locked.setToolTip(self.tr("A locked take stays in test, whatever else is divided"))
+        self.locked.toggled.connect(lambda on: self._send("locked", on))
+        column = QVBoxLayout()
+        column.setSpacing(theme.TIGHT)
+        column.addLayout(row)
+        column.addWidget(self.locked)
+        self._form.addRow(column)
+
+    # -- what it shows -------------------------------------------------------------------------
+
+    def _show_title(self) -> None:
+        if not self._rows:
+            self.title.setText(self.tr("No take selected"))
+            self.facts.setText(self.tr("Choose a take in the library to see and change it here."))
+            return
+        seconds = clock(sum(row.seconds for row in self._rows))
+        if len(self._rows) > 1:
+            self.title.setText(self.tr("{0} takes").format(len(self._rows)))
+            self.facts.setText(self.tr("{0} in all. Changes go to every one of them.").format(seconds))
+            return
+        row = self._rows[0]
+        self.title.setText(row.id)
+        self.facts.setText(self._facts(row, seconds))
+
+    def _facts(self, row: TakeRow, seconds: str) -> str:
+        if row.take is None:
+            return self.tr("The folder of this take is missing.")
+        info = row.take.info
+        sound = self.tr("{0:.1f} kHz").format(info.sample_rate / 1000) if info.audio_file else ""
+        motion = ""
+        if info.motion_file:
+            motion = self.tr("{0:.0f}\u00a0fps, {1}\u00a0shapes, {2}\u00a0bones").format(
+                info.fps, len(info.shape_names), len(info.bone_names)
+            )
+        parts = (
+            self.tr("{0} used of {1}").format(seconds, clock(info.duration)),
+            sound or self.tr("no sound"),
+            motion or self.tr("no motion"),
+            info.source,
+        )
+        return "  ·  ".join(part for part in parts if part)
+
+    def _show_performers(self, performers: Sequence[str]) -> None:
+        common = _common([row.selection.performer for row in self._rows])
+        names = [self.performer.itemText(i) for i in range(self.performer.count())]
+        if names != list(performers):
+            self.performer.clear()
+            self.performer.addItems(list(performers))
+        line = self.performer.lineEdit()
+        assert line is not None
+        several = common is None and len(self._rows) > 1
+        line.setPlaceholderText(self.tr("several") if several else self.tr("who performs"))
+        if self._is_new("performer", common) or names != list(performers):
+            self.performer.setEditText(common or "")
+
+    def _show_text(self, field: QLineEdit, selections: Sequence[Selection], common: str | None) -> None:
+        several = common is None and len(selections) > 1
+        field.setPlaceholderText(self.tr("several") if several else self.tr("separated by commas"))
+        if self._is_new("tags", common):
+            field.setText(common or "")
+
+    def _show_note(self, common: str | None) -> None:
+        several = common is None and len(self._rows) > 1
+        self.note.setPlaceholderText(self.tr("several") if several else self.tr("anything worth knowing"))
+        if self._is_new("note", common):
+            self.note.setPlainText(common or "")
+
+    def _is_new(self, field: str, value: str | None) -> bool:
+        """Whether a text field has to be filled again."""
+        key = (tuple(row.id for row in self._rows), value)
+        changed = self._written.get(field) != key
+        self._written[field] = key
+        return changed
+
+    # -- what is changed -----------------------------------------------------------------------
+
+    def _send(self, field: str, value: object) -> None:
+        if self._rows and not self._showing:
+            self.choice_changed.emit(field, value, tuple(row.id for row in self._rows))
+
+    def _keep_typed(self) -> None:
+        """Other takes are about to be shown: what was typed about these ones is theirs."""
+        if self._keeping or not self.note.isEnabled() or not self._rows:
+            return
+        self._keeping = True  # each of these ends in another show_rows
+        self._on_performer()
+        self._on_tags()
+        self._on_note()
+        self._keeping = False
+
+    def _on_split(self, split: str) -> None:
+        for name, button in self.splits.items():
+            button.setChecked(name == split)
+        self._send("split", split)
+
+    def _on_performer(self) -> None:
+        text = self.performer.currentText().strip()
+        if text != (_common([row.selection.performer for row in self._rows]) or ""):
+            self._send("performer", text)
+
+    def _on_tags(self) -> None:
+        tags = tags_of(self.tags.text())
+        common = _common([row.selection.tags for row in self._rows])
+        if tags != (common or ()):
+            self._send("tags", tags)
+
+    def _on_note(self) -> None:
+        text = self.note.toPlainText().strip()
+        if text != (_common([row.selection.note for row in self._rows]) or ""):
+            self._send("note", text)
+
+
+def tags_of(text: str) -> tuple[str, ...]:
+    """Tags written with commas between, each once."""
+    words = (word.strip() for word in text.replace("、", ",").split(","))
+    return tuple(dict.fromkeys(word for word in words if word))
+
+
+def _common(values: Sequence[T]) -> T | None:
+    """What all values are, or None where they differ or there are none."""
+    return values[0] if values and all(value == values[0] for value in values) else None

@@ -1,0 +1,182 @@
+"""Labels by hand: typed in their place, chosen from a vocabulary, or by key while the take plays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog
+
+from studio.dataset import Label, edits
+from studio.dataset.label_files import SUFFIXES, read_labels, write_labels
+from studio.errors import StudioError
+from studio.ui.curate import vocabulary
+from studio.ui.curate.bench import Bench
+from studio.ui.widgets.timeline_content import LabelEdit
+
+if TYPE_CHECKING:
+    from studio.ui.curate.presenter import CuratePresenter
+
+SHORTEST_SPAN = 0.2
+"""Seconds a key is held at least to label a span; less marks a moment."""
+ALWAYS = ("sentence", "emotion")
+"""Tiers that have a lane even while they are empty."""
+
+
+class Labelling(QObject):
+    """The labels of the selection shown."""
+
+    def __init__(self, bench: Bench, room: CuratePresenter) -> None:
+        super().__init__(room)
+        self._bench, self._room = bench, room
+        self._tier = "emotion"
+        self._held: dict[int, float] = {}
+        bench.timeline.label_edited.connect(self._on_edited)
+        bench.words.tier_changed.connect(self._on_tier)
+        bench.words.word_clicked.connect(self._on_word)
+        bench.words.word_added.connect(self._on_new_word)
+        bench.words.label_requested.connect(self._on_type)
+        bench.words.vocabulary_chosen.connect(self._on_vocabulary)
+        bench.words.read_requested.connect(self._on_read)
+        bench.words.write_requested.connect(self._on_write)
+
+    def show(self) -> None:
+        """Show the labels of the shown selection and the words to choose from."""
+        row, timeline = self._room.row, self._bench.timeline
+        labels = row.selection.labels if row else ()
+        titles = vocabulary.tiers()
+        used = {label.tier for label in labels}
+        lanes = {
+            name: title for name, title in titles.items() if name in used or name in (*ALWAYS, self._tier)
+        }
+        timeline.set_tiers(lanes if row else {})
+        timeline.set_labels(labels)
+        others = {tier: tier for s in self._room.dataset.selections for tier in (x.tier for x in s.labels)}
+        words = vocabulary.words(self._tier, self._room.dataset, self._room.own_words)
+        self._bench.words.show_tiers({**others, **titles}, self._tier)
+        self._bench.words.show_words(words)
+        self._bench.words.show_vocabularies(*vocabulary.shipped(self._room.own_words))
+        timeline.set_vocabulary(words)
+
+    def press(self, number: int) -> None:
+        """A word's key went down: its label begins here, or covers the selected span."""
+        word = self._bench.words.word(number)
+        if word and self._bench.words.isEnabled():
+            if self._room.playing.playing:
+                self._held[number] = self._room.playing.position
+            else:
+                self._on_word(word)
+
+    def release(self, number: int) -> None:
+        """A word's key came up: the label that began with it ends here."""
+        start = self._held.pop(number, None)
+        if start is None:
+            return
+        # A loop may have jumped back while the key was held.
+        duration = max(self._room.playing.position - start, 0.0)
+        if duration < SHORTEST_SPAN:
+            duration = 0.0
+        self._add(Label(start, duration, self._tier, self._bench.words.word(number)))
+
+    def _on_word(self, word: str) -> None:
+        chosen = self._bench.timeline.chosen_label
+        start, end = self._bench.timeline.span or (self._room.playing.position,) * 2
+        if chosen is not None and chosen.tier == self._tier and self._bench.timeline.span is None:
+            self._on_edited(LabelEdit(chosen, Label(chosen.t, chosen.duration, chosen.tier, word)))
+        else:
+            self._add(Label(start, end - start, self._tier, word))
+
+    def _on_type(self) -> None:
+        start, end = self._bench.timeline.span or (self._room.playing.position,) * 2
+        self._room.playing.pause()
+        self._bench.timeline.edit_label(Label(start, end - start, self._tier, ""), new=True)
+
+    def _on_tier(self, tier: str) -> None:
+        self._tier = tier
+        self.show()
+
+    def _on_new_word(self, word: str) -> None:
+        entry = f"{self._tier}={word}"
+        others = tuple(one for one in self._room.own_words if one != entry)
+        self._room.keep_own_words((entry, *others))
+        self.show()
+
+    def _on_vocabulary(self, name: str) -> None:
+        self._room.keep_own_words(vocabulary.chosen(name, self._room.own_words))
+        self.show()
+
+    def _on_read(self) -> None:
+        kinds = self.tr("Labels (*.txt *.TextGrid)")
+        found, _ = QFileDialog.getOpenFileName(self._bench, self.tr("Import labels"), str(Path.home()), kinds)
+        if found:
+            self.read(Path(found))
+
+    def read(self, path: Path) -> None:
+        """Add the labels of a file to the shown selection, as one step of undo."""
+        row = self._room.row
+        if row is None or row.take is None:
+            return
+        try:
+            found = read_labels(path, self._tier)
+        except StudioError as error:
+            self._room.fail(error)
+            return
+        inside = [label for label in found if label.t <= row.take.info.duration]
+        missing = [label for label in inside if label not in row.selection.labels]
+        late = len(found) - len(inside)
+        if missing:
+            name = self.tr("Import labels of {0}").format(row.id)
+            if not self._room.edit(name, lambda data: edits.add_labels(data, row.id, missing)):
+                return
+        self.show()
+        after = self.tr("%n of them begin(s) after the end of the take and were left out.", "", late)
+        there = self.tr("All of its labels are there already.")
+        said = self.tr("%n label(s) added.", "", len(missing))
+        self._room.say(said, after if late else "" if missing else there)
+
+    def _on_write(self) -> None:
+        row = self._room.row
+        if row is None:
+            return
+        kinds = (self.tr("Audacity labels (*.txt)"), self.tr("Praat TextGrid (*.TextGrid)"))
+        found, kind = QFileDialog.getSaveFileName(
+            self._bench, self.tr("Export labels"), str(Path.home() / f"{row.id}.txt"), ";;".join(kinds)
+        )
+        if found:
+            path = Path(found)
+            if path.suffix.lower() not in SUFFIXES or kind == kinds[1]:
+                path = path.with_suffix(".TextGrid" if kind == kinds[1] else ".txt")
+            self.write(path)
+
+    def write(self, path: Path) -> None:
+        """Write the labels of the shown selection to a file."""
+        row = self._room.row
+        if row is None or row.take is None:
+            return
+        try:
+            write_labels(path, row.selection.labels, row.take.info.duration)
+        except StudioError as error:
+            self._room.fail(error)
+        else:
+            self._room.say(
+                self.tr("%n label(s) written to {0}.", "", len(row.selection.labels)).format(path.name)
+            )
+
+    def _add(self, label: Label) -> None:
+        self._on_edited(LabelEdit(None, label))
+
+    def _on_edited(self, change: LabelEdit) -> None:
+        row = self._room.row
+        if row is None:
+            return
+        before, after = change.before, change.after
+        if before is None and after is not None:
+            name = self.tr("Label {0}").format(after.text)
+            self._room.edit(name, lambda data: edits.add_label(data, row.id, after))
+        elif before is not None and after is None:
+            self._room.remove_label(before)
+        elif before is not None and after is not None:
+            name = self.tr("Change label {0}").format(before.text)
+            self._room.edit(name, lambda data: edits.replace_label(data, row.id, before, after))
+        self.show()

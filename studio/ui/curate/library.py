@@ -1,0 +1,312 @@
+"""The library: all takes in a table, found by search and chips, sorted by a click."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QStackedLayout,
+    QTableView,
+    QToolButton,
+    QWidget,
+)
+
+from studio.ui import theme
+from studio.ui.curate.split_bar import SplitBar
+from studio.ui.curate.take_delegate import ROW_PX, TakeDelegate
+from studio.ui.curate.take_rows import COLUMNS, TakeRow
+from studio.ui.curate.take_table import TakeFilter, TakeTable, split_title
+from studio.ui.theme import set_icon
+from studio.ui.widgets.card import Card, heading, label
+from studio.ui.widgets.time_view import clock
+
+FIXED = {"length": 68, "stars": 92, "split": 80, "performer": 84}
+SHARES = {"take": (96, 0.24), "grade": (80, 0.36), "tags": (52, 0.14)}
+"""Least pixels, and the share of what the fixed columns leave; the note gets the rest."""
+LEAST_NOTE = 40
+SEARCH_WAIT_MS = 120
+
+
+class TakeTableView(QTableView):
+    """A table whose arrow keys walk rows; every other key belongs to the timeline."""
+
+    _OURS = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_F2,
+                       Qt.Key.Key_Menu, Qt.Key.Key_Tab, Qt.Key.Key_Backtab})  # fmt: skip
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Let words have the room that numbers leave."""
+        super().resizeEvent(event)
+        header = self.horizontalHeader()
+        room = self.viewport().width() - sum(FIXED.values())
+        widths = FIXED | {name: max(least, int(room * share)) for name, (least, share) in SHARES.items()}
+        widths["note"] = max(LEAST_NOTE, self.viewport().width() - sum(widths.values()))
+        for column, name in enumerate(COLUMNS):
+            header.resizeSection(column, widths[name])
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Walk rows; Ctrl+A takes all."""
+        select_all = event.key() == Qt.Key.Key_A and event.modifiers() & Qt.KeyboardModifier.ControlModifier
+        if select_all or Qt.Key(event.key()) in self._OURS:
+            super().keyPressEvent(event)
+        else:
+            event.ignore()
+
+
+class Library(Card):
+    """Takes to choose from.
+
+    Signals:
+        current_changed: id of the selection to show, "" for none.
+        chosen_changed: ids of all selected rows.
+        menu_requested: a context menu is wanted at this screen position.
+        import_requested: files are to be chosen and brought in.
+        split_requested: divide the takes among train, val and test.
+        import_cancelled: the running import is to end.
+    """
+
+    current_changed = Signal(str)
+    chosen_changed = Signal(object)
+    menu_requested = Signal(QPoint)
+    import_requested = Signal()
+    split_requested = Signal()
+    import_cancelled = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("", parent)
+        self.model = TakeTable(self)
+        self.filter = TakeFilter(self.model, self)
+        self.delegate = TakeDelegate(self)
+        self._current = ""
+        self._restoring = False
+        self._build_head()
+        self._build_filters()
+        self._build_progress()
+        self._build_table()
+        self.split_bar = SplitBar()
+        self.body.addWidget(self.split_bar)
+
+    # -- what it shows -------------------------------------------------------------------------
+
+    def show_rows(self, rows: Sequence[TakeRow]) -> None:
+        """Show these rows and keep what was selected."""
+        before, current = self.chosen, self._current
+        self._restoring = True
+        renewed = self.model.set_rows(rows)
+        if renewed:
+            self._select(before, current)
+        self._restoring = False
+        if renewed or self.filter.filtering:
+            self._refilter()
+        seconds: dict[str, float] = {}
+        for row in rows:
+            seconds[row.selection.split] = seconds.get(row.selection.split, 0.0) + row.seconds
+        self.split_bar.show_seconds(seconds)
+        self._show_summary()
+        self._on_current()
+        if self.chosen != before:
+            self.chosen_changed.emit(self.chosen)
+
+    def select(self, ids: Iterable[str], current: str = "") -> None:
+        """Select rows by id; the first one is shown where no current one is named."""
+        chosen = list(ids)
+        self._select(chosen, current or (chosen[0] if chosen else ""))
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Ids of the selected rows, from top to bottom."""
+        selection = self.table.selectionModel().selection()
+        ranges = [selection.at(i) for i in range(selection.size())]
+        places = sorted({place for one in ranges for place in range(one.top(), one.bottom() + 1)})
+        return tuple(self._id_at(place) for place in places)
+
+    @property
+    def current(self) -> str:
+        """Id of the row that is shown, "" for none."""
+        return self._current
+
+    def show_import(self, sentence: str, fraction: float | None) -> None:
+        """Progress of an import; an empty sentence hides it, None as fraction shows it is unknown."""
+        self._progress_row.setVisible(bool(sentence))
+        self._progress_text.setText(sentence)
+        self._progress.setRange(0, 0 if fraction is None else 1000)
+        if fraction is not None:
+            self._progress.setValue(int(fraction * 1000))
+
+    def set_editable(self, editable: bool) -> None:
+        """Whether choices may be changed here."""
+        for button in (self.import_button, self.split_button):
+            button.setEnabled(editable)
+        trigger = QAbstractItemView.EditTrigger
+        typed = trigger.DoubleClicked | trigger.EditKeyPressed
+        self.table.setEditTriggers(typed if editable else trigger.NoEditTriggers)
+
+    # -- how it is built -----------------------------------------------------------------------
+
+    def _build_head(self) -> None:
+        self.summary = label("", "muted", "library_summary")
+        self.import_button = QPushButton(self.tr("Import"))
+        self.import_button.setObjectName("import_button")
+        set_icon(self.import_button, "mdi6.tray-arrow-down")
+        self.import_button.setToolTip(self.tr("Bring in sound and motion files, or drop them on the window"))
+        self.import_button.clicked.connect(self.import_requested)
+        self.split_button = QPushButton(self.tr("Split for me"))
+        self.split_button.setObjectName("split_for_me_button")
+        self.split_button.setToolTip(
+            self.tr("Divide the takes among train, val and test, balanced by length and performer")
+        )
+        self.split_button.clicked.connect(self.split_requested)
+        title = heading(self.tr("Library"))
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        row.addWidget(title)
+        row.addWidget(self.summary)
+        row.addStretch(1)
+        row.addWidget(self.split_button)
+        row.addWidget(self.import_button)
+        self.body.addLayout(row)
+
+    def _build_filters(self) -> None:
+        self.search = QLineEdit()
+        self.search.setObjectName("library_search")
+        self.search.setPlaceholderText(self.tr("Search names, tags, notes, labels"))
+        self.search.setAccessibleName(self.tr("Search takes"))
+        self.search.setClearButtonEnabled(True)
+        self.search.addAction(theme.icon("mdi6.magnify", "muted"), QLineEdit.ActionPosition.LeadingPosition)
+        self._search_wait = QTimer(self)
+        self._search_wait.setSingleShot(True)
+        self._search_wait.setInterval(SEARCH_WAIT_MS)
+        self._search_wait.timeout.connect(self._refilter)
+        self.search.textChanged.connect(self._search_wait.start)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        row.addWidget(self.search, 1)
+        self.chips: dict[str, QToolButton] = {}
+        for name in ("train", "val", "test", ""):
+            self._add_chip(row, name or "unused", split_title(name))
+        self._add_chip(row, "problems", self.tr("Problems"))
+        self.body.addLayout(row)
+
+    def _add_chip(self, row: QHBoxLayout, name: str, text: str) -> None:
+        chip = QToolButton()
+        chip.setObjectName(f"chip_{name}")
+        chip.setText(text)
+        chip.setCheckable(True)
+        chip.setAccessibleName(self.tr("Show only: {0}").format(text))
+        chip.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        theme.as_role(chip, "chip")
+        chip.toggled.connect(self._refilter)
+        self.chips[name] = chip
+        row.addWidget(chip)
+
+    def _build_progress(self) -> None:
+        self._progress_row = QWidget()
+        self._progress_row.setObjectName("import_progress")
+        row = QHBoxLayout(self._progress_row)
+        row.setContentsMargins(0, 0, 0, 0)
+        self._progress_text = label("", "muted", "import_progress_text")
+        self._progress = QProgressBar()
+        self._progress.setAccessibleName(self.tr("Import progress"))
+        cancel = QPushButton(self.tr("Cancel"))
+        cancel.setObjectName("import_cancel_button")
+        theme.as_role(cancel, "quiet")
+        cancel.clicked.connect(self.import_cancelled)
+        row.addWidget(self._progress_text)
+        row.addWidget(self._progress, 1)
+        row.addWidget(cancel)
+        self._progress_row.hide()
+        self.body.addWidget(self._progress_row)
+
+    def _build_table(self) -> None:
+        self.table = TakeTableView()
+        self.table.setObjectName("take_table")
+        self.table.setAccessibleName(self.tr("Takes"))
+        self.table.setModel(self.filter)
+        self.table.setItemDelegate(self.delegate)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        self.table.setMouseTracking(True)
+        self.table.setTabKeyNavigation(False)
+        self.table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.table.verticalHeader().setDefaultSectionSize(ROW_PX)
+        header = self.table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setStretchLastSection(True)
+        header.setMinimumSectionSize(LEAST_NOTE)
+        self.table.setSortingEnabled(True)
+        header.setSortIndicatorClearable(True)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.table.customContextMenuRequested.connect(
+            lambda place: self.menu_requested.emit(self.table.viewport().mapToGlobal(place))
+        )
+        selection = self.table.selectionModel()
+        selection.currentRowChanged.connect(lambda *_: self._on_current())
+        selection.selectionChanged.connect(lambda *_: self._on_selection())
+        self._none = QLabel(self.tr("No take matches. Clear the search or the chips to see all."))
+        self._none.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        theme.as_role(self._none, "muted")
+        holder = QWidget()
+        self._stack = QStackedLayout(holder)
+        self._stack.addWidget(self.table)
+        self._stack.addWidget(self._none)
+        self.body.addWidget(holder, 1)
+
+    # -- what happens --------------------------------------------------------------------------
+
+    def _refilter(self) -> None:
+        splits = {name.replace("unused", "") for name, chip in self.chips.items()
+                  if name != "problems" and chip.isChecked()}  # fmt: skip
+        self.filter.set_filter(splits, self.chips["problems"].isChecked(), self.search.text())
+        empty = self.filter.rowCount() == 0 and self.filter.filtering
+        self._stack.setCurrentIndex(1 if empty else 0)
+        self._show_summary()
+
+    def _show_summary(self) -> None:
+        shown, all_rows = self.filter.rowCount(), self.model.rows
+        length = clock(sum(row.seconds for row in all_rows), 1.0)
+        if shown != len(all_rows):
+            self.summary.setText(self.tr("{0} of {1} takes").format(shown, len(all_rows)))
+        elif len(all_rows) == 1:
+            self.summary.setText(self.tr("1 take, {0}").format(length))
+        else:
+            self.summary.setText(self.tr("{0} takes, {1}").format(len(all_rows), length))
+
+    def _select(self, ids: Iterable[str], current: str) -> None:
+        selection = QItemSelection()
+        for one in ids:
+            index = self.filter.mapFromSource(self.model.index_of(one))
+            if index.isValid():
+                selection.select(index, index)
+        model, flag = self.table.selectionModel(), QItemSelectionModel.SelectionFlag
+        index = self.filter.mapFromSource(self.model.index_of(current))
+        if index.isValid():
+            model.setCurrentIndex(index, flag.NoUpdate)
+            self.table.scrollTo(index)
+        model.select(selection, flag.ClearAndSelect | flag.Rows)
+
+    def _id_at(self, place: int) -> str:
+        return self.model.rows[self.filter.mapToSource(self.filter.index(place, 0)).row()].id
+
+    def _on_current(self) -> None:
+        index = self.table.currentIndex()
+        current = self._id_at(index.row()) if index.isValid() else ""
+        if current != self._current and not self._restoring:
+            self._current = current
+            self.current_changed.emit(current)
+
+    def _on_selection(self) -> None:
+        if not self._restoring:
+            self.chosen_changed.emit(self.chosen)

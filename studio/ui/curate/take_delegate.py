@@ -1,0 +1,159 @@
+"""How a row of the library is painted: stars that can be clicked, a split chip, a grade with its reason."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import (
+    QAbstractItemModel,
+    QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPointF,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPalette
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+
+from studio.ui import theme
+from studio.ui.curate.take_rows import COLUMNS, TakeRow
+from studio.ui.curate.take_table import ROW_ROLE, split_title
+from studio.ui.widgets.time_view import clock
+
+Index = QModelIndex | QPersistentModelIndex
+STAR_PX = 15
+SPLIT_COLOURS = {"train": 0, "val": 1, "test": 4}
+GRADE_TOKENS = {"A": "good", "B": "good", "C": "warn", "D": "bad"}
+ROW_PX = 32
+
+
+class TakeDelegate(QStyledItemDelegate):
+    """Paints the columns that are more than a text.
+
+    Signals:
+        stars_clicked: (selection id, stars).
+    """
+
+    stars_clicked = Signal(str, int)
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        """Rows of one height."""
+        return QSize(super().sizeHint(option, index).width(), ROW_PX)
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint one cell."""
+        column, row = COLUMNS[index.column()], index.data(ROW_ROLE)
+        if column in ("performer", "tags", "note") or not isinstance(row, TakeRow):
+            super().paint(painter, option, index)
+            return
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint_ground(painter, option)
+        box = QRectF(option.rect).adjusted(8, 0, -6, 0)
+        if column == "take":
+            _paint_name(painter, box, row)
+        elif column == "length":
+            painter.setFont(theme.figures_font())
+            painter.setPen(theme.colour("muted"))
+            painter.drawText(box, _RIGHT, clock(row.seconds))
+        elif column == "stars":
+            _paint_stars(painter, box, row.selection.stars)
+        elif column == "split":
+            _paint_split(painter, box, row)
+        else:
+            _paint_grade(painter, box, row)
+        painter.restore()
+
+    def editorEvent(
+        self, event: QEvent, model: QAbstractItemModel, option: QStyleOptionViewItem, index: Index
+    ) -> bool:
+        """A click on the stars sets them; on the first one again takes it away."""
+        if COLUMNS[index.column()] != "stars" or event.type() != QEvent.Type.MouseButtonRelease:
+            return super().editorEvent(event, model, option, index)
+        assert isinstance(event, QMouseEvent)
+        left = option.rect.left() + 8
+        count = int((event.position().x() - left) // STAR_PX) + 1
+        row = index.data(ROW_ROLE)
+        if event.button() != Qt.MouseButton.LeftButton or not 1 <= count <= 5 or not isinstance(row, TakeRow):
+            return False
+        self.stars_clicked.emit(row.id, 0 if count == row.selection.stars == 1 else count)
+        return True
+
+    def _paint_ground(self, painter: QPainter, option: QStyleOptionViewItem) -> None:
+        state = option.state
+        rect = option.rect
+        if state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(rect, option.palette.color(QPalette.ColorRole.Highlight))
+        elif state & QStyle.StateFlag.State_MouseOver:
+            painter.fillRect(rect, theme.colour("raised"))
+
+
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+def _paint_name(painter: QPainter, box: QRectF, row: TakeRow) -> None:
+    missing = row.take is None
+    painter.setFont(theme.ui_font())
+    painter.setPen(theme.colour("bad" if missing else "text" if row.selection.split else "muted"))
+    _elided(painter, box, row.id)
+
+
+def _paint_stars(painter: QPainter, box: QRectF, stars: int) -> None:
+    font = QFont(theme.ui_font())
+    font.setPixelSize(STAR_PX)
+    painter.setFont(font)
+    for i in range(5):
+        painter.setPen(theme.colour("warn" if i < stars else "line"))
+        place = QRectF(box.left() + i * STAR_PX, box.top(), STAR_PX, box.height())
+        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, "★")
+
+
+def _paint_split(painter: QPainter, box: QRectF, row: TakeRow) -> None:
+    split = row.selection.split
+    if not split:
+        painter.setFont(theme.ui_font(theme.CAPTION_PX))
+        painter.setPen(theme.colour("disabled"))
+        painter.drawText(box, _LEFT, split_title(split))
+        return
+    text = split_title(split) + (" 🔒︎" if row.selection.locked else "")
+    _chip(painter, box, text, theme.data_colour(SPLIT_COLOURS[split]))
+
+
+def _paint_grade(painter: QPainter, box: QRectF, row: TakeRow) -> None:
+    if not row.grade:
+        painter.setPen(theme.colour("disabled"))
+        painter.drawText(box, _LEFT, "…")
+        return
+    colour = theme.colour(GRADE_TOKENS.get(row.grade, "muted"))
+    badge = QRectF(box.left(), box.center().y() - 9, 18, 18)
+    fill = QColor(colour)
+    fill.setAlpha(46)
+    painter.setPen(colour)
+    painter.setBrush(fill)
+    painter.drawRoundedRect(badge, 4, 4)
+    painter.setFont(theme.ui_font(theme.CAPTION_PX, semibold=True))
+    painter.drawText(badge, Qt.AlignmentFlag.AlignCenter, row.grade)
+    painter.setFont(theme.ui_font(theme.CAPTION_PX))
+    painter.setPen(theme.colour("muted"))
+    _elided(painter, box.adjusted(26, 0, 0, 0), row.reason)
+
+
+def _chip(painter: QPainter, box: QRectF, text: str, colour: QColor) -> None:
+    font = theme.ui_font(theme.CAPTION_PX, semibold=True)
+    painter.setFont(font)
+    wide = painter.fontMetrics().horizontalAdvance(text) + 16
+    chip = QRectF(QPointF(box.left(), box.center().y() - 9), QPointF(box.left() + wide, box.center().y() + 9))
+    fill = QColor(colour)
+    fill.setAlpha(70)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(fill)
+    painter.drawRoundedRect(chip, 9, 9)
+    painter.setPen(theme.colour("text"))  # data colours are too pale to read on a light ground
+    painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def _elided(painter: QPainter, box: QRectF, text: str) -> None:
+    short = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, int(box.width()))
+    painter.drawText(box, _LEFT, short)

@@ -1,0 +1,208 @@
+"""The library as a Qt model: one row a selection, and a filter in front of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+
+from studio.ui.curate.take_rows import COLUMNS, TakeRow
+from studio.ui.widgets.time_view import clock
+
+Index = QModelIndex | QPersistentModelIndex
+ROW_ROLE = Qt.ItemDataRole.UserRole + 1
+EDITABLE = frozenset({"performer", "tags", "note"})
+_NOWHERE = QModelIndex()
+
+
+class TakeTable(QAbstractTableModel):
+    """Rows of the library; only rows that changed are repainted.
+
+    Signals:
+        text_edited: (selection id, column, text) typed into a cell.
+    """
+
+    text_edited = Signal(str, str, str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._rows: tuple[TakeRow, ...] = ()
+        self._places: dict[str, int] = {}
+
+    def set_rows(self, rows: Sequence[TakeRow]) -> bool:
+        """Show these rows; whether the whole table was renewed (selections in views are lost then)."""
+        new = tuple(rows)
+        if [row.id for row in new] == [row.id for row in self._rows]:
+            changed = [i for i, (a, b) in enumerate(zip(self._rows, new, strict=True)) if a != b]
+            self._rows = new
+            for i in changed:
+                self.dataChanged.emit(self.index(i, 0), self.index(i, len(COLUMNS) - 1))
+            return False
+        self.beginResetModel()
+        self._rows = new
+        self._places = {row.id: i for i, row in enumerate(new)}
+        self.endResetModel()
+        return True
+
+    @property
+    def rows(self) -> tuple[TakeRow, ...]:
+        """All rows in the dataset's order."""
+        return self._rows
+
+    def row_of(self, selection_id: str) -> TakeRow | None:
+        """The row of a selection, or None."""
+        place = self._places.get(selection_id)
+        return None if place is None else self._rows[place]
+
+    def index_of(self, selection_id: str) -> QModelIndex:
+        """The first cell of a selection's row; invalid where there is none."""
+        place = self._places.get(selection_id)
+        return QModelIndex() if place is None else self.index(place, 0)
+
+    def rowCount(self, parent: Index = _NOWHERE) -> int:
+        """How many selections there are."""
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: Index = _NOWHERE) -> int:
+        """How many columns there are."""
+        return 0 if parent.isValid() else len(COLUMNS)
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        """The columns' titles."""
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return self._titles()[section]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            right = COLUMNS[section] == "length" and orientation == Qt.Orientation.Horizontal
+            side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+            return side | Qt.AlignmentFlag.AlignVCenter
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """Texts, tips and the whole row (ROW_ROLE) for the delegate."""
+        row, column = self._rows[index.row()], COLUMNS[index.column()]
+        if role == ROW_ROLE:
+            return row
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
+            return self._text(row, column)
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return f"{self._titles()[index.column()]}: {self._text(row, column)}"
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return self._tip(row, column)
+        if role == Qt.ItemDataRole.TextAlignmentRole and column == "length":
+            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Words can be typed over."""
+        flags = super().flags(index)
+        if index.isValid() and COLUMNS[index.column()] in EDITABLE:
+            flags |= Qt.ItemFlag.ItemIsEditable
+        return flags
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Report what was typed; the row changes when the choice was made."""
+        row, column = self._rows[index.row()], COLUMNS[index.column()]
+        if role != Qt.ItemDataRole.EditRole or str(value) == self._text(row, column):
+            return False
+        self.text_edited.emit(row.id, column, str(value))
+        return True
+
+    def _titles(self) -> tuple[str, ...]:
+        return (
+            self.tr("Take"), self.tr("Length"), self.tr("Stars"), self.tr("Split"), self.tr("Grade"),
+            self.tr("Performer"), self.tr("Tags"), self.tr("Note"),
+        )  # fmt: skip
+
+    def _text(self, row: TakeRow, column: str) -> str:
+        s = row.selection
+        if column == "length":
+            return clock(row.seconds)
+        if column == "stars":
+            return "★" * s.stars
+        if column == "split":
+            return split_title(s.split)
+        if column == "grade":
+            return f"{row.grade}  {row.reason}".strip()
+        if column == "take" and row.take is None:
+            return self.tr("{0} (missing)").format(s.id)
+        return {"take": s.id, "performer": s.performer, "tags": ", ".join(s.tags), "note": s.note}[column]
+
+    def _tip(self, row: TakeRow, column: str) -> str:
+        if column == "grade" and row.report:
+            found = "\n".join(f"• {f.what} {f.remedy}" for f in row.report.findings)
+            return found or self.tr("Nothing is wrong with this take.")
+        if column == "take" and row.take is None:
+            return self.tr("The folder of this take is missing. Put it back; its choices are kept.")
+        return self._text(row, column)
+
+
+class TakeFilter(QSortFilterProxyModel):
+    """Rows that match the chips and the search, sorted by a column."""
+
+    def __init__(self, table: TakeTable, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        # Not asked back by sourceModel(): PySide 6.11 makes the model it gives a child of this proxy, and
+        # collecting the two crashes where the proxy is a child of the model. Try again after 6.11.
+        self._table = table
+        self._ranks: tuple[tuple[TakeRow, ...], int, list[tuple[float, str]]] | None = None
+        """(rows, column, sort key of each row): a sort compares each row ten times."""
+        self.setSourceModel(table)
+        self._splits: frozenset[str] = frozenset()
+        self._troubled = False
+        self._words: tuple[str, ...] = ()
+
+    def set_filter(self, splits: Iterable[str], troubled: bool, search: str) -> None:
+        """Show rows of these splits (all where none is named), with problems only, holding all words."""
+        self.beginFilterChange()
+        self._splits, self._troubled = frozenset(splits), troubled
+        self._words = tuple(search.lower().split())
+        self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
+
+    @property
+    def filtering(self) -> bool:
+        """Whether rows may be hidden."""
+        return bool(self._splits or self._troubled or self._words)
+
+    def filterAcceptsRow(self, source_row: int, source_parent: Index) -> bool:
+        """Whether a row matches."""
+        row = self._table.rows[source_row]
+        if self._splits and row.selection.split not in self._splits:
+            return False
+        if self._troubled and not row.troubled:
+            return False
+        if not self._words:
+            return True
+        text = row.text()
+        return all(word in text for word in self._words)
+
+    def lessThan(self, left: Index, right: Index) -> bool:
+        """By the column's value, equal ones by name."""
+        rows, column = self._table.rows, left.column()
+        if self._ranks is None or self._ranks[0] is not rows or self._ranks[1] != column:
+            self._ranks = rows, column, [row.sort_key(COLUMNS[column]) for row in rows]
+        keys = self._ranks[2]
+        return keys[left.row()] < keys[right.row()]
+
+
+def split_title(split: str) -> str:
+    """A split as people read it."""
+    from PySide6.QtCore import QCoreApplication
+
+    words = {
+        "train": QCoreApplication.translate("Split", "train"),
+        "val": QCoreApplication.translate("Split", "val"),
+        "test": QCoreApplication.translate("Split", "test"),
+        "": QCoreApplication.translate("Split", "not used"),
+    }
+    return words[split]

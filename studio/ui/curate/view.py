@@ -1,0 +1,193 @@
+"""The Curate room: library, figure, inspector, and one timeline below. Layout and keys, no thought."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QMenu, QPushButton, QSplitter, QStackedLayout, QVBoxLayout, QWidget
+
+from studio.ui import theme
+from studio.ui.curate.bench import Bench
+from studio.ui.curate.inspector import Inspector
+from studio.ui.curate.library import Library
+from studio.ui.curate.take_table import split_title
+from studio.ui.theme import set_icon
+from studio.ui.widgets.card import Card, EmptyState
+from studio.ui.widgets.pane import Pane
+
+_SHIFT, _CTRL, _ALT = (
+    Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier,
+)  # fmt: skip
+
+
+class CurateView(QWidget):
+    """Everything in the room.
+
+    Signals:
+        step_requested: (frames, whether to select on the way).
+        edge_requested: (-1 the start or 1 the end, whether to select on the way).
+        mark_requested: "in" or "out" at the playhead.
+        word_pressed, word_released: a key 1..9 went down or up.
+        delete_requested: the label or span that is selected is to go.
+        menu_chosen: (what, value) from the context menu.
+        record_requested: the Record room is wanted.
+    """
+
+    step_requested = Signal(int, bool)
+    edge_requested = Signal(int, bool)
+    mark_requested = Signal(str)
+    word_pressed = Signal(int)
+    word_released = Signal(int)
+    delete_requested = Signal()
+    menu_chosen = Signal(str, object)
+    record_requested = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.library = Library()
+        empty = self.tr("Choose a take to see it move.")
+        self.stage = Pane("curate_stage", "", empty, "mdi6.human", "figure")
+        self.inspector = Inspector()
+        self.bench = Bench()
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self._build_room())
+        self._stack.addWidget(self._build_empty())
+
+    def show_empty(self, empty: bool) -> None:
+        """Show what goes here and the buttons that bring it, or the room itself."""
+        self._stack.setCurrentIndex(1 if empty else 0)
+
+    def show_menu(self, place: QPoint, performers: Sequence[str], locked: bool, editable: bool) -> None:
+        """The context menu of the selected rows, at a screen position."""
+        menu = QMenu(self)
+        menu.setObjectName("take_menu")
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        use = menu.addMenu(self.tr("Use for"))
+        for split in ("train", "val", "test", ""):
+            self._offer(use, split_title(split), "split", split)
+        stars = menu.addMenu(self.tr("Stars"))
+        for count in range(6):
+            self._offer(stars, "★" * count or self.tr("none"), "stars", count)
+        who = menu.addMenu(self.tr("Performer"))
+        for name in performers:
+            self._offer(who, name, "performer", name)
+        self._offer(who, self.tr("Someone else…"), "ask", "performer")
+        self._offer(menu, self.tr("Tags…"), "ask", "tags")
+        self._offer(
+            menu, self.tr("Unlock") if locked else self.tr("Keep as test takes"), "locked", not locked
+        )
+        menu.addSeparator()
+        self._offer(menu, self.tr("Align sound and motion"), "align", None)
+        self._offer(menu, self.tr("Check again"), "check", None)
+        self._offer(menu, self.tr("Show the folder"), "folder", None)
+        menu.addSeparator()
+        self._offer(menu, self.tr("Remove"), "remove", None)
+        for action in menu.actions():
+            action.setEnabled(editable or action.text() == self.tr("Show the folder"))
+        menu.popup(place)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Keys that nothing else in the room wanted."""
+        if not self._handle(event):
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """A word's key ends its label."""
+        number = event.key() - Qt.Key.Key_0
+        if 1 <= number <= 9 and not event.isAutoRepeat():
+            self.word_released.emit(number)
+        else:
+            super().keyReleaseEvent(event)
+
+    def _handle(self, event: QKeyEvent) -> bool:
+        key, held = Qt.Key(event.key()), event.modifiers()
+        shift = bool(held & _SHIFT)
+        steps = 100 if held & _CTRL and held & _ALT else 4 if held & _CTRL else 1
+        if key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
+            self.step_requested.emit(-steps if key == Qt.Key.Key_Left else steps, shift)
+        elif key in (Qt.Key.Key_Home, Qt.Key.Key_End):
+            self.edge_requested.emit(-1 if key == Qt.Key.Key_Home else 1, shift)
+        elif held & (_CTRL | _ALT):
+            return False
+        elif Qt.Key.Key_1 <= key <= Qt.Key.Key_9:
+            if not event.isAutoRepeat():
+                self.word_pressed.emit(key - Qt.Key.Key_0)
+        else:
+            return self._handle_letter(key)
+        return True
+
+    def _handle_letter(self, key: Qt.Key) -> bool:
+        bench = self.bench
+        if key == Qt.Key.Key_Space:
+            bench.play_requested.emit()
+        elif key in (Qt.Key.Key_I, Qt.Key.Key_O):
+            self.mark_requested.emit("in" if key == Qt.Key.Key_I else "out")
+        elif key == Qt.Key.Key_L:
+            bench.loop.click()
+        elif key == Qt.Key.Key_X:
+            bench.exclude.click()
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
+            bench.timeline.zoom(2.0 if key == Qt.Key.Key_Minus else 0.5)
+        elif key == Qt.Key.Key_F:
+            bench.timeline.fit()
+        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+            self.delete_requested.emit()
+        else:
+            return False
+        return True
+
+    def _offer(self, menu: QMenu, text: str, what: str, value: object) -> None:
+        action = menu.addAction(text)
+        action.setObjectName(f"menu_{what}_{value}" if value is not None else f"menu_{what}")
+        action.triggered.connect(partial(self._on_offer, what, value))
+
+    def _on_offer(self, what: str, value: object, _checked: bool = False) -> None:
+        self.menu_chosen.emit(what, value)
+
+    def _build_room(self) -> QWidget:
+        stage = Card()
+        stage.layout().setContentsMargins(1, 1, 1, 1)  # type: ignore[union-attr]
+        stage.body.addWidget(self.stage)
+        top = QSplitter(Qt.Orientation.Horizontal)
+        top.setObjectName("curate_top")
+        for widget, stretch in ((self.library, 6), (stage, 3), (self.inspector, 0)):
+            top.addWidget(widget)
+            top.setStretchFactor(top.count() - 1, stretch)
+        self.library.setMinimumWidth(420)
+        stage.setMinimumWidth(190)
+        self.inspector.setMinimumWidth(290)
+        top.setSizes([700, 250, 300])
+        whole = QSplitter(Qt.Orientation.Vertical)
+        whole.setObjectName("curate_whole")
+        whole.addWidget(top)
+        whole.addWidget(self.bench)
+        whole.setStretchFactor(0, 1)
+        whole.setStretchFactor(1, 1)
+        whole.setSizes([350, 370])
+        for splitter in (top, whole):
+            splitter.setHandleWidth(theme.PAGE)
+            splitter.setChildrenCollapsible(False)
+        page = QWidget()
+        page.setObjectName("page")
+        column = QVBoxLayout(page)
+        column.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
+        column.addWidget(whole)
+        return page
+
+    def _build_empty(self) -> QWidget:
+        sentence = self.tr("Your takes will be here: to hear, trim, label and divide before training.")
+        empty = EmptyState("mdi6.playlist-edit", sentence, self.tr("Record a take"), "empty_record_button")
+        empty.clicked.connect(self.record_requested)
+        other = QPushButton(self.tr("Import files"))
+        other.setObjectName("empty_import_button")
+        set_icon(other, "mdi6.tray-arrow-down")
+        other.setIconSize(QSize(16, 16))
+        other.clicked.connect(self.library.import_requested)
+        column = empty.layout()
+        assert isinstance(column, QVBoxLayout)
+        column.insertWidget(column.count() - 1, other, 0, Qt.AlignmentFlag.AlignHCenter)
+        return empty

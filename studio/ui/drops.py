@@ -1,0 +1,40 @@
+"""What dropped files are: a project to open, a sound for Review, or material to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+SOUNDS = frozenset(
+    {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
+)
+
+
+@dataclass(frozen=True)
+class Drop:
+    """What to do with dropped paths; only one of the three is filled.
+
+    Args:
+        project: a project folder to open.
+        sound: a sound to generate motion for at once.
+        imports: files and folders to bring into the project.
+    """
+
+    project: Path | None = None
+    sound: Path | None = None
+    imports: tuple[Path, ...] = ()
+
+
+def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
+    """What is meant by dropping paths.
+
+    Args:
+        paths: existing files and folders.
+        room: the name of the room shown, "" for the welcome page.
+    """
+    first = paths[0] if len(paths) == 1 else None
+    if first is not None and (first.name == "project.json" or (first / "project.json").is_file()):
+        return Drop(project=first.parent if first.name == "project.json" else first)
+    if first is not None and room == "review" and first.suffix.lower() in SOUNDS:
+        return Drop(sound=first)
+    return Drop(imports=paths)

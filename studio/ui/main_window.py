@@ -1,0 +1,339 @@
+"""The frame around the four rooms: tabs, status, menus, keys, drag and drop."""
+
+from __future__ import annotations
+
+import gc
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, QUrl
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDesktopServices,
+    QDragEnterEvent,
+    QDropEvent,
+    QIcon,
+    QKeySequence,
+    QShortcut,
+)
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QStackedWidget,
+    QTabBar,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.paths import resource
+from studio.ui import messages, rooms, theme, window_state
+from studio.ui.drops import sort_drop
+from studio.ui.imports import Importer
+from studio.ui.menus import Menus
+from studio.ui.rooms import Presenter
+from studio.ui.session import Session
+from studio.ui.shortcuts import ShortcutsDialog
+from studio.ui.start import StartPresenter
+from studio.ui.status_strip import StatusStrip
+from studio.ui.welcome import WelcomePage
+
+FIRST_SIZE = QSize(1440, 900)
+LEAST_SIZE = QSize(1040, 640)
+BUILD_AHEAD_MS = 400
+"""Rooms not yet seen are built one by one in this rhythm, while nothing is recorded."""
+
+
+class MainWindow(QMainWindow):
+    """The studio's window; give it a session, show it."""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__()
+        self.setObjectName("main_window")
+        self.session = session
+        self.rooms: dict[str, tuple[QWidget, Presenter]] = {}
+        self._active = ""
+        self.setWindowTitle("Saia Studio")
+        self.setWindowIcon(QIcon(str(resource("icons", "saia.svg"))))
+        self.setMinimumSize(LEAST_SIZE)
+        self.setAcceptDrops(True)
+        self.welcome = WelcomePage()
+        self.stack = QStackedWidget()
+        self.stack.addWidget(self.welcome)
+        self.start = StartPresenter(self.welcome, session, self)
+        self.importer = Importer(session, self)
+        self.menus = Menus(self)
+        self._build_frame()
+        self._connect()
+        self._build_ahead = QTimer(self)
+        self._build_ahead.setInterval(BUILD_AHEAD_MS)
+        self._build_ahead.timeout.connect(self._on_build_ahead)
+        if not window_state.restore_window(self):
+            self.resize(FIRST_SIZE)
+        self._on_project_opened()
+
+    def room(self, name: str) -> tuple[QWidget, Presenter]:
+        """The view and presenter of a room, built when first asked for."""
+        if name not in self.rooms:
+            view, presenter = rooms.build(name, self.session)
+            window_state.restore_splitters(view)
+            self.stack.addWidget(view)
+            self.rooms[name] = (view, presenter)
+        return self.rooms[name]
+
+    def show_room(self, name: str) -> None:
+        """Show "record", "curate", "train" or "review"; without a project the welcome page stays."""
+        if self.session.project is None:
+            return
+        self.tabs.setCurrentIndex(rooms.NAMES.index(name))
+        if name == self._active:
+            return
+        view, presenter = self.room(name)
+        if self._active:
+            self.rooms[self._active][1].deactivate()
+        self._active = name
+        self.stack.setCurrentWidget(view)
+        presenter.activate()
+
+    @property
+    def shown_room(self) -> str:
+        """The name of the room shown, "" on the welcome page."""
+        return self._active
+
+    # Menus
+
+    def import_files(self) -> None:
+        """Ask for files and import them."""
+        title = self.tr("Import sound and motion")
+        kinds = self.tr("Sound and motion (*.wav *.mp3 *.flac *.ogg *.m4a *.csv *.bvh *.vrma);;All files (*)")
+        chosen, _ = QFileDialog.getOpenFileNames(self, title, str(Path.home()), kinds)
+        if chosen:
+            self.importer.start(tuple(Path(one) for one in chosen))
+
+    def import_folder(self) -> None:
+        """Ask for a folder with Audio, Blendshapes and Bones, and import it."""
+        chosen = QFileDialog.getExistingDirectory(self, self.tr("Import a folder"), str(Path.home()))
+        if chosen:
+            self.importer.start((Path(chosen),))
+
+    def show_project_folder(self) -> None:
+        """Open the project's folder in the desktop's file window."""
+        if self.session.project is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.session.project.folder)))
+
+    def undo(self) -> None:
+        """Take the last edit back and say which."""
+        name = self.session.undo()
+        if name:
+            messages.show_note(self, self.tr("Undone: {0}").format(name))
+
+    def redo(self) -> None:
+        """Make the last undone edit again and say which."""
+        name = self.session.redo()
+        if name:
+            messages.show_note(self, self.tr("Redone: {0}").format(name))
+
+    def show_shortcuts(self) -> None:
+        """List every key. Not modal: a recording goes on and can be stopped."""
+        dialog = ShortcutsDialog(self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.show()
+
+    def close_project(self) -> None:
+        """Back to the welcome page, unless something is being recorded."""
+        if self.session.rolling:
+            messages.show_note(self, self.tr("Stop the recording first."))
+            return
+        self.session.close_project()
+
+    # Qt
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        for name, (_, presenter) in self.rooms.items():
+            may_close = getattr(presenter, "may_close", None)
+            if may_close is not None and not may_close():
+                self.show_room(name)
+                event.ignore()
+                return
+        self._build_ahead.stop()
+        window_state.save_window(self)
+        for _, presenter in self.rooms.values():
+            presenter.close()
+        self.start.close()
+        self.importer.close()
+        if self.session.project is not None:
+            self.session.project.close()
+        event.accept()
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        paths = tuple(Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile())
+        if paths:
+            event.acceptProposedAction()
+            self.take_paths(paths)
+
+    def take_paths(self, paths: tuple[Path, ...]) -> None:
+        """Do what dropping these paths means here."""
+        drop = sort_drop(paths, self._active)
+        if drop.project is not None:
+            if self.session.rolling:
+                messages.show_note(self, self.tr("Stop the recording before opening another project."))
+            else:
+                self.start.open_project(drop.project)
+        elif drop.sound is not None:
+            self.session.sound_dropped.emit(drop.sound)
+        else:
+            self.importer.start(drop.imports)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "tabs"):
+            self._style_tabs()
+
+    # The frame
+
+    def _build_frame(self) -> None:
+        bar = QFrame()
+        theme.as_role(bar, "bar")
+        bar.setFixedHeight(52)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(theme.BETWEEN, 0, theme.INSIDE, 0)
+        row.setSpacing(theme.INSIDE)
+        mark = QLabel()
+        mark.setPixmap(self.windowIcon().pixmap(26, 26))
+        row.addWidget(mark)
+        self.project_button = QToolButton()
+        self.project_button.setObjectName("project_menu")
+        self.project_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.project_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.project_button.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
+        self.project_button.setMenu(self.menus.file)
+        self.project_button.setMaximumWidth(260)
+        theme.as_role(self.project_button, "quiet")
+        row.addWidget(self.project_button)
+        row.addSpacing(theme.BETWEEN)
+        self.tabs = QTabBar()
+        self.tabs.setObjectName("rooms")
+        self.tabs.setDrawBase(False)
+        self.tabs.setExpanding(False)
+        self.tabs.setUsesScrollButtons(False)
+        self.tabs.setIconSize(theme.icon_size(big=True))
+        self.tabs.setAccessibleName(self.tr("Rooms"))
+        for text in (self.tr("Record"), self.tr("Curate"), self.tr("Train"), self.tr("Review")):
+            self.tabs.addTab(text)
+        self._style_tabs()
+        row.addWidget(self.tabs)
+        row.addStretch(1)
+        self.status = StatusStrip()
+        row.addWidget(self.status)
+        row.addSpacing(theme.INSIDE)
+        row.addWidget(self._build_menu_button())
+        column = QVBoxLayout()
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.stack, 1)
+        page = QWidget()
+        page.setObjectName("page")
+        page.setLayout(column)
+        self.setCentralWidget(page)
+
+    def _build_menu_button(self) -> QWidget:
+        button = QToolButton()
+        button.setObjectName("main_menu")
+        theme.set_icon(button, "mdi6.menu", "muted")
+        button.setAccessibleName(self.tr("Menu"))
+        button.setToolTip(self.tr("Menu (F10)"))
+        button.setShortcut("F10")
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        button.setMenu(self.menus.all)
+        theme.as_role(button, "quiet")
+        return button
+
+    def _style_tabs(self) -> None:
+        for index, name in enumerate(rooms.NAMES):
+            self.tabs.setTabIcon(index, theme.icon(rooms.ICONS[name], "muted", active="accent"))
+        theme.set_icon(self.project_button, "mdi6.chevron-down", "muted")
+
+    def _connect(self) -> None:
+        session = self.session
+        self.tabs.currentChanged.connect(lambda index: self.show_room(rooms.NAMES[index]))
+        session.project_opened.connect(self._on_project_opened)
+        session.status_changed.connect(self.status.show_fact)
+        session.tab_requested.connect(self.show_room)
+        session.import_requested.connect(self._on_import_requested)
+        session.rolling_changed.connect(self._on_rolling_changed)
+        self.status.clicked.connect(self._on_status_clicked)
+        one_key = QShortcut(QKeySequence(Qt.Key.Key_F1), self)
+        one_key.setContext(Qt.ShortcutContext.ApplicationShortcut)
+        one_key.setAutoRepeat(False)
+        one_key.activated.connect(self._on_one_key)
+
+    def _on_project_opened(self) -> None:
+        project = self.session.project
+        self.tabs.setVisible(project is not None)
+        self.tabs.updateGeometry()  # QTabBar tells no layout how it grew while it was hidden
+        self.menus.show_project(project is not None)
+        if project is None:
+            gc.unfreeze()
+            if self._active:
+                self.rooms[self._active][1].deactivate()
+                self._active = ""
+            self.stack.setCurrentWidget(self.welcome)
+            self.setWindowTitle("Saia Studio")
+            self.project_button.setText("Saia Studio")
+            self.start.refresh()
+            self.status.clear()
+            return
+        self.setWindowTitle(f"{project.name} - Saia Studio")
+        name = self.project_button.fontMetrics().elidedText(project.name, Qt.TextElideMode.ElideMiddle, 200)
+        self.project_button.setText(name)
+        self.project_button.setToolTip(str(project.folder))
+        self.show_room(self._active or "record")
+        self._build_ahead.start()
+
+    def _on_build_ahead(self) -> None:
+        """Build one unseen room while nobody is waiting, so that switching to it later does not stutter."""
+        if self.session.rolling or self.session.project is None:
+            return
+        unseen = [name for name in rooms.NAMES if name not in self.rooms]
+        if not unseen:
+            self._build_ahead.stop()
+            gc.freeze()
+            return
+        self.room(unseen[0])
+
+    def _on_import_requested(self, paths: tuple[Path, ...]) -> None:
+        if paths:
+            self.importer.start(paths)
+        else:
+            self.import_files()
+
+    def _on_rolling_changed(self, rolling: bool) -> None:
+        self.status.show_fact("rolling", self.tr("Recording") if rolling else "", "")
+        if rolling:
+            # A full collection over a quarter of a million objects holds up every thread for 100 ms;
+            # what is alive now is left out of those to come.
+            gc.freeze()
+
+    def _on_one_key(self) -> None:
+        """F1: record where Record is shown, stop wherever one is, else come to Record."""
+        if self.session.project is None:
+            return
+        if self._active != "record" and not self.session.rolling:
+            self.show_room("record")
+            return
+        self.room("record")[1].toggle()  # type: ignore[attr-defined]
+
+    def _on_status_clicked(self, key: str) -> None:
+        home = {
+            "rolling": "record", "motion": "record", "sound": "record", "job": "curate", "train": "train",
+            "sending": "review",
+        }  # fmt: skip
+        if key in home:
+            self.show_room(home[key])

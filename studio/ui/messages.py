@@ -1,0 +1,221 @@
+"""The only place that shows an error: a sentence and what to do, over the window's upper edge.
+
+A message never takes the keyboard away and never stops a recording. What can't be undone asks first.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable
+from types import TracebackType
+
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
+from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QMessageBox,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.errors import StudioError
+from studio.ui import theme
+
+NOTE_MS = 6_000
+TOAST_WIDTH = 620
+TOP = 64
+"""Pixels from the upper edge: below the tabs, and far from the record button."""
+
+
+class Toast(QFrame):
+    """A message over a window; an error stays until it is dismissed."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self._window = window
+        self.setObjectName("toast")
+        self._icon = QLabel()
+        self.text = QLabel(wordWrap=True)
+        self.text.setObjectName("toast_text")
+        self.text.setTextFormat(Qt.TextFormat.PlainText)
+        self.text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.remedy = QLabel(wordWrap=True)
+        self.remedy.setObjectName("toast_remedy")
+        self.remedy.setTextFormat(Qt.TextFormat.PlainText)
+        theme.as_role(self.remedy, "muted")
+        self.action = QPushButton()
+        self.action.setObjectName("toast_action")
+        close = QToolButton()
+        close.setObjectName("toast_close")
+        theme.as_role(close, "quiet")
+        theme.set_icon(close, "mdi6.close", "muted")
+        close.setAccessibleName(_tr("Dismiss message"))
+        close.clicked.connect(self.hide)
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        words.addWidget(self.text)
+        words.addWidget(self.remedy)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(14, 10, 8, 10)
+        row.setSpacing(12)
+        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(words, 1)
+        row.addWidget(self.action)
+        row.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(NOTE_MS)
+        self._timer.timeout.connect(self.hide)
+        QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.hide)
+        self._on_action: Callable[[], None] | None = None
+        self.action.clicked.connect(self._run_action)
+        window.installEventFilter(self)
+        self.hide()
+
+    def show_message(
+        self,
+        text: str,
+        remedy: str = "",
+        kind: str = "note",
+        action: tuple[str, Callable[[], None]] | None = None,
+    ) -> None:
+        """Show a message in place of the one before.
+
+        Args:
+            text: what happened.
+            remedy: what to do about it.
+            kind: "note" goes by itself; "error" stays.
+            action: a button's words and what it does.
+        """
+        bad = kind == "error"
+        theme.as_role(self, "toast_bad" if bad else "toast")
+        name, token = ("mdi6.alert-circle", "bad") if bad else ("mdi6.check-circle", "good")
+        self._icon.setPixmap(theme.icon(name, token).pixmap(theme.icon_size(big=True)))
+        self.text.setText(text)
+        self.remedy.setText(remedy)
+        self.remedy.setVisible(bool(remedy))
+        self.action.setVisible(action is not None)
+        if action is not None:
+            self.action.setText(action[0])
+        self._on_action = action[1] if action else None
+        self.show()
+        self.raise_()
+        self._place()
+        announcement = QAccessibleAnnouncementEvent(self, f"{text} {remedy}".strip())
+        QAccessible.updateAccessibility(announcement)
+        self._timer.stop()
+        if not bad:
+            self._timer.start()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Resize and self.isVisible():
+            self._place()
+        return False
+
+    def _run_action(self) -> None:
+        self.hide()
+        if self._on_action is not None:
+            self._on_action()
+
+    def _place(self) -> None:
+        window = self._window
+        width = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
+        self.setFixedWidth(width)
+        layout = self.layout()
+        assert layout is not None
+        layout.activate()
+        height = layout.heightForWidth(width) if layout.hasHeightForWidth() else self.sizeHint().height()
+        self.setFixedHeight(max(height + 4, 44))
+        self.move((window.width() - width) // 2, min(TOP, window.height() // 10))
+
+
+def show_error(parent: QWidget | None, error: BaseException) -> None:
+    """Show what went wrong; an unexpected exception also offers its report to copy."""
+    if isinstance(error, StudioError):
+        toast = _toast(parent)
+        if toast is not None:
+            toast.show_message(error.what, error.remedy, "error")
+        return
+    report = "".join(traceback.format_exception(error))
+    print(report, file=sys.stderr)  # noqa: T201 - the terminal keeps what the window may lose
+    toast = _toast(parent)
+    if toast is not None:
+        what = _tr("Something unexpected happened: {0}: {1}").format(type(error).__name__, error)
+        remedy = _tr("Your takes are safe. Please report it with the details.")
+        toast.show_message(what, remedy, "error", (_tr("Copy report"), lambda: _copy(report)))
+
+
+def show_failure(parent: QWidget | None, what: str, remedy: str) -> None:
+    """Show a failure that came as two sentences, from a job."""
+    show_error(parent, StudioError(what, remedy))
+
+
+def show_note(
+    parent: QWidget | None, text: str, remedy: str = "", action: tuple[str, Callable[[], None]] | None = None
+) -> None:
+    """Say that something went well; goes by itself."""
+    toast = _toast(parent)
+    if toast is not None:
+        toast.show_message(text, remedy, "note", action)
+
+
+def ask(parent: QWidget | None, question: str, details: str, yes: str, no: str | None = None) -> bool:
+    """Ask before what can't be undone.
+
+    Args:
+        question, details: one sentence each.
+        yes: the verb that goes on.
+        no: the words that stay; "Cancel" where None.
+    """
+    box = QMessageBox(parent)
+    box.setObjectName("question")
+    box.setWindowTitle(_tr("Saia Studio"))
+    box.setText(question)
+    box.setInformativeText(details)
+    go = box.addButton(yes, QMessageBox.ButtonRole.AcceptRole)
+    stay = box.addButton(no or _tr("Cancel"), QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(stay)
+    box.exec()
+    return box.clickedButton() is go
+
+
+def catch_unexpected() -> None:
+    """Show exceptions that nobody caught instead of dying with them; a recording goes on."""
+
+    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        if issubclass(kind, KeyboardInterrupt):
+            QApplication.quit()
+            return
+        show_error(None, error.with_traceback(trace))
+
+    sys.excepthook = hook
+
+
+def _toast(parent: QWidget | None) -> Toast | None:
+    window = parent.window() if parent is not None else _main_window()
+    if window is None:
+        return None
+    found = window.findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)
+    return found or Toast(window)
+
+
+def _main_window() -> QWidget | None:
+    active = QApplication.activeWindow()
+    if active is not None:
+        return active
+    visible = [widget for widget in QApplication.topLevelWidgets() if widget.isVisible()]
+    return visible[0] if visible else None
+
+
+def _copy(report: str) -> None:
+    QApplication.clipboard().setText(report)
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Messages", text)

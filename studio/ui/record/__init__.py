@@ -1,0 +1,1 @@
+"""The Record tab: capture, meters, health, takes of today."""

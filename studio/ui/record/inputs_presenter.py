@@ -1,0 +1,142 @@
+"""Thought behind the inputs card: devices and ports opened off the GUI thread, one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QThreadPool
+
+from studio.errors import StudioError
+from studio.ui import background, messages
+from studio.ui.record.inputs import NO_MICROPHONE, InputsCard
+from studio.ui.session import Session
+
+if TYPE_CHECKING:
+    from studio.capture.audio import AudioDevice
+    from studio.capture.recorder import Recorder
+
+
+class InputsPresenter(QObject):
+    """Keeps the recorder's inputs as the person chose them, and remembers the choice."""
+
+    def __init__(self, card: InputsCard, session: Session, parent: QObject) -> None:
+        super().__init__(parent)
+        self._card = card
+        self._session = session
+        self._recorder: Recorder | None = None
+        self._in_order = QThreadPool(self)
+        self._in_order.setMaxThreadCount(1)
+        self._devices: tuple[AudioDevice, ...] = ()
+        self.problems: dict[str, tuple[str, str]] = {}
+        """What could not be opened: "motion" or "sound" -> (sentence, remedy)."""
+        settings = session.settings
+        card.show_choices(settings.vmc_port, settings.vmc_host)
+        self._show_devices()
+        card.port_chosen.connect(lambda port: self._choose_motion(vmc_port=port))
+        card.show_more_ports([int(text) for text in settings.more_ports if text.isdigit()])
+        card.more_ports_chosen.connect(
+            lambda ports: self._choose_motion(more_ports=tuple(str(port) for port in ports))
+        )
+        card.host_chosen.connect(lambda host: self._choose_motion(vmc_host=host))
+        card.device_chosen.connect(self._choose_device)
+        card.refresh_requested.connect(self.refresh)
+
+    def attach(self, recorder: Recorder | None) -> None:
+        """Open the chosen inputs of a new recorder."""
+        self._recorder = recorder
+        if recorder is not None:
+            self._open_motion()
+            self._open_sound()
+            self._list_devices(refresh=False)
+
+    def close(self) -> None:
+        """Wait until nothing is being opened any more."""
+        self._recorder = None
+        self._in_order.waitForDone(5_000)
+
+    def refresh(self) -> None:
+        """Look for microphones again; the open one is let go for that moment."""
+        recorder = self._recorder
+        if recorder is not None and not self._session.rolling:
+            self.later(recorder.close_audio, lambda _r: self._list_devices(refresh=True))
+
+    def _list_devices(self, refresh: bool) -> None:
+        from studio.capture.audio import input_devices
+
+        def done(devices: tuple[AudioDevice, ...]) -> None:
+            self._devices = devices
+            self._show_devices()
+            if refresh:
+                self._open_sound()
+
+        def failed(error: BaseException) -> None:
+            self._note("sound", error)
+
+        self.later(lambda: input_devices(refresh), done, failed)
+
+    def _show_devices(self) -> None:
+        default = next((device.name for device in self._devices if device.default), "")
+        self._card.device.setToolTip(self.tr("The system's own is {0}.").format(default) if default else "")
+        names = [("", self.tr("System's microphone"))]
+        names += [(device.name, device.name) for device in self._devices]
+        names.append((NO_MICROPHONE, self.tr("No microphone")))
+        self._card.show_devices(names, self._session.settings.audio_device)
+
+    def _choose_motion(self, **choice: object) -> None:
+        self._session.change_settings(**choice)
+        self._open_motion()
+
+    def _choose_device(self, name: str) -> None:
+        self._session.change_settings(audio_device=name)
+        self._open_sound()
+
+    def _open_motion(self) -> None:
+        recorder = self._recorder
+        if recorder is None:
+            return
+        chosen = self._session.settings
+        port, host = chosen.vmc_port, chosen.vmc_host
+        also = [int(text) for text in chosen.more_ports if text.isdigit()]
+
+        def work() -> None:
+            try:
+                recorder.open_motion(port, host, also=also)
+            except StudioError:
+                recorder.close_motion()  # not the one before: the card names the port that was asked for
+                raise
+
+        self._open("motion", work)
+
+    def _open_sound(self) -> None:
+        recorder = self._recorder
+        if recorder is None:
+            return
+        device = self._session.settings.audio_device
+
+        def work() -> None:
+            recorder.close_audio()
+            if device != NO_MICROPHONE:
+                recorder.open_audio(device or None)
+
+        self._open("sound", work)
+
+    def _open(self, which: str, work: Callable[[], None]) -> None:
+        self.problems.pop(which, None)
+        self.later(work, lambda _r: None, lambda error: self._note(which, error))
+
+    def _note(self, which: str, error: BaseException) -> None:
+        """Keep a problem on the health card; only what is unexpected pops up."""
+        if isinstance(error, StudioError):
+            self.problems[which] = (error.what, error.remedy)
+        else:
+            messages.show_error(self._card, error)
+
+    def later(
+        self,
+        work: Callable[[], object],
+        on_done: Callable[..., None],
+        on_error: Callable[[BaseException], None] | None = None,
+    ) -> None:
+        """Do something with the inputs after all that was asked before has been done."""
+        background.run(work, on_done, on_error, owner=self, pool=self._in_order)

@@ -1,0 +1,117 @@
+"""Record: layout and signals, no thought."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollArea,
+    QSplitter,
+    QTextEdit,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.ui import theme
+from studio.ui.record.health import HealthCard
+from studio.ui.record.inputs import InputsCard
+from studio.ui.record.slate_bar import SlateBar
+from studio.ui.record.takes_list import TakesCard
+from studio.ui.widgets.card import Card
+from studio.ui.widgets.drawn_face import DrawnFace
+from studio.ui.widgets.figure import StickFigure
+from studio.ui.widgets.shape_meters import ShapeMeters
+
+FACE = QSize(116, 116)
+
+
+class RecordView(QWidget):
+    """Inputs and health at the left, the figure in the middle, shapes and takes at the right.
+
+    Signals:
+        record_requested: the one key or the button.
+        cancel_requested: Escape.
+    """
+
+    record_requested = Signal()
+    cancel_requested = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inputs = InputsCard()
+        self.health = HealthCard()
+        waiting = self.tr("Waiting for motion. Start your tracking program, or try it without any.")
+        self.figure = StickFigure(None, waiting, empty_button=self.tr("Use the practice performer"))
+        self.face = DrawnFace(self.figure)
+        self.face.resize(FACE)
+        self.face.hide()
+        self.slate_bar = SlateBar()
+        self.shapes = ShapeMeters()
+        self.takes = TakesCard()
+        self._lay_out()
+        self.figure.installEventFilter(self)
+        self.slate_bar.record_clicked.connect(self.record_requested)
+        self._space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
+        self._space.setAutoRepeat(False)
+        self._space.activated.connect(self.record_requested)
+        escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), self)
+        escape.activated.connect(self.cancel_requested)
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            app.focusChanged.connect(self._on_focus_changed)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self.figure and isinstance(event, QResizeEvent):
+            self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
+        return False
+
+    def _on_focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
+        """Leave the space bar to a control that has the focus and a use for it."""
+        takes_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
+        self._space.setEnabled(not isinstance(new, takes_space) or new is self.slate_bar.record)
+
+    def _lay_out(self) -> None:
+        side = QWidget()
+        side.setObjectName("scrolled")
+        left = QVBoxLayout(side)
+        left.setContentsMargins(0, 0, 0, 0)
+        left.setSpacing(theme.INSIDE + theme.TIGHT)
+        left.addWidget(self.inputs)
+        left.addWidget(self.health, 1)
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(side)
+        scroll.setMinimumWidth(side.minimumSizeHint().width() + 2)
+        middle = QWidget()
+        column = QVBoxLayout(middle)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.INSIDE + theme.TIGHT)
+        column.addWidget(self.figure, 1)
+        column.addWidget(self.slate_bar)
+        meters = Card()
+        meters.body.addWidget(self.shapes)
+        right = QSplitter(Qt.Orientation.Vertical)
+        right.setObjectName("record_right")
+        right.addWidget(meters)
+        right.addWidget(self.takes)
+        right.setSizes([440, 260])
+        right.setMinimumWidth(280)
+        columns = QSplitter(Qt.Orientation.Horizontal)
+        columns.setObjectName("record_columns")
+        for splitter in (right, columns):
+            splitter.setHandleWidth(theme.INSIDE + theme.TIGHT)
+            splitter.setChildrenCollapsible(False)
+        for part, stretch in ((scroll, 0), (middle, 1), (right, 0)):
+            columns.addWidget(part)
+            columns.setStretchFactor(columns.count() - 1, stretch)
+        columns.setSizes([300, 700, 330])
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
+        outer.addWidget(columns)

@@ -1,0 +1,147 @@
+"""What Review has on its stage: a sound, what was captured with it, and what a run made of it. No widgets.
+
+Everything that reads files here runs on the thread pool.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from studio.motion import Motion
+from studio.motion.channels import is_mouth_shape
+from studio.playback.layers import Tuning, tuned
+from studio.playback.player import Player
+from studio.project import Project, Run
+from studio.take import Take
+from studio.take.motion_file import read_motion
+from studio.take.peaks import Peaks, peaks
+from studio.ui.review.comparing import Comparison, compare
+
+GENERATED = "generated"
+"""Folder of a run that keeps what it generated, one motion file a sound."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Something that can be reviewed.
+
+    Args:
+        key: unique: "take:ID" or "sound:PATH".
+        title: what the list shows.
+        sound: its sound, or None.
+        take: the take, or None for a dropped sound.
+        duration: seconds, 0 where not known yet.
+    """
+
+    key: str
+    title: str
+    sound: Path | None
+    take: Take | None = None
+    duration: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Captured:
+    """The recorded motion of a source with its trims, on the clock of its sound."""
+
+    motion: Motion | None
+    in_point: float
+    out_point: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A source that was read: what was captured, how loud it is, and a player standing at its start."""
+
+    captured: Captured
+    peaks: Peaks | None
+    player: Player
+
+
+@dataclass(frozen=True, eq=False)
+class Tuned:
+    """The motion that is seen, sent and exported, and how it compares with the captured one."""
+
+    motion: Motion
+    comparison: Comparison | None
+
+
+def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
+    """Dropped sounds with their seconds (0 where not known yet) first, then all takes."""
+    dropped = [Source(f"sound:{path}", path.stem, path, None, length) for path, length in sounds.items()]
+    takes = [
+        Source(f"take:{take.id}", take.id, take.audio_path, take, take.info.duration)
+        for take in project.takes
+        if take.audio_path or take.motion_path
+    ]
+    return (*dropped, *takes)
+
+
+def load_captured(project: Project, take: Take) -> Captured:
+    """Read a take's motion and apply the offset of its selection."""
+    motion = read_motion(take.motion_path) if take.motion_path else None
+    if take.id not in project.dataset:
+        return Captured(motion, 0.0, None)
+    selection = project.dataset[take.id]
+    if motion is not None and selection.offset:
+        motion = motion.shifted(selection.offset)
+    return Captured(motion, selection.in_point, selection.out_point)
+
+
+def load(project: Project, source: Source, device: str | None) -> Clip:
+    """Read everything about a source.
+
+    Args:
+        device: the loudspeaker's name, None for the system's own.
+
+    Raises:
+        StudioError: motion or sound cannot be read.
+    """
+    captured = load_captured(project, source.take) if source.take else Captured(None, 0.0, None)
+    duration = source.duration if source.take else 0.0
+    if captured.motion is not None and len(captured.motion):
+        duration = max(duration, float(captured.motion.times[-1]))
+    loudness = peaks(source.sound) if source.sound else None
+    return Clip(captured, loudness, Player(source.sound, duration or None, device))
+
+
+def tune(main: Motion, truth: Motion | None, tuning: Tuning) -> Tuned:
+    """Lay the sliders over a motion and compare it with the captured one."""
+    motion = tuned(main, tuning)
+    return Tuned(motion, compare(truth, motion) if truth is not None else None)
+
+
+def lively(*motions: Motion | None) -> list[str]:
+    """Blend shapes of some motions: the mouth's first, since speech tells most of it, the liveliest first."""
+    spread: dict[str, float] = {}
+    for motion in motions:
+        if motion is not None and len(motion):
+            for name, value in zip(motion.shape_names, motion.shapes.std(axis=0), strict=True):
+                spread[name] = max(spread.get(name, 0.0), float(value))
+    return sorted(spread, key=lambda name: (not is_mouth_shape(name), -spread[name]))
+
+
+def generated_path(run: Run, sound: Path) -> Path:
+    """Where a run keeps the motion it made for a sound; another name once sound or weights change."""
+    stat = sound.stat()
+    weights = run.folder / "best.safetensors"
+    made = weights.stat().st_mtime_ns if weights.is_file() else 0
+    facts = f"{sound.absolute()}|{stat.st_size}|{stat.st_mtime_ns}|{made}"
+    digest = hashlib.sha256(facts.encode()).hexdigest()[:12]
+    return run.folder / GENERATED / f"{digest}.arrow"
+
+
+def world_of(motion: Motion, t: float) -> tuple[np.ndarray, dict[str, float]]:
+    """Joints in the world (J, 3) and shapes by name at a moment."""
+    frame = motion.at([t])
+    shapes = dict(zip(motion.shape_names, frame.shapes[0].tolist(), strict=True))
+    if not motion.bone_names:
+        return np.zeros((0, 3)), shapes
+    from studio.motion import rotation
+
+    local, _ = motion.skeleton.forward(frame.positions[0], frame.rotations[0])
+    return rotation.rotate(frame.root_rotation[0], local) + frame.root_position[0], shapes

@@ -1,0 +1,209 @@
+"""Exporting: which format, what it leaves out, how many frames a second, and where to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QProgressBar,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.ui import theme
+from studio.ui.widgets.card import label
+
+
+@dataclass(frozen=True)
+class FormatChoice:
+    """A format to export to: module name, title, suffix, what it leaves out."""
+
+    name: str
+    title: str
+    suffix: str
+    note: str
+
+
+@dataclass(frozen=True)
+class ExportWish:
+    """What to export: file name without suffix, format, frames a second (0: as they are), folder."""
+
+    name: str
+    format: FormatChoice
+    fps: float
+    folder: Path
+
+
+class ExportPanel(QWidget):
+    """The form.
+
+    Signals:
+        export_requested: an ExportWish.
+        cancel_requested: stop the export.
+        folder_requested: show the exported files.
+    """
+
+    export_requested = Signal(object)
+    cancel_requested = Signal()
+    folder_requested = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._formats: tuple[FormatChoice, ...] = ()
+        self._ready = self._busy = False
+        self._body = True
+        self.format = QComboBox()
+        self.format.setObjectName("export_format")
+        self.format.currentIndexChanged.connect(lambda _: self._show_note())
+        self.note = label("", "caption", "export_note")
+        self.note.setWordWrap(True)
+        self.name = QLineEdit()
+        self.name.setObjectName("export_name")
+        self.fps = QComboBox()
+        self.fps.setObjectName("export_fps")
+        self.fps.addItem(self.tr("As they are"), 0.0)
+        for fps in (24, 30, 60, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
+        self.folder = QLineEdit()
+        self.folder.setObjectName("export_folder")
+        choose = QToolButton()
+        choose.setObjectName("choose_export_folder")
+        choose.setAccessibleName(self.tr("Choose the folder"))
+        theme.set_icon(choose, "mdi6.folder-outline", "muted")
+        choose.clicked.connect(self._choose_folder)
+        folder = QHBoxLayout()
+        folder.setSpacing(theme.TIGHT)
+        folder.addWidget(self.folder, 1)
+        folder.addWidget(choose)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        rows: tuple[tuple[str, QWidget], ...] = (
+            (self.tr("Name"), self.name),
+            (self.tr("Frames"), self.fps),
+            (self.tr("Format"), self.format),
+        )
+        for row, (words, widget) in enumerate(rows):
+            widget.setAccessibleName(words)
+            grid.addWidget(label(words, "muted"), row, 0)
+            grid.addWidget(widget, row, 1)
+        self.folder.setAccessibleName(self.tr("Folder"))
+        grid.addWidget(label(self.tr("Folder"), "muted"), 4, 0)
+        grid.addLayout(folder, 4, 1)
+        grid.addWidget(self.note, 3, 0, 1, 2)
+        self.export = QPushButton(self.tr("Export"))
+        self.export.setObjectName("export_button")
+        theme.as_role(self.export, "primary")
+        self.export.clicked.connect(self._on_export)
+        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel.setObjectName("cancel_export")
+        self.cancel.clicked.connect(self.cancel_requested)
+        self.cancel.hide()
+        self.bar = QProgressBar()
+        self.bar.setObjectName("export_bar")
+        self.bar.setTextVisible(False)
+        self.bar.setAccessibleName(self.tr("Export progress"))
+        self.bar.hide()
+        self.result = label("", "good", "export_result")
+        self.result.setWordWrap(True)
+        self.show_folder = QPushButton(self.tr("Show in folder"))
+        self.show_folder.setObjectName("show_export_folder")
+        self.show_folder.clicked.connect(self.folder_requested)
+        self.show_folder.hide()
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.export, 1)
+        buttons.addWidget(self.cancel)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 12, 12, 12)
+        column.setSpacing(10)
+        column.addLayout(grid)
+        column.addLayout(buttons)
+        column.addWidget(self.bar)
+        column.addWidget(self.result)
+        column.addWidget(self.show_folder, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addStretch(1)
+
+    def show_formats(self, formats: Sequence[FormatChoice]) -> None:
+        """Fill the list."""
+        self._formats = tuple(formats)
+        self.format.clear()
+        for choice in formats:
+            self.format.addItem(f"{choice.title} ({choice.suffix})", choice.name)
+        self._show_note()
+
+    def show_target(self, name: str, folder: Path | None, ready: bool, body: bool = True) -> None:
+        """What would be exported and where to.
+
+        Args:
+            name: of the files, without suffix.
+            folder: where to, unless one was chosen.
+            ready: whether there is a motion.
+            body: whether it has bones; a face alone is better off in another format.
+        """
+        if ready and body != self._body:
+            self._body = body
+            wanted = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
+            self.format.setCurrentIndex(max(self.format.findData(wanted), 0))
+        self.name.setText(name)
+        if folder is not None and not self.folder.text():
+            self.folder.setText(str(folder))
+        self._ready = ready
+        self.export.setEnabled(ready and not self._busy)
+        self.export.setToolTip("" if ready else self.tr("There is no motion to export yet"))
+
+    def show_busy(self, fraction: float | None) -> None:
+        """Show progress 0..1; negative only moves; None where nothing is under way."""
+        self._busy = fraction is not None
+        self.export.setEnabled(self._ready and not self._busy)
+        self.cancel.setVisible(self._busy)
+        self.bar.setVisible(self._busy)
+        if fraction is not None:
+            self.bar.setRange(0, 0 if fraction < 0 else 1000)
+            self.bar.setValue(round(max(fraction, 0.0) * 1000))
+            self.show_result("", False)
+
+    def show_result(self, text: str, good: bool) -> None:
+        """Say how it ended."""
+        theme.as_role(self.result, "good" if good else "bad")
+        self.result.setText(text)
+        self.show_folder.setVisible(bool(text) and good)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_note()
+
+    def _show_note(self) -> None:
+        choice = self._chosen()
+        self.note.setText(choice.note if choice else "")
+        self._fit_note()
+
+    def _fit_note(self) -> None:
+        # A tab's page does not pass on that wrapped text grows with less width.
+        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - 24, 100)))
+
+    def _chosen(self) -> FormatChoice | None:
+        name = self.format.currentData(Qt.ItemDataRole.UserRole)
+        return next((choice for choice in self._formats if choice.name == name), None)
+
+    def _choose_folder(self) -> None:
+        found = QFileDialog.getExistingDirectory(self, self.tr("Export into"), self.folder.text())
+        if found:
+            self.folder.setText(found)
+
+    def _on_export(self) -> None:
+        choice, name = self._chosen(), self.name.text().strip()
+        if choice is not None and name and self.folder.text().strip():
+            folder = Path(self.folder.text().strip()).expanduser()
+            self.export_requested.emit(ExportWish(name, choice, float(self.fps.currentData()), folder))

@@ -1,0 +1,276 @@
+"""Where motion is sent: avatar programs with their ports, a state light each, and a test wave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QSpinBox,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.capture.vmc import SendOptions
+from studio.playback.vmc_target import PRESETS, Destination, Light, TargetState
+from studio.ui import theme
+from studio.ui.widgets.card import label
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where one target listens, and what people call it."""
+
+    title: str
+    host: str
+    port: int
+
+
+class TargetRow(QFrame):
+    """One target.
+
+    Signals:
+        send_toggled: the Send button went down or up.
+        wave_requested: the test wave was pressed.
+        removed: the target is to go.
+        address_changed: host or port was edited.
+    """
+
+    send_toggled = Signal(bool)
+    wave_requested = Signal()
+    removed = Signal()
+    address_changed = Signal()
+
+    def __init__(self, number: int, address: Address) -> None:
+        super().__init__()
+        self.setObjectName(f"target_{number}")
+        self.preset = QComboBox()
+        self.preset.setObjectName(f"target_preset_{number}")
+        self.preset.setAccessibleName(self.tr("Program"))
+        for preset in PRESETS:
+            self.preset.addItem(preset.title, preset.port)
+            self.preset.setItemData(self.preset.count() - 1, preset.hint, Qt.ItemDataRole.ToolTipRole)
+        self.preset.addItem(self.tr("Other program"), 0)
+        self.host = QLineEdit(address.host)
+        self.host.setObjectName(f"target_host_{number}")
+        self.host.setAccessibleName(self.tr("Address"))
+        self.port = QSpinBox()
+        self.port.setObjectName(f"target_port_{number}")
+        self.port.setAccessibleName(self.tr("Port"))
+        self.port.setRange(1, 65535)
+        self.port.setValue(address.port)
+        self.port.setKeyboardTracking(False)  # a half-typed port is none
+        self.port.setFont(theme.figures_font())
+        self.port.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.send = QPushButton(self.tr("Send"))
+        self.send.setObjectName(f"send_{number}" if number else "send_button")
+        self.send.setCheckable(True)
+        theme.set_icon(self.send, "mdi6.broadcast", "muted", "accent")
+        self.wave = QPushButton(self.tr("Test wave"))
+        self.wave.setObjectName(f"test_wave_{number}" if number else "test_wave")
+        self.wave.setToolTip(self.tr("The avatar waves, opens its mouth and blinks: shows that it hears us"))
+        theme.as_role(self.wave, "quiet")
+        self.remove = QToolButton()
+        self.remove.setObjectName(f"target_remove_{number}")
+        self.remove.setAccessibleName(self.tr("Remove this target"))
+        self.remove.setToolTip(self.tr("Remove this target"))
+        theme.set_icon(self.remove, "mdi6.close", "muted")
+        theme.as_role(self.remove, "quiet")
+        self._light = label("", "muted")
+        self._state = label("", "caption", f"target_state_{number}" if number else "target_state")
+        self._state.setWordWrap(True)
+        self._lay_out()
+        self._show_preset(address.title)
+        self.preset.currentIndexChanged.connect(self._on_preset)
+        self.send.toggled.connect(self.send_toggled)
+        self.wave.clicked.connect(self.wave_requested)
+        self.remove.clicked.connect(self.removed)
+        self.host.editingFinished.connect(self.address_changed)
+        self.port.valueChanged.connect(lambda _: self.address_changed.emit())
+        self.show_state(TargetState(Light.OFF, 0, 0), 0.0)
+
+    @property
+    def address(self) -> Address:
+        """Where it listens."""
+        return Address(self.preset.currentText(), self.host.text().strip() or "127.0.0.1", self.port.value())
+
+    def set_sending(self, sending: bool) -> None:
+        """Show the Send button down or up without saying so."""
+        with QSignalBlocker(self.send):
+            self.send.setChecked(sending)
+
+    def show_state(self, state: TargetState, rate: float) -> None:
+        """Show how the target is doing; rate is frames per second lately."""
+        token, words = {
+            Light.OFF: ("disabled", self.tr("off")),
+            Light.SENDING: ("good", self.tr("sending {0} frames/s").format(f"{rate:.0f}")),
+            Light.REFUSED: ("warn", self.tr("nobody listens")),
+            Light.ERROR: ("bad", self.tr("not sending")),
+        }[state.light]
+        if state.problem is not None:
+            words = f"{state.problem.what} {state.problem.remedy}"
+        elif state.light is Light.OFF:
+            words = str(self.preset.currentData(Qt.ItemDataRole.ToolTipRole) or "")
+        self._state.setText(words)
+        if self._light.property("token") != token:
+            self._light.setProperty("token", token)
+            icon = "mdi6.circle" if state.light is not Light.OFF else "mdi6.circle-outline"
+            self._light.setPixmap(theme.icon(icon, token).pixmap(12, 12))
+        self._light.setAccessibleName(words)
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 8)
+        grid.setSpacing(theme.INSIDE)
+        grid.addWidget(self.preset, 0, 0)
+        grid.addWidget(self.remove, 0, 1)
+        address = QHBoxLayout()
+        address.setSpacing(theme.TIGHT)
+        address.addWidget(self.host, 1)
+        self.port.setFixedWidth(84)
+        address.addWidget(self.port)
+        grid.addLayout(address, 1, 0, 1, 2)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(theme.INSIDE)
+        buttons.addWidget(self.send, 1)
+        buttons.addWidget(self.wave)
+        grid.addLayout(buttons, 2, 0, 1, 2)
+        state = QHBoxLayout()
+        state.setSpacing(theme.INSIDE)
+        state.addWidget(self._light, 0, Qt.AlignmentFlag.AlignTop)
+        state.addWidget(self._state, 1)
+        grid.addLayout(state, 3, 0, 1, 2)
+        grid.setColumnStretch(0, 1)
+
+    def _show_preset(self, title: str) -> None:
+        index = self.preset.findText(title)
+        self.preset.setCurrentIndex(index if index >= 0 else self.preset.count() - 1)
+
+    def _on_preset(self, _index: int) -> None:
+        port = int(self.preset.currentData() or 0)
+        if port:
+            self.port.setValue(port)
+        self.show_state(TargetState(Light.OFF, 0, 0), 0.0)
+
+
+class SendPanel(QWidget):
+    """All targets and how frames are written.
+
+    Signals:
+        row_added, row_removed: a TargetRow.
+        options_changed: rate, names or ways of writing were changed.
+    """
+
+    row_added = Signal(object)
+    row_removed = Signal(object)
+    options_changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.rows: list[TargetRow] = []
+        self._numbers = 0
+        inner = QWidget()
+        inner.setObjectName("scrolled")
+        column = QVBoxLayout(inner)
+        column.setContentsMargins(12, 12, 12, 12)
+        column.setSpacing(theme.INSIDE)
+        self._list = QVBoxLayout()
+        self._list.setSpacing(theme.TIGHT)
+        column.addLayout(self._list)
+        self.add = QPushButton(self.tr("Add a target"))
+        self.add.setObjectName("add_target")
+        theme.set_icon(self.add, "mdi6.plus", "muted")
+        theme.as_role(self.add, "quiet")
+        self.add.clicked.connect(lambda: self.add_target(Address("", "127.0.0.1", 39539)))
+        column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addLayout(self._options())
+        column.addStretch(1)
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(inner)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(scroll)
+
+    def add_target(self, address: Address) -> TargetRow:
+        """One more target."""
+        row = TargetRow(self._numbers, address)
+        self._numbers += 1
+        row.removed.connect(lambda: self._remove(row))
+        self.rows.append(row)
+        self._list.addWidget(row)
+        self._show_removable()
+        self.row_added.emit(row)
+        return row
+
+    def destination(self, row: TargetRow) -> Destination:
+        """Where and how to send to a row's target."""
+        address = row.address
+        options = SendOptions(
+            names=str(self.names.currentData()),
+            bundle=not self.no_bundle.isChecked(),
+            rotations_only=self.rotations_only.isChecked(),
+        )
+        return Destination(address.host, address.port, float(self.fps.currentData()), options)
+
+    def set_options(self, fps: float, names: str) -> None:
+        """Show saved preferences."""
+        with QSignalBlocker(self.fps), QSignalBlocker(self.names):
+            self.fps.setCurrentIndex(max(self.fps.findData(int(fps)), 0))
+            self.names.setCurrentIndex(max(self.names.findData(names), 0))
+
+    def _options(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        self.fps = QComboBox()
+        self.fps.setObjectName("send_fps")
+        for fps in (60, 30, 90, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), fps)
+        self.names = QComboBox()
+        self.names.setObjectName("send_names")
+        for name, words in (
+            ("vrm0", self.tr("VRM 0 (most programs)")), ("vrm1", self.tr("VRM 1")),
+            ("arkit", self.tr("ARKit (Perfect Sync)")), ("as_is", self.tr("As they are")),
+        ):  # fmt: skip
+            self.names.addItem(words, name)
+        self.rotations_only = QCheckBox(self.tr("Rotations only"))
+        self.rotations_only.setObjectName("rotations_only")
+        self.rotations_only.setToolTip(self.tr("Leaves the avatar's own proportions as they are"))
+        self.no_bundle = QCheckBox(self.tr("One message a packet"))
+        self.no_bundle.setObjectName("no_bundle")
+        self.no_bundle.setToolTip(self.tr("For programs that do not understand bundles"))
+        for row, (words, box) in enumerate(((self.tr("Rate"), self.fps), (self.tr("Names"), self.names))):
+            caption = label(words, "muted")
+            caption.setBuddy(box)
+            box.setAccessibleName(words)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(box, row, 1)
+            box.currentIndexChanged.connect(lambda _: self.options_changed.emit())
+        for row, check in enumerate((self.rotations_only, self.no_bundle), 2):
+            grid.addWidget(check, row, 0, 1, 2)
+            check.toggled.connect(lambda _: self.options_changed.emit())
+        grid.setColumnStretch(1, 1)
+        return grid
+
+    def _remove(self, row: TargetRow) -> None:
+        self.rows.remove(row)
+        self.row_removed.emit(row)
+        row.setParent(None)
+        row.deleteLater()
+        self._show_removable()
+
+    def _show_removable(self) -> None:
+        for row in self.rows:
+            row.remove.setVisible(len(self.rows) > 1)

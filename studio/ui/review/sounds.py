@@ -1,0 +1,72 @@
+"""Sounds of a project that are no takes: what was dropped on Review, kept until it is removed. No widgets."""
+
+from __future__ import annotations
+
+import filecmp
+import shutil
+from pathlib import Path
+
+from studio.project import Project
+from studio.take import safe_file
+from studio.take.sound import sound_info
+
+FOLDER = "sounds"
+"""Dropped sounds are copied here, so that a project that moves takes them along."""
+TRASH = ".trash"
+
+
+def kept_sounds(project: Project) -> tuple[Path, ...]:
+    """The sounds of a project, the newest first."""
+    folder = project.folder / FOLDER
+    try:
+        found = [path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")]
+        return tuple(sorted(found, key=lambda path: path.stat().st_mtime_ns, reverse=True))
+    except OSError:
+        return ()
+
+
+def keep(project: Project, sound: Path) -> Path:
+    """Copy a sound into the project; where it is known already, the copy of then.
+
+    A project that may only be looked at gets no copy: its sound is reviewed where it lies.
+
+    Raises:
+        StudioError: the file is missing, holds no sound, or the disk is full.
+    """
+    sound_info(sound)
+    folder = project.folder / FOLDER
+    if project.read_only or sound.parent == folder:
+        return sound
+    target, number = folder / sound.name, 1
+    try:
+        folder.mkdir(exist_ok=True)
+        while target.exists():
+            if filecmp.cmp(sound, target, shallow=False):
+                target.touch()
+                return target
+            number += 1
+            target = folder / f"{sound.stem}_{number}{sound.suffix}"
+        with safe_file.written(target) as beside:
+            shutil.copyfile(sound, beside)
+    except OSError as error:
+        raise safe_file.cannot_write(target, error) from error
+    return target
+
+
+def remove(project: Project, sound: Path) -> None:
+    """Move a kept sound to the project's trash.
+
+    Raises:
+        StudioError: it cannot be moved.
+    """
+    trash, number = project.folder / TRASH / FOLDER, 1
+    target = trash / sound.name
+    try:
+        trash.mkdir(parents=True, exist_ok=True)
+        while target.exists():
+            number += 1
+            target = trash / f"{sound.stem}_{number}{sound.suffix}"
+        sound.replace(target)
+        sound.with_name(f".{sound.name}.peaks.npz").unlink(missing_ok=True)
+    except OSError as error:
+        raise safe_file.cannot_write(target, error) from error

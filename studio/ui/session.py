@@ -1,0 +1,177 @@
+"""What the whole window shares: the open project, the settings, and word of what changed."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from studio.errors import StudioError
+
+if TYPE_CHECKING:
+    from studio.dataset.dataset import Dataset
+    from studio.project import Project
+    from studio.settings import Settings
+    from studio.take.take import Take
+
+
+class Session(QObject):
+    """The open project and what happened to it.
+
+    Signals:
+        project_opened: a project was opened or closed; read `project`.
+        takes_changed: takes were added or removed.
+        dataset_changed: choices about takes were edited, undone or redone.
+        runs_changed: a training run appeared, ended or went.
+        settings_changed: a preference was changed.
+        status_changed: (key, text, health) for the status strip; health is "good", "warn", "bad" or "".
+        rolling_changed: a recording began or ended.
+        sound_dropped: a sound file was dropped on the window while Review was shown.
+        import_requested: bring in these paths; an empty tuple asks for files first.
+        import_cancelled: end the import that is going on.
+        import_progress: (sentence, fraction done or None); an empty sentence when it is over.
+        tab_requested: show the tab of this name ("record", "curate", "train", "review").
+    """
+
+    project_opened = Signal()
+    takes_changed = Signal()
+    dataset_changed = Signal()
+    runs_changed = Signal()
+    settings_changed = Signal()
+    status_changed = Signal(str, str, str)
+    rolling_changed = Signal(bool)
+    sound_dropped = Signal(object)
+    import_requested = Signal(object)
+    import_cancelled = Signal()
+    import_progress = Signal(str, object)
+    tab_requested = Signal(str)
+
+    def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        if settings is None:
+            from studio import settings as preferences
+
+            settings = preferences.load()
+        self.settings = settings
+        self.project: Project | None = None
+        self.rolling = False
+        self._known_takes: set[str] = set()
+        self.wanted_run = ""
+        """A run that Review should show when it comes up next."""
+
+    def open_project(self, folder: Path) -> Project:
+        """Open a project folder and tell everyone; the one open before is left.
+
+        Raises:
+            StudioError: the folder is no project or can't be read; the one open before stays.
+        """
+        from studio.project import Project
+
+        if self.project is not None and _same(self.project.folder, folder):
+            self.refresh_takes()
+            return self.project
+        return self._show(Project.open(folder))
+
+    def create_project(self, folder: Path, name: str = "") -> Project:
+        """Make a project folder and open it.
+
+        Raises:
+            StudioError: the folder exists and holds something else, or can't be written.
+        """
+        from studio.project import Project
+
+        return self._show(Project.create(folder, name))
+
+    def close_project(self) -> None:
+        """Leave the project: back to the welcome page. Every edit was saved when it was made."""
+        if self.project is not None:
+            self.project.close()
+            self.project = None
+            self.project_opened.emit()
+
+    def edit(self, name: str, dataset: Dataset) -> None:
+        """Make a new state of the choices, named for undo."""
+        assert self.project is not None
+        self.project.edit(name, dataset)
+        self.dataset_changed.emit()
+
+    def undo(self) -> str:
+        """Take back the last edit; its name, "" where there is none."""
+        name = self.project.undo() if self.project else ""
+        if name:
+            self._tell_edited()
+        return name
+
+    def redo(self) -> str:
+        """Make the edit taken back last again; its name, "" where there is none."""
+        name = self.project.redo() if self.project else ""
+        if name:
+            self._tell_edited()
+        return name
+
+    def adopt(self, take: Take) -> None:
+        """Tell everyone of a take that was just saved in the open project's folder."""
+        if self.project is not None:
+            self.project.adopt(take)
+            self.takes_changed.emit()
+
+    def remove_take(self, take_id: str) -> None:
+        """Move a take to the trash; undo brings it back.
+
+        Raises:
+            StudioError: the project is read-only or cannot be written.
+        """
+        assert self.project is not None
+        self.project.remove_take(take_id)
+        self.takes_changed.emit()
+        self.dataset_changed.emit()
+
+    def refresh_takes(self) -> tuple[str, ...]:
+        """Look for takes that appeared on disk; the new ids."""
+        new = self.project.refresh() if self.project else ()
+        self.takes_changed.emit()
+        return new
+
+    def set_rolling(self, rolling: bool) -> None:
+        """Say that a recording began or ended."""
+        if rolling != self.rolling:
+            self.rolling = rolling
+            self.rolling_changed.emit(rolling)
+
+    def change_settings(self, **values: object) -> None:
+        """Change preferences by field name and keep them."""
+        from studio import settings as preferences
+
+        self.settings = self.settings.changed(**values)
+        preferences.save(self.settings)
+        self.settings_changed.emit()
+
+    def _tell_edited(self) -> None:
+        takes = {take.id for take in self.project.takes} if self.project else set()
+        if takes != self._known_takes:  # undoing a removal brings a take back
+            self._known_takes = takes
+            self.takes_changed.emit()
+        self.dataset_changed.emit()
+
+    def _show(self, project: Project) -> Project:
+        if self.project is not None:
+            self.project.close()
+        self.project = project
+        self._remember(project.folder)
+        self.project_opened.emit()
+        return project
+
+    def _remember(self, folder: Path) -> None:
+        from studio import settings as preferences
+
+        self.settings = self.settings.with_recent(folder)
+        with suppress(StudioError):  # a list that can't be kept is no reason not to open a project
+            preferences.save(self.settings)
+
+
+def _same(a: Path, b: Path) -> bool:
+    with suppress(OSError):
+        return a.resolve() == b.resolve()
+    return False

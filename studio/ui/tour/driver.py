@@ -1,0 +1,204 @@
+"""Hands and eyes for the tour: finds controls by name, uses them as a person does, sees the effect."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+from PySide6.QtCore import QPoint, QSize, Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QApplication,
+    QComboBox,
+    QDoubleSpinBox,
+    QFileDialog,
+    QLineEdit,
+    QListView,
+    QSpinBox,
+    QWidget,
+)
+
+from studio.errors import StudioError
+
+W = TypeVar("W", bound=QWidget)
+
+SIZES = (QSize(1280, 800), QSize(1920, 1080))
+"""Window sizes of the screenshots, pixels."""
+LOOK_MS = 20
+LEAST_COLOURS = 24
+"""A picture with fewer colours shows nothing."""
+
+
+class Driver:
+    """Uses one window.
+
+    Args:
+        window: the studio's main window, shown.
+        pictures: the folder screenshots go to.
+    """
+
+    def __init__(self, window: QWidget, pictures: Path) -> None:
+        self.window = window
+        self.pictures = pictures
+        self.files: list[Path] = []
+
+    def find(self, name: str, kind: type[W]) -> W:
+        """The control with an object name, in the window or in a dialog.
+
+        Raises:
+            StudioError: there is none.
+        """
+        for top in (self.window, *QApplication.topLevelWidgets()):
+            if top.objectName() == name and isinstance(top, kind):
+                return top
+            found = top.findChildren(kind, name)
+            shown = [one for one in found if one.isVisible()]
+            if found:
+                return (shown or found)[0]
+        raise StudioError(f"The window has no {kind.__name__} named {name}.", "Was it renamed?")
+
+    def click(self, name: str, seconds: float = 10.0) -> None:
+        """Press a button with the mouse, once it is visible and enabled."""
+        button = self.find(name, QAbstractButton)
+        self.wait(lambda: button.isVisible() and button.isEnabled(), seconds, f"the button {name} was ready")
+        spot = QPoint(min(button.width() // 2, 12), button.height() // 2)
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, spot)
+
+    def is_ready(self, name: str) -> bool:
+        """Whether a control is there, visible and enabled."""
+        control = self.window.findChild(QWidget, name)
+        return control is not None and control.isVisible() and control.isEnabled()
+
+    def type_into(self, name: str, text: str) -> None:
+        """Replace the text of a line or the value of a number box, key by key, and press Enter."""
+        field: QLineEdit | QSpinBox | QDoubleSpinBox
+        widget = self.find(name, QWidget)
+        assert isinstance(widget, QLineEdit | QSpinBox | QDoubleSpinBox), f"{name} takes no text"
+        field = widget
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text)
+        QTest.keyClick(field, Qt.Key.Key_Return)
+
+    def choose(self, name: str, wanted: str) -> None:
+        """Choose the entry of a list box whose text or data contains some words."""
+        box = self.find(name, QComboBox)
+
+        def place() -> int:
+            entries = [(box.itemText(i), str(box.itemData(i))) for i in range(box.count())]
+            return next((i for i, both in enumerate(entries) if any(wanted in text for text in both)), -1)
+
+        self.wait(lambda: place() >= 0, 10.0, f"{name} offered {wanted}")
+        box.setCurrentIndex(place())
+        box.activated.emit(box.currentIndex())  # as the mouse would; setCurrentIndex alone does not say it
+
+    def choose_row(self, name: str, wanted: str) -> None:
+        """Click the row of a table or list that holds some text."""
+        view = self.find(name, QAbstractItemView)
+
+        def row() -> int:
+            model = view.model()
+            columns = range(1 if isinstance(view, QListView) else model.columnCount())
+            for i in range(model.rowCount()):
+                if any(wanted in str(model.index(i, column).data() or "") for column in columns):
+                    return i
+            return -1
+
+        self.wait(lambda: row() >= 0, 10.0, f"{name} listed {wanted}")
+        index = view.model().index(row(), 0)
+        view.scrollTo(index)
+        spot = view.visualRect(index).center()
+        QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, spot)
+
+    def answer_file_dialog(self, path: Path, act: Callable[[], None]) -> None:
+        """Do something that asks for a file, and name one as a person would.
+
+        Args:
+            path: what to enter.
+            act: opens the dialog; returns when it is closed.
+        """
+        answered: list[str] = []
+        look = QTimer()
+        look.setInterval(100)
+
+        def enter() -> None:
+            for dialog in QApplication.topLevelWidgets():
+                if isinstance(dialog, QFileDialog) and dialog.isVisible():
+                    look.stop()
+                    line = dialog.findChild(QLineEdit, "fileNameEdit")
+                    assert line is not None, "Qt names the line so"
+                    line.setText(str(path))
+                    answered.append(str(path))
+                    dialog.accept()
+
+        look.timeout.connect(enter)
+        look.start()
+        act()
+        self.wait(lambda: bool(answered), 5.0, "a file dialog opened")
+
+    def press(self, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+        """Press a key in the window."""
+        QTest.keyClick(self.window, key, modifier)
+
+    def wait(self, condition: Callable[[], bool], seconds: float, hope: str) -> None:
+        """Let the window live until something is so.
+
+        Args:
+            condition: what is hoped for.
+            seconds: patience.
+            hope: what it means, to follow "It was waited in vain until".
+
+        Raises:
+            StudioError: it did not come true.
+        """
+        deadline = time.monotonic() + seconds
+        met = condition()
+        while not met and time.monotonic() < deadline:
+            QTest.qWait(LOOK_MS)  # turns an event loop of its own: the tour is a user, and users wait
+            met = condition()
+        if not met:
+            shown = self.message()
+            hint = f" The window says: {shown}" if shown else ""
+            raise StudioError(f"After {seconds:.0f} s it was still not so that {hope}.{hint}", "")
+
+    def rest(self, seconds: float) -> None:
+        """Let the window live for a moment, as a person looks at it."""
+        QTest.qWait(int(seconds * 1000))
+
+    def message(self) -> str:
+        """The message the window shows at its foot, "" where it shows none."""
+        from studio.ui.messages import Toast
+
+        toast = self.window.findChild(Toast)
+        if toast is None or not toast.isVisible():
+            return ""
+        return f"{toast.text.text()} {toast.remedy.text()}".strip()
+
+    def dismiss_message(self) -> None:
+        """Close the message at the foot of the window, if one is shown."""
+        if self.message():
+            self.click("toast_close")
+
+    def picture(self, name: str) -> None:
+        """Save the window at every size, without a message over it, and look whether anything is on it."""
+        self.dismiss_message()
+        before = self.window.size()
+        for size in SIZES:
+            self.window.resize(size)
+            self.rest(0.35)  # figures and plots redraw on their own timers
+            image = self.window.grab().toImage()
+            path = self.pictures / f"{name}_{size.width()}x{size.height()}.png"
+            if not image.save(str(path)):
+                raise StudioError(f"The picture {path.name} could not be written.", "Is the disk full?")
+            colours = {
+                image.pixel(x, y) for x in range(0, image.width(), 7) for y in range(0, image.height(), 7)
+            }
+            if len(colours) < LEAST_COLOURS:
+                raise StudioError(f"The picture {path.name} is empty.", "")
+            self.files.append(path)
+        self.window.resize(before)
+        self.rest(0.1)

@@ -1,0 +1,1 @@
+"""The Train tab: data, presets, curves, runs."""

@@ -1,0 +1,423 @@
+"""What the Train tab does: counts the data, starts and follows the training child, keeps the runs."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, QUrl
+from PySide6.QtGui import QDesktopServices
+
+from studio.dataset import edits
+from studio.errors import StudioError
+from studio.project import Run
+from studio.take import safe_file
+from studio.training import recipe as recipes
+from studio.ui import messages
+from studio.ui.jobs import Job
+from studio.ui.session import Session
+from studio.ui.train.data_facts import data_facts, one_for_validation
+from studio.ui.train.run_facts import RunFacts, curves, run_facts
+from studio.ui.train.runs_table import RunRow
+from studio.ui.train.view import Preset, TrainView, Wish
+from studio.ui.widgets.time_view import minutes
+
+NOTE_FILE = "note.txt"
+REFRESH_MS = 500
+"""Epochs may come faster than anyone can read: the window follows at this pace."""
+
+
+class TrainPresenter(QObject):
+    """Thought of the Train tab; the training itself runs in a child process."""
+
+    def __init__(self, view: TrainView, session: Session) -> None:
+        super().__init__(view)
+        self._view = view
+        self._session = session
+        self._job: Job | None = None
+        self._run_id = ""  # of the training under way
+        self._folder: Path | None = None
+        self._events: list[dict[str, Any]] = []
+        self._notes: list[str] = []
+        self._shown = ""  # the run whose curves are seen
+        self._known: dict[Path, tuple[tuple[int, int], RunFacts]] = {}
+        self._stopping = False
+        self._active = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_MS)
+        self._timer.timeout.connect(self._follow)
+        self._infos = recipes.recipes()
+        self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
+        self._show_choices()
+        view.start_requested.connect(self._on_start)
+        view.stop_requested.connect(self._on_stop)
+        view.cancel_requested.connect(self._on_cancel)
+        view.mend_requested.connect(self._on_mend)
+        view.record_requested.connect(lambda: session.tab_requested.emit("record"))
+        view.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
+        view.review_requested.connect(self._on_review)
+        view.resume_requested.connect(self._on_resume)
+        view.delete_requested.connect(self._on_delete)
+        view.folder_requested.connect(self._on_folder)
+        view.note_changed.connect(self._on_note)
+        view.run_chosen.connect(self._on_run_chosen)
+        view.preset_chosen.connect(self._on_preset)
+        view.recipe_chosen.connect(self._on_recipe)
+        session.project_opened.connect(self._on_project)
+        session.takes_changed.connect(self._show_data)
+        session.dataset_changed.connect(self._show_data)
+        session.runs_changed.connect(self._show_runs)
+        view.show_running(False)
+        self._on_project()
+
+    @property
+    def training(self) -> bool:
+        """Whether a training is under way."""
+        return self._job is not None
+
+    def activate(self) -> None:
+        """The tab is shown."""
+        self._active = True
+        self._show_data()
+        self._show_runs()
+        self._follow()
+
+    def deactivate(self) -> None:
+        """Another tab is shown; the training goes on."""
+        self._active = False
+
+    def close(self) -> None:
+        """The window closes: the child ends, keeping what it has."""
+        self._timer.stop()
+        if self._job is not None:
+            job, self._job = self._job, None
+            job.close()
+
+    # -- choices -----------------------------------------------------------------------------------
+
+    def _show_choices(self) -> None:
+        view = self._view
+        cards = [
+            Preset(key, self.tr(info.preset), info.expected_time, info.summary)
+            for key, info in self._by_preset.items()
+        ]
+        chosen = _key("Balanced") if _key("Balanced") in self._by_preset else next(iter(self._by_preset), "")
+        view.show_presets(cards, chosen)
+        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
+        self._on_preset(chosen)
+
+    def _on_preset(self, key: str) -> None:
+        info = self._by_preset.get(key)
+        if info is not None:
+            self._choose(key, info.name)
+
+    def _on_recipe(self, name: str) -> None:
+        preset = next((key for key, info in self._by_preset.items() if info.name == name), "")
+        self._choose(preset, name)
+
+    def _choose(self, preset: str, name: str) -> None:
+        try:
+            epochs = recipes.load_recipe(name).training.epochs
+        except StudioError as error:
+            messages.show_error(self._view, error)
+            return
+        self._view.choose(preset, name, epochs)
+
+    # -- training ----------------------------------------------------------------------------------
+
+    def _on_start(self, wish: Wish) -> None:
+        project = self._session.project
+        if project is None or self._job is not None:
+            return
+        words = ["train", str(project.folder), "--recipe", wish.recipe]
+        for key, value in (("training.epochs", wish.epochs), ("training.seed", wish.seed)):
+            if value is not None:
+                words += ["--set", f"{key}={value}"]
+        if wish.device != "auto":
+            words += ["--set", f"training.accelerator={wish.device}"]
+        self._begin(words, [])
+
+    def _on_resume(self, run_id: str) -> None:
+        project = self._session.project
+        if project is None or self._job is not None or not run_id:
+            return
+        run = project.run(run_id)
+        words = ["train", str(project.folder), "--recipe", run.recipe, "--resume", run_id]
+        self._run_id, self._folder = run_id, run.folder
+        self._begin(words, run.epochs(), run_id)
+
+    def _begin(self, words: list[str], events: list[dict[str, Any]], run_id: str = "") -> None:
+        job = Job(self)
+        job.event_received.connect(self._on_event)
+        job.done.connect(self._on_done)
+        job.failed.connect(self._on_failed)
+        job.cancelled.connect(self._on_cancelled)
+        job.ended.connect(self._on_ended)
+        self._job, self._events, self._stopping = job, list(events), False
+        self._run_id, self._shown = run_id, run_id
+        self._folder = self._folder if run_id else None
+        self._resuming, self._notes = bool(run_id), []
+        job.start(words)
+        self._view.progress.show_alarm("")
+        self._view.show_running(True)
+        self._timer.start()
+        self._follow()
+
+    def _on_stop(self) -> None:
+        if self._job is not None:
+            self._stopping = True
+            self._job.stop()
+            self._view.show_running(True, stopping=True)
+
+    def _on_cancel(self) -> None:
+        if self._job is None:
+            return
+        question = self.tr("Cancel this training?")
+        details = self.tr("The run and what it has learnt so far are removed.")
+        if self._resuming:
+            details = self.tr("What it learnt before it was resumed stays.")
+        if not self._events or messages.ask(
+            self._view, question, details, self.tr("Cancel training"), self.tr("Go on training")
+        ):
+            self.cancel()
+
+    def cancel(self) -> None:
+        """End the training now and remove its run."""
+        if self._job is not None:
+            self._job.cancel()
+
+    def _on_event(self, event: dict[str, Any]) -> None:
+        if event.get("run") and not self._run_id:
+            self._run_id = self._shown = str(event["run"])
+            folder = event.get("folder")
+            self._folder = Path(str(folder)) if folder else None
+            self._session.runs_changed.emit()
+            self._view.runs.choose(self._run_id)
+        if event.get("event") == "epoch":
+            self._events.append(event)
+        elif event.get("text"):
+            self._notes.append(str(event["text"]))
+
+    def _on_done(self, facts: dict[str, Any]) -> None:
+        run = str(facts.get("run") or self._run_id)
+        stopped = bool(facts.get("stopped"))
+        text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
+        action = (self.tr("Review it"), lambda: self._on_review(run))
+        messages.show_note(self._view, text.format(run), action=action)
+
+    def _on_failed(self, what: str, remedy: str) -> None:
+        messages.show_failure(self._view, what, remedy)
+
+    def _on_cancelled(self) -> None:
+        """Remove what the cancelled run left; a resumed one stays as it was."""
+        project, folder = self._session.project, self._folder
+        if self._resuming:
+            return
+        if folder is None and project is not None and self._run_id:
+            folder = project.runs_folder / self._run_id
+        if folder is not None and project is not None and folder.parent == project.runs_folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        self._shown, self._events = "", []
+        messages.show_note(self._view, self.tr("The training was cancelled and its run removed."))
+
+    def _on_ended(self) -> None:
+        job = self._job
+        self._timer.stop()
+        self._follow()
+        self._job = None
+        finished, self._run_id, self._folder = self._run_id, "", None
+        if job is not None:
+            job.deleteLater()
+        self._session.status_changed.emit("train", "", "")
+        self._view.show_running(False)
+        self._session.runs_changed.emit()
+        if self._shown == finished:
+            self._view.runs.choose(finished)  # the list shows whose curves are seen
+        self._show_shown()
+
+    # -- what is seen ------------------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        """Bring the display up to the training under way."""
+        if self._job is None:
+            return
+        facts = run_facts(self._events)
+        self._session.status_changed.emit("train", self._strip_text(facts), "")
+        if not self._active:
+            return
+        self._view.progress.show_log("\n".join([*self._notes, self._job.log]).strip())
+        if self._shown in (self._run_id, ""):
+            self._show_run_facts(self._run_id or self.tr("Preparing"), facts, self._events, live=True)
+        self._show_runs()
+
+    def _strip_text(self, facts: RunFacts) -> str:
+        if not facts.of:
+            return self.tr("Training: preparing")
+        return self.tr("Training {0} of {1}").format(facts.epochs, facts.of)
+
+    def _show_shown(self) -> None:
+        """The curves of the run that is chosen in the list."""
+        project = self._session.project
+        run = next((r for r in project.runs if r.id == self._shown), None) if project else None
+        if run is None:
+            self._view.progress.show_progress("", "", None)
+            self._view.progress.show_curves({}, None)
+            self._view.progress.show_alarm("")
+            return
+        events = run.epochs()
+        self._show_run_facts(run.id, run_facts(events), events, live=False)
+
+    def _show_run_facts(self, title: str, facts: RunFacts, events: list[dict[str, Any]], live: bool) -> None:
+        fraction: float | None = None
+        if live:
+            fraction = facts.epochs / facts.of if facts.of else -1.0
+        self._view.progress.show_progress(title, self._line(facts, live), fraction)
+        self._view.progress.show_curves(curves(events), facts.best)
+        alarm = facts.advice if live else ""
+        if not live and facts.life == "still":
+            alarm = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
+        self._view.progress.show_alarm(alarm)
+
+    def _line(self, facts: RunFacts, live: bool) -> str:
+        if not facts.epochs:
+            return self.tr("reading the takes; the first epoch follows") if live else ""
+        parts = [self.tr("epoch {0} of {1}").format(facts.epochs, facts.of or facts.epochs)]
+        if facts.best is not None:
+            parts.append(self.tr("best {0}").format(facts.best))
+        if facts.seconds is not None:
+            parts.append(self.tr("{0} s each").format(f"{facts.seconds:.1f}"))
+        if live and facts.eta is not None and not self._stopping:
+            parts.append(self.tr("{0} left").format(minutes(facts.eta)))
+        return "   ".join(parts)
+
+    def _show_data(self) -> None:
+        project = self._session.project
+        if project is None:
+            self._view.show_empty(True)
+            return
+        empty = not project.takes and not project.runs and self._job is None
+        self._view.show_empty(empty)
+        if not empty:
+            self._view.show_data(data_facts(project.dataset, project.takes))
+
+    def _show_runs(self) -> None:
+        project = self._session.project
+        if project is None:
+            self._view.show_runs([], set(), set())
+            return
+        runs = sorted(project.runs, key=_age, reverse=True)
+        rows = [RunRow(run.id, self._status(run), self._facts(run), _note(run)) for run in runs]
+        idle = {run.id for run in runs if run.id != self._run_id}
+        resumable = {r.id for r in runs if r.id in idle and r.status != "done" and _has_state(r)}
+        self._view.show_runs(rows, resumable, {r.id for r in runs if r.has_weights})
+
+    def _facts(self, run: Run) -> RunFacts:
+        """A run's figures; its epochs are read again only when they changed."""
+        if self._job is not None and run.id == self._run_id:
+            return run_facts(self._events)
+        try:
+            stat = (run.folder / "metrics.jsonl").stat()
+        except OSError:
+            return RunFacts()
+        state = (stat.st_mtime_ns, stat.st_size)
+        known = self._known.get(run.folder)
+        if known is None or known[0] != state:
+            known = self._known[run.folder] = (state, run_facts(run.epochs()))
+        return known[1]
+
+    def _status(self, run: Run) -> str:
+        if self._job is not None and run.id == self._run_id:
+            return "running"
+        # A run whose report still says so was killed in the middle.
+        return "unfinished" if run.status in ("running", "failed") else run.status
+
+    def _on_run_chosen(self, run_id: str) -> None:
+        if run_id and run_id != self._shown:
+            self._shown = run_id
+            if run_id == self._run_id:
+                self._follow()
+            else:
+                self._show_shown()
+
+    def _on_project(self) -> None:
+        project = self._session.project
+        if self._job is None:
+            runs = sorted(project.runs, key=_age, reverse=True) if project is not None else []
+            self._shown = runs[0].id if runs else ""
+            self._show_shown()
+        self._show_data()
+        self._show_runs()
+        if self._shown:
+            self._view.runs.choose(self._shown)
+
+    # -- runs --------------------------------------------------------------------------------------
+
+    def _on_mend(self) -> None:
+        project = self._session.project
+        chosen = one_for_validation(project.dataset, project.takes) if project else None
+        if project is None or chosen is None:
+            return
+        try:
+            dataset = edits.set_split(project.dataset, [chosen], "val")
+            self._session.edit(self.tr("Set {0} aside for validation").format(chosen), dataset)
+        except StudioError as error:
+            messages.show_error(self._view, error)
+
+    def _on_review(self, run_id: str) -> None:
+        if run_id:
+            self._session.wanted_run = run_id
+            self._session.tab_requested.emit("review")
+
+    def _on_delete(self, run_id: str) -> None:
+        project = self._session.project
+        if project is None or not run_id:
+            return
+        if self._job is not None and run_id == self._run_id:
+            self._on_cancel()
+            return
+        question = self.tr("Delete {0}?").format(run_id)
+        details = self.tr("Its weights, figures and generated motions are removed for good.")
+        if messages.ask(self._view, question, details, self.tr("Delete")):
+            shutil.rmtree(project.run(run_id).folder, ignore_errors=True)
+            if self._shown == run_id:
+                self._shown = ""
+                self._show_shown()
+            self._session.runs_changed.emit()
+
+    def _on_folder(self, run_id: str) -> None:
+        if self._session.project is not None and run_id:
+            folder = self._session.project.run(run_id).folder
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+    def _on_note(self, run_id: str, text: str) -> None:
+        project = self._session.project
+        if project is None:
+            return
+        try:
+            with safe_file.written(project.run(run_id).folder / NOTE_FILE) as beside:
+                beside.write_text(text.strip(), encoding="utf-8")
+        except StudioError as error:
+            messages.show_error(self._view, error)
+
+
+def _key(preset: str) -> str:
+    return preset.lower().replace(" ", "_")
+
+
+def _age(run: Run) -> float:
+    try:
+        return run.folder.stat().st_ctime
+    except OSError:
+        return 0.0
+
+
+def _note(run: Run) -> str:
+    try:
+        return (run.folder / NOTE_FILE).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _has_state(run: Run) -> bool:
+    return any((run.folder / name).is_file() for name in ("last.safetensors", "last.pt", "state.safetensors"))

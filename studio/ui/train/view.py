@@ -1,0 +1,321 @@
+"""The Train tab: what there is to learn from, which preset, the curves while it learns, and all runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.ui import theme
+from studio.ui.train.data_card import DataCard
+from studio.ui.train.data_facts import DataFacts
+from studio.ui.train.preset_card import PresetCard
+from studio.ui.train.progress_card import ProgressCard
+from studio.ui.train.runs_table import RunRow, RunsTable
+from studio.ui.widgets.card import Card, EmptyState, label
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A preset card: key, title, how long it takes here, what it is for."""
+
+    key: str
+    title: str
+    duration: str
+    summary: str
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What Start training asks for.
+
+    Args:
+        preset: key of the chosen preset, "" where a recipe is chosen by hand.
+        recipe: the recipe's name.
+        epochs, seed: None leaves the recipe's own.
+        device: "auto", "cpu", "cuda" or "mps".
+    """
+
+    preset: str
+    recipe: str
+    epochs: int | None
+    seed: int | None
+    device: str
+
+
+class TrainView(QWidget):
+    """The tab's layout.
+
+    Signals:
+        start_requested: a Wish.
+        stop_requested, cancel_requested: end the training, keeping or removing the run.
+        mend_requested: set a take aside for validation.
+        curate_requested, record_requested: go to that tab.
+        review_requested, resume_requested, delete_requested, folder_requested: with the run's id.
+        note_changed: (run id, text).
+        run_chosen: id of the run whose curves to show.
+        recipe_chosen: the recipe's name was changed by hand.
+        preset_chosen: a preset's key.
+    """
+
+    start_requested = Signal(object)
+    stop_requested = Signal()
+    cancel_requested = Signal()
+    mend_requested = Signal()
+    curate_requested = Signal()
+    record_requested = Signal()
+    review_requested = Signal(str)
+    resume_requested = Signal(str)
+    delete_requested = Signal(str)
+    folder_requested = Signal(str)
+    note_changed = Signal(str, str)
+    run_chosen = Signal(str)
+    recipe_chosen = Signal(str)
+    preset_chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("page")
+        self._presets: list[PresetCard] = []
+        self._resumable: frozenset[str] = frozenset()
+        self._reviewable: frozenset[str] = frozenset()
+        self._running = False
+        self._can_train = False
+        self._room = QWidget()
+        self.empty = EmptyState(
+            "mdi6.school-outline",
+            self.tr("Training learns from takes. Record yourself, or import takes you have."),
+            self.tr("Record a take"),
+            "train_go_record",
+        )
+        self.empty.clicked.connect(self.record_requested)
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self.empty)
+        self._stack.addWidget(self._room)
+        rows = QVBoxLayout(self._room)
+        rows.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
+        rows.setSpacing(12)
+        top = QHBoxLayout()
+        top.setSpacing(12)
+        self._data = DataCard()
+        self._data.curate_requested.connect(self.curate_requested)
+        self._data.mend_requested.connect(self.mend_requested)
+        self.progress = ProgressCard()
+        self.progress.stop_requested.connect(self.stop_requested)
+        self.progress.cancel_requested.connect(self.cancel_requested)
+        top.addWidget(self._data, 4)
+        top.addWidget(self._preset_card(), 9)
+        rows.addLayout(top)
+        rows.addWidget(self.progress, 3)
+        rows.addWidget(self._runs_card(), 2)
+
+    # -- what is shown -----------------------------------------------------------------------------
+
+    def show_empty(self, empty: bool) -> None:
+        """Show the empty state, or the room."""
+        self._stack.setCurrentIndex(0 if empty else 1)
+
+    def show_data(self, facts: DataFacts) -> None:
+        """Fill the data card."""
+        self._data.show_facts(facts)
+        self._can_train = facts.can_train
+        self._show_buttons()
+
+    def show_presets(self, presets: Sequence[Preset], chosen: str) -> None:
+        """Fill the row of preset cards."""
+        for card in self._presets:
+            card.setParent(None)
+            card.deleteLater()
+        self._presets = []
+        for preset in presets:
+            card = PresetCard(f"preset_{preset.key}", preset.title, preset.duration, preset.summary)
+            card.setProperty("key", preset.key)
+            card.setChecked(preset.key == chosen)
+            card.clicked.connect(lambda _=False, key=preset.key: self.preset_chosen.emit(key))
+            card.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+            self._preset_row.addWidget(card, 1)
+            self._presets.append(card)
+
+    def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
+        """Fill the recipe list with (name, title, summary)."""
+        with QSignalBlocker(self.recipe):
+            self.recipe.clear()
+            for name, title, summary in recipes:
+                self.recipe.addItem(title, name)
+                self.recipe.setItemData(self.recipe.count() - 1, summary, Qt.ItemDataRole.ToolTipRole)
+
+    def choose(self, preset: str, recipe: str, epochs: int | None) -> None:
+        """Mark a preset ("" for none) and its recipe, and show its epochs in the drawer."""
+        for card in self._presets:
+            card.setAutoExclusive(False)
+            card.setChecked(card.property("key") == preset)
+            card.setAutoExclusive(True)
+        with QSignalBlocker(self.recipe):
+            self.recipe.setCurrentIndex(max(self.recipe.findData(recipe), 0))
+        self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
+        if epochs is not None:
+            self.epochs.setValue(epochs)
+
+    def show_running(self, running: bool, stopping: bool = False) -> None:
+        """Switch between the states of the buttons."""
+        self._running = running
+        self.progress.show_running(running, stopping)
+        self._show_buttons()
+
+    def show_runs(self, rows: Sequence[RunRow], resumable: set[str], reviewable: set[str]) -> None:
+        """Fill the list of runs."""
+        self._resumable, self._reviewable = frozenset(resumable), frozenset(reviewable)
+        self.runs.show_rows(rows)
+        self._runs_stack.setCurrentIndex(1 if rows else 0)
+        self._show_buttons()
+
+    # -- parts -------------------------------------------------------------------------------------
+
+    def _preset_card(self) -> Card:
+        card = Card(self.tr("Preset"))
+        self._preset_row = QHBoxLayout()
+        self._preset_row.setSpacing(theme.INSIDE)
+        card.body.addLayout(self._preset_row, 1)
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        self.recipe = QComboBox()
+        self.recipe.setObjectName("recipe")
+        self.recipe.setAccessibleName(self.tr("Recipe"))
+        self.recipe.setMinimumWidth(200)
+        self.recipe.currentIndexChanged.connect(
+            lambda _: self.recipe_chosen.emit(str(self.recipe.currentData() or ""))
+        )
+        self.advanced = QPushButton(self.tr("Advanced"))
+        self.advanced.setObjectName("advanced")
+        self.advanced.setCheckable(True)
+        theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
+        theme.as_role(self.advanced, "quiet")
+        self.start = QPushButton(self.tr("Start training"))
+        self.start.setObjectName("start_training")
+        theme.as_role(self.start, "primary")
+        self.start.clicked.connect(lambda: self.start_requested.emit(self._wish()))
+        recipe_label = label(self.tr("Recipe"), "muted")
+        recipe_label.setBuddy(self.recipe)
+        row.addWidget(recipe_label)
+        row.addWidget(self.recipe)
+        row.addWidget(self.advanced)
+        row.addStretch(1)
+        row.addWidget(self.start)
+        self._drawer = self._advanced_drawer()
+        self._drawer.hide()
+        self.advanced.toggled.connect(self._drawer.setVisible)
+        card.body.addWidget(self._drawer)
+        card.body.addLayout(row)
+        return card
+
+    def _advanced_drawer(self) -> QWidget:
+        drawer = QWidget()
+        drawer.setObjectName("advanced_drawer")
+        row = QHBoxLayout(drawer)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme.INSIDE)
+        self.epochs = _spin("epochs", 1, 10_000, 50)
+        self.epochs.setToolTip(self.tr("How often the training goes through all takes"))
+        self.seed = _spin("seed", 0, 999_999, 0)
+        self.seed.setToolTip(self.tr("The same seed on the same takes gives the same result"))
+        self.device = QComboBox()
+        self.device.setObjectName("device")
+        self.device.setToolTip(
+            self.tr("Where to compute; automatic takes a graphics card where there is one")
+        )
+        devices = (
+            ("auto", self.tr("Automatic")), ("cpu", self.tr("Processor")),
+            ("cuda", self.tr("NVIDIA graphics card")), ("mps", self.tr("Apple graphics")),
+        )  # fmt: skip
+        for name, words in devices:
+            self.device.addItem(words, name)
+        for words, widget in (
+            (self.tr("Epochs"), self.epochs),
+            (self.tr("Seed"), self.seed),
+            (self.tr("Compute on"), self.device),
+        ):
+            caption = label(words, "muted")
+            caption.setBuddy(widget)
+            widget.setAccessibleName(words)
+            row.addWidget(caption)
+            row.addWidget(widget)
+            row.addSpacing(theme.INSIDE)
+        row.addStretch(1)
+        return drawer
+
+    def _runs_card(self) -> Card:
+        card = Card(self.tr("Runs"))
+        self.runs = RunsTable()
+        self.runs.run_chosen.connect(lambda _: self._show_buttons())
+        self.runs.run_chosen.connect(self.run_chosen)
+        self.runs.note_changed.connect(self.note_changed)
+        self.runs.run_opened.connect(self.review_requested)
+        self._run_buttons: dict[str, QPushButton] = {}
+        for name, words, signal, icon in (
+            ("review_run", self.tr("Review this run"), self.review_requested, "mdi6.eye-outline"),
+            ("resume_run", self.tr("Resume"), self.resume_requested, "mdi6.play-circle-outline"),
+            ("show_run_folder", self.tr("Show in folder"), self.folder_requested, "mdi6.folder-outline"),
+            ("delete_run", self.tr("Delete"), self.delete_requested, "mdi6.trash-can-outline"),
+        ):
+            button = QPushButton(words)
+            button.setObjectName(name)
+            theme.set_icon(button, icon, "muted")
+            theme.as_role(button, "quiet")
+            button.clicked.connect(lambda _=False, s=signal: s.emit(self.runs.chosen))
+            self._run_buttons[name] = button
+            card.head.addWidget(button)
+        none = label(
+            self.tr("No run yet. Each training becomes one line here, to compare and to review."), "muted"
+        )
+        none.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._runs_stack = QStackedLayout()
+        self._runs_stack.addWidget(none)
+        self._runs_stack.addWidget(self.runs)
+        card.body.addLayout(self._runs_stack, 1)
+        card.setMinimumHeight(150)
+        return card
+
+    def _show_buttons(self) -> None:
+        chosen = self.runs.chosen
+        self.start.setEnabled(self._can_train and not self._running)
+        self.start.setToolTip(
+            self.tr("A training is under way") if self._running else self.tr("Learn from the training takes")
+        )
+        self._run_buttons["review_run"].setEnabled(chosen in self._reviewable)
+        self._run_buttons["resume_run"].setEnabled(chosen in self._resumable and not self._running)
+        self._run_buttons["show_run_folder"].setEnabled(bool(chosen))
+        self._run_buttons["delete_run"].setEnabled(bool(chosen))
+
+    def _wish(self) -> Wish:
+        preset = next((str(card.property("key")) for card in self._presets if card.isChecked()), "")
+        # Values of a drawer that was never opened are the recipe's own.
+        opened = self.advanced.isChecked()
+        return Wish(
+            preset,
+            str(self.recipe.currentData() or ""),
+            self.epochs.value() if opened else None,
+            self.seed.value() if opened else None,
+            str(self.device.currentData()) if opened else "auto",
+        )
+
+
+def _spin(name: str, low: int, high: int, value: int) -> QSpinBox:
+    spin = QSpinBox()
+    spin.setObjectName(name)
+    spin.setRange(low, high)
+    spin.setValue(value)
+    spin.setFont(theme.figures_font())
+    spin.setAlignment(Qt.AlignmentFlag.AlignRight)
+    spin.setMinimumWidth(84)
+    return spin

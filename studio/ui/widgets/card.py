@@ -1,0 +1,103 @@
+"""Cards, headings and empty states: the furniture every tab shares."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+
+from studio.ui import theme
+
+
+class Card(QFrame):
+    """A surface with a heading; add content to `body`, small controls to `head`."""
+
+    def __init__(self, title: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        theme.as_role(self, "card")
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(12, 10, 12, 12)
+        outer.setSpacing(theme.INSIDE)
+        self.head = QHBoxLayout()
+        self.head.setSpacing(theme.INSIDE)
+        self.title = heading(title)
+        self.head.addWidget(self.title)
+        self.head.addStretch(1)
+        if title:
+            outer.addLayout(self.head)
+        self.body = QVBoxLayout()
+        self.body.setSpacing(theme.INSIDE)
+        outer.addLayout(self.body, 1)
+
+
+def heading(text: str) -> QLabel:
+    """A card's heading: small, muted, in capitals."""
+    label = QLabel(text.upper())
+    theme.as_role(label, "heading")
+    return label
+
+
+def label(text: str = "", role: str = "", name: str = "") -> QLabel:
+    """A label with a role of the style sheet."""
+    made = QLabel(text)
+    made.setTextFormat(Qt.TextFormat.PlainText)  # names from senders and files are never markup
+    if role:
+        theme.as_role(made, role)
+    if name:
+        made.setObjectName(name)
+    return made
+
+
+class Picture(QLabel):
+    """A large symbol that follows the theme."""
+
+    def __init__(self, icon: str, side: int = 72, token: str = "disabled") -> None:
+        super().__init__()
+        self.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._icon, self._side, self._token = icon, side, token
+        self._draw()
+
+    def set_icon(self, icon: str, token: str = "disabled") -> None:
+        """Show another symbol."""
+        if (icon, token) != (self._icon, self._token):
+            self._icon, self._token = icon, token
+            self._draw()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._draw()
+
+    def _draw(self) -> None:
+        self.setPixmap(theme.icon(self._icon, self._token).pixmap(self._side, self._side))
+
+
+class EmptyState(QWidget):
+    """One picture, one sentence, one button.
+
+    Signals:
+        clicked: the button.
+    """
+
+    clicked = Signal()
+
+    def __init__(self, icon: str, sentence: str, button: str = "", name: str = "") -> None:
+        super().__init__()
+        self.picture = Picture(icon)
+        self.sentence = QLabel(sentence)
+        self.sentence.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.sentence.setWordWrap(True)
+        theme.as_role(self.sentence, "muted")
+        self.sentence.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        column = QVBoxLayout(self)
+        column.setSpacing(theme.BETWEEN)
+        column.addStretch(1)
+        column.addWidget(self.picture)
+        column.addWidget(self.sentence)
+        self.button: QPushButton | None = None
+        if button:
+            self.button = QPushButton(button)
+            self.button.setObjectName(name)
+            theme.as_role(self.button, "primary")
+            self.button.clicked.connect(self.clicked)
+            column.addWidget(self.button, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addStretch(1)

@@ -1,0 +1,105 @@
+"""A performer: a figure with a small face in its corner, or a large face where there are no bones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QWidget
+
+from studio.motion import Skeleton
+from studio.ui import theme
+from studio.ui.widgets.drawn_face import DrawnFace
+from studio.ui.widgets.figure import StickFigure
+from studio.ui.widgets.figure_sketch import draw_ground
+
+FACE_SIDE = 132
+FACE_MARGIN = 10
+LARGE_FACE = 380
+
+
+class _FaceRoom(QWidget):
+    """A large face, for motion without bones."""
+
+    def __init__(self, caption: str, token: str) -> None:
+        super().__init__()
+        self._caption = caption
+        self.face = DrawnFace(self)
+        self.face.set_token(token)
+        self.setMinimumSize(160, 160)
+
+    def set_caption(self, caption: str) -> None:
+        self._caption = caption
+        self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        side = int(min(min(self.width(), self.height()) * 0.8, LARGE_FACE))
+        self.face.setGeometry((self.width() - side) // 2, (self.height() - side) // 2, side, side)
+        super().resizeEvent(event)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        draw_ground(painter, QRectF(self.rect()))
+        painter.setFont(theme.ui_font(semibold=True))
+        painter.setPen(theme.colour("muted"))
+        painter.drawText(14, 26, self._caption)
+
+
+class Pane(QWidget):
+    """One performer: a figure with a small face, or a large face where there are no bones."""
+
+    def __init__(self, name: str, caption: str, empty_text: str, empty_icon: str, token: str) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self.figure = StickFigure(empty_text=empty_text, empty_icon=empty_icon)
+        self.figure.setObjectName(f"{name}_figure")
+        self.figure.view_buttons_shown = False
+        self.face = DrawnFace(self.figure)
+        self.face.set_token(token)
+        self.face.resize(FACE_SIDE, FACE_SIDE)
+        self.room = _FaceRoom(caption, token)
+        self._caption = caption
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self.figure)
+        self._stack.addWidget(self.room)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def set_token(self, token: str) -> None:
+        """The colour of the face: a token of the theme."""
+        self.face.set_token(token)
+        self.room.face.set_token(token)
+
+    def set_caption(self, caption: str) -> None:
+        """A word in the corner, shown while there is something to see."""
+        self._caption = caption
+        self.figure.set_caption("" if self.figure.empty else caption)
+        self.room.set_caption(caption)
+
+    def show_nothing(self, sentence: str, icon: str = "") -> None:
+        """An empty room with a sentence."""
+        self._stack.setCurrentIndex(0)
+        self.face.show_values(None)
+        self.figure.clear(sentence, icon)
+        self.figure.set_caption("")
+
+    def show_pose(self, skeleton: Skeleton, world: np.ndarray, shapes: Mapping[str, float]) -> None:
+        """Show joints (J, 3) and shapes by name; either may be empty."""
+        if len(world):
+            self._stack.setCurrentIndex(0)
+            self.figure.show_pose(skeleton, world)
+            self.figure.set_caption(self._caption)
+            self.face.show_values(shapes if shapes else None)
+            self._place_face()
+        else:
+            self._stack.setCurrentIndex(1)
+            self.room.face.show_values(shapes)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place_face()
+
+    def _place_face(self) -> None:
+        side = max(min(FACE_SIDE, self.height() // 3, self.width() // 3), 64)
+        self.face.setGeometry(FACE_MARGIN, self.figure.height() - side - FACE_MARGIN, side, side)

@@ -1,0 +1,126 @@
+"""Health in whole sentences, each with its remedy."""
+
+from dataclasses import replace
+
+import pytest
+
+from studio.capture.health import Signs, problems
+
+WELL = Signs(
+    port=39539, listening_for=10, packets=5000, frameless_for=0.01, fps=60, bones=54, shapes=18,
+    device="USB Microphone",
+)  # fmt: skip
+
+
+def test_when_all_is_well_nothing_is_said() -> None:
+    assert problems(WELL) == ()
+    assert problems(Signs()) == ()
+
+
+@pytest.mark.parametrize(
+    ("signs", "what", "remedy"),
+    [
+        (
+            replace(WELL, packets=0, frameless_for=None),
+            "No motion arrives on port 39539.",
+            "Turn on VMC sending in your tracking program, to this computer's address and port 39539.",
+        ),
+        (
+            replace(WELL, frameless_for=None),
+            "Packets arrive on port 39539, but there is no motion in them.",
+            "Choose VMC (OSC) as the protocol in the sender.",
+        ),
+        (
+            replace(WELL, frameless_for=4.2),
+            "Motion stopped 4 s ago.",
+            "Check that the sender still runs and that its tracking is on.",
+        ),
+        (
+            replace(WELL, frozen_for=5.0),
+            "The motion is frozen: nothing has moved for 5 s.",
+            "Check the tracker's camera or batteries, or wake the tracking up in the sender.",
+        ),
+        (
+            replace(WELL, packets_lost=12),
+            "12 packets were lost.",
+            "Close heavy programs, or let the sender bundle its messages.",
+        ),
+        (
+            replace(WELL, frames_lost=3),
+            "3 frames are missing.",
+            "Use a cable instead of Wi-Fi, or lower the sender's frame rate.",
+        ),
+        (
+            replace(WELL, packets_bad=400),
+            "400 packets could not be read in full.",
+            "Let only a VMC sender send to port 39539.",
+        ),
+        (
+            replace(WELL, fps=12),
+            "Only 12 frames a second arrive.",
+            "Raise the sender's frame rate to 30 or 60.",
+        ),
+        (
+            replace(WELL, shapes=0),
+            "No blend shapes arrive, only bones.",
+            "Turn on expressions (blend shapes) in the sender.",
+        ),
+        (
+            replace(WELL, bones=0),
+            "No bones arrive, only blend shapes.",
+            "Turn on sending of bones in the sender.",
+        ),
+        (
+            replace(WELL, quiet_for=5),
+            "USB Microphone is silent.",
+            "Unmute it, turn its level up, or choose another device.",
+        ),
+        (
+            replace(WELL, clipped=True),
+            "The sound is clipped.",
+            "Turn the microphone's level down and speak again.",
+        ),
+        (
+            replace(WELL, soundless_for=3),
+            "No sound has come from USB Microphone for 3 s.",
+            "Check its plug and the sound settings, or choose it anew.",
+        ),
+        (
+            replace(WELL, gone=True, rolling=True),
+            "USB Microphone is gone.",
+            "The motion is still being recorded; plug it in again and choose it anew.",
+        ),
+        (
+            replace(WELL, gone=True),
+            "USB Microphone is gone.",
+            "Plug it in again and choose it anew.",
+        ),
+        (
+            replace(WELL, overruns=1),
+            "Sound was lost once.",
+            "Close heavy programs; the lost moments are kept silent.",
+        ),
+        (
+            replace(WELL, seconds_left=150),
+            "The disk has room for 2 more minutes.",
+            "Delete what is no longer needed, or keep the project on another disk.",
+        ),
+    ],
+)
+def test_each_problem_is_a_sentence_with_a_remedy(signs: Signs, what: str, remedy: str) -> None:
+    assert problems(signs) == ((what, remedy),)
+
+
+def test_a_sender_is_given_time_to_start() -> None:
+    assert problems(replace(WELL, packets=0, frameless_for=None, listening_for=0.5)) == ()
+
+
+def test_frames_a_program_here_left_out_are_not_blamed_on_the_network() -> None:
+    signs = Signs(port=39539, packets=100, frameless_for=0.1, bones=54, shapes=18, frames_lost=15, local=True)
+    assert problems(signs) == (
+        (
+            "The sender left out 15 frames.",
+            "Close heavy programs on this computer, or lower the sender's frame rate.",
+        ),
+    )
+    assert problems(replace(signs, packets_lost=3))[1][0] == "15 frames are missing."

@@ -1,0 +1,183 @@
+"""Motion heard by a process of its own: several ports, floods, and what happens when that process dies."""
+
+import json
+import os
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.capture import clock
+from studio.capture.inputs import MotionInput
+from studio.capture.osc import MOST_PER_S, bind
+from studio.capture.receiver import MOST_FRAMES_PER_S
+from studio.capture.recorder import Recorder
+from studio.capture.rows import Row
+from studio.capture.vmc import SendOptions, encode_frame, message
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.motion.channels import BONES
+from studio.take.motion_file import read_motion
+
+FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
+
+_SOCKETS: dict[int, socket.socket] = {}
+
+
+@pytest.fixture(autouse=True)
+def sockets() -> Iterator[None]:
+    yield
+    for opened in _SOCKETS.values():
+        opened.close()
+    _SOCKETS.clear()
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 20.0) -> None:
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "waited in vain"
+        time.sleep(0.005)
+
+
+def send(port: int, *datagrams: bytes) -> None:
+    """Always from the same address, as one sender."""
+    if port not in _SOCKETS:
+        _SOCKETS[port] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    out = _SOCKETS[port]
+    for datagram in datagrams:
+        out.sendto(datagram, ("127.0.0.1", port))
+
+
+def body(k: int) -> list[bytes]:
+    pose = Motion.build([0.0], ("Joy",), [[k % 100 / 100]], BONES).pose(0.0)
+    return encode_frame(pose, ("Joy",), BONES, k / 60, SendOptions())
+
+
+@pytest.fixture
+def motion() -> Iterator[MotionInput]:
+    made = MotionInput([(0, "127.0.0.1")])
+    yield made
+    made.close()
+
+
+def taken(motion: MotionInput, enough: Callable[[list[Row]], bool]) -> list[Row]:
+    rows: list[Row] = []
+    until = time.monotonic() + 20
+    while not enough(rows):
+        assert time.monotonic() < until, "waited in vain"
+        rows += motion.take_in(clock.now())
+        time.sleep(0.005)
+    return rows
+
+
+def test_rows_keep_their_arrival_across_the_processes(motion: MotionInput) -> None:
+    sent = []
+    for k in range(50):
+        sent.append(clock.now())
+        send(motion.port, *body(k))
+        time.sleep(0.01)
+    rows = taken(motion, lambda rows: len(rows) == 50)
+    late = np.array([row.arrival for row in rows]) - np.array(sent)
+    assert late.min() > -0.001
+    assert np.median(late) < 0.02
+    assert {len(row.names.bones) for row in rows} == {54}
+    assert len({id(row.names) for row in rows}) == 1
+
+
+def test_everything_up_to_a_moment_is_known_to_be_in(motion: MotionInput) -> None:
+    send(motion.port, *body(0))
+    now = clock.now()
+    rows = taken(motion, lambda _rows: motion.heard_until(now))
+    assert len(rows) == 1
+    assert not motion.heard_until(clock.now() + 5)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills by a signal")
+def test_a_listener_that_dies_is_replaced_and_the_port_stays_open(motion: MotionInput) -> None:
+    send(motion.port, *body(0))
+    taken(motion, lambda rows: len(rows) == 1)
+    assert motion._child is not None
+    os.kill(motion._child.pid, signal.SIGKILL)
+    motion._child.wait()
+    for k in range(20):
+        send(motion.port, *body(k))
+        time.sleep(0.005)
+    rows = taken(motion, lambda rows: len(rows) >= 20)
+    assert len(rows[-1].names.bones) == 54
+
+
+def test_the_listener_ends_with_the_input() -> None:
+    made = MotionInput([(0, "127.0.0.1")])
+    child, port = made._child, made.port
+    assert child is not None
+    made.close()
+    assert child.poll() == 0
+    bind(port).close()
+
+
+def test_one_port_that_is_taken_closes_the_others() -> None:
+    taken_one, free = bind(0), bind(0)
+    number = free.getsockname()[1]
+    free.close()
+    with pytest.raises(StudioError) as caught:
+        MotionInput([(number, "127.0.0.1"), (taken_one.getsockname()[1], "127.0.0.1")])
+    assert caught.value.what == f"Port {taken_one.getsockname()[1]} is already in use."
+    bind(number).close()
+    taken_one.close()
+
+
+def test_a_flood_is_thinned_and_counted(motion: MotionInput) -> None:
+    apply = message("/VMC/Ext/Blend/Apply")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+        out.connect(("127.0.0.1", motion.port))
+        for k in range(4000):
+            out.send(message("/VMC/Ext/Blend/Val", "A", k % 100 / 100))
+            out.send(apply)
+    taken(motion, lambda _rows: motion.heard.packets + motion.heard.packets_lost >= 8000)
+    rows = taken(motion, lambda _rows: motion.heard_until(clock.now() - 0.2))
+    assert len(rows) <= 4 * MOST_FRAMES_PER_S
+    assert motion.heard.frames_lost > 0
+    assert MOST_PER_S > 3 * 13_000
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
+    made = Recorder(tmp_path / "takes")
+    yield made
+    made.close()
+
+
+def test_a_body_and_a_face_become_one_take_that_keeps_who_gave_what(recorder: Recorder) -> None:
+    recorder.open_motion(0, also=(0,))
+    first, second = recorder.snapshot().ports
+    recorder.start("Both")
+    for k in range(60):
+        send(second, FACE)
+        send(first, *body(k))
+        time.sleep(0.01)
+    wait_for(lambda: len(recorder.snapshot().sources) == 2)
+    snap = recorder.snapshot()
+    assert {source.title for source in snap.sources} == {f"VMC :{first}", f"iFacialMocap :{second}"}
+    take = recorder.stop()
+    kept = json.loads(take.info.extra["sources"])
+    assert len([name for name in kept[f"VMC :{first}"] if name in BONES]) == 54
+    assert "JawOpen" in kept[f"iFacialMocap :{second}"]
+    motion = read_motion(take.folder / "motion.arrow")
+    assert set(motion.shape_names) >= {"Joy", "JawOpen", "EyeBlinkLeft"}
+    assert motion.shapes[-1, motion.shape_names.index("JawOpen")] == pytest.approx(0.4)
+    assert 58 <= len(motion) <= 70  # until the body is known to be one, frames of the face count too
+
+
+def test_a_take_begun_and_ended_before_the_listener_is_up_loses_nothing(recorder: Recorder) -> None:
+    recorder.open_motion(0)
+    recorder.start("Quick")
+    port = recorder.snapshot().port
+    assert port is not None
+    for k in range(10):
+        send(port, *body(k))
+    take = recorder.stop()
+    assert take.info.frames == 10

@@ -1,0 +1,146 @@
+"""The sync test: claps and voices of known lateness, in numbers and over real UDP and sound."""
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.capture import sync_test
+from studio.capture.assembler import Source
+from studio.capture.recorder import Recorder
+from studio.capture.vmc import SendOptions, encode_frame
+from studio.motion import Motion, Skeleton, rotation
+from studio.motion.channels import BONES
+from studio.take.sound import Sound
+
+RATE = 16_000
+SAID = np.array([0.8, 1.9, 2.7, 4.1, 5.0, 5.9])
+"""When the performer says "pa" or claps, seconds."""
+
+
+def bursts(at: np.ndarray, seconds: float = 7.0, length: float = 0.12) -> Sound:
+    rng = np.random.default_rng(1)
+    n = np.arange(int(seconds * RATE)) / RATE
+    loud = sum(np.clip(1 - (n - t) / length, 0, 1) * (n >= t) for t in at)
+    return Sound((0.4 * loud * rng.normal(0, 0.5, len(n)))[:, None].astype(np.float32), RATE)
+
+
+def opening(at: np.ndarray, seconds: float = 7.0, fps: float = 60.0) -> Motion:
+    t = np.arange(int(seconds * fps)) / fps
+    jaw = np.clip(sum(np.clip(1 - (t - m) / 0.12, 0, 1) * (t >= m) for m in at), 0, 1)
+    return Motion.build(t, ("JawOpen", "EyeBlinkLeft"), np.stack([jaw, 0 * jaw], axis=1), (), None, None)
+
+
+def clapping(at: np.ndarray, seconds: float = 7.0, fps: float = 60.0) -> Motion:
+    """Both arms swing so that the hands are nearest at each moment."""
+    t = np.arange(int(seconds * fps)) / fps
+    near = np.clip(sum(np.exp(-(((t - m) / 0.07) ** 2)) for m in at), 0, 1)
+    turns = np.tile(rotation.IDENTITY, (len(t), len(BONES), 1))
+    for bone, sign in (("LeftUpperArm", 1.0), ("RightUpperArm", -1.0)):
+        axis = np.array([[0.0, sign, 0.0]])
+        turns[:, BONES.index(bone)] = rotation.from_axis_angle(axis, 1.2 * near)
+    positions = np.tile(Skeleton.humanoid(BONES).rest_positions, (len(t), 1, 1))
+    return Motion.build(t, (), None, BONES, positions, turns)
+
+
+@pytest.mark.parametrize("late_ms", [-60, 0, 40, 130])
+def test_a_mouth_that_is_late_is_measured(late_ms: int) -> None:
+    found = sync_test.measure(bursts(SAID), opening(SAID + late_ms / 1000))
+    assert found.by == "mouth"
+    assert found.ms == pytest.approx(late_ms, abs=12)
+
+
+@pytest.mark.parametrize("late_ms", [0, 90])
+def test_hands_that_clap_are_measured(late_ms: int) -> None:
+    found = sync_test.measure(bursts(SAID, length=0.04), clapping(SAID + late_ms / 1000))
+    assert found.by == "hands"
+    assert found.ms == pytest.approx(late_ms, abs=25)
+
+
+def test_what_cannot_be_told_is_said() -> None:
+    silence = Sound(np.zeros((7 * RATE, 1), np.float32), RATE)
+    assert sync_test.measure(silence, opening(SAID)).why_not == "silent"
+    assert sync_test.measure(bursts(SAID), opening(np.array([-5.0]))).why_not == "still"
+    elsewhere = np.random.default_rng(5).uniform(0, 7, 40)
+    assert sync_test.measure(bursts(SAID), opening(elsewhere)).ms is None
+
+
+def test_limits_are_those_people_notice() -> None:
+    assert [sync_test.grade(ms) for ms in (15, 16, 45, 46, -45, -46, -125, -126)] == [
+        "good", "warn", "warn", "bad", "good", "warn", "warn", "bad",
+    ]  # fmt: skip
+
+
+def test_each_pair_keeps_its_own() -> None:
+    kept = sync_test.with_pair((), "Mic", "VMC :39539", 80.0)
+    kept = sync_test.with_pair(kept, "桜のマイク", "VMC :39539", -20.0)
+    kept = sync_test.with_pair(kept, "Mic", "VMC :39539", 82.5)
+    assert len(kept) == 2
+    assert sync_test.remembered(kept, "Mic", "VMC :39539") == 82.5
+    assert sync_test.remembered(kept, "桜のマイク", "VMC :39539") == -20.0
+    assert sync_test.remembered((*kept, "rubbish", "[1]"), "Mic", "iFacialMocap :49983") is None
+
+
+def test_the_sender_is_the_one_with_the_mouth() -> None:
+    body = Source("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ())
+    face = Source("192.168.0.9:5", 49983, "iFacialMocap", ("Head",), ("JawOpen",))
+    assert sync_test.sender_of([body, face]) == "iFacialMocap :49983 192.168.0.9"
+    assert sync_test.sender_of([body]) == "VMC :39539"
+    assert sync_test.sender_of([]) == ""
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
+    made = Recorder(tmp_path / "takes")
+    yield made
+    made.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [0.0, 0.12])
+def test_over_real_sound_and_udp(recorder: Recorder, virtual_audio: str, late: float) -> None:
+    """A voice is played, its mouth is sent so much later than the voice leaves the loudspeaker."""
+    import socket
+
+    import sounddevice
+
+    recorder.open_audio(virtual_audio)
+    recorder.open_motion(0)
+    port = recorder.snapshot().port
+    assert port is not None
+    sound, motion = bursts(SAID), opening(SAID)
+    samples = np.interp(
+        np.arange(7 * 48_000) / 48_000, np.arange(len(sound.samples)) / RATE, sound.samples[:, 0]
+    ).astype(np.float32)
+    begun: list[float] = []
+    leads, at = threading.Event(), [0]
+
+    def fill(out: np.ndarray, count: int, moment: object, _status: object) -> None:
+        # The first buffers of a stream run ahead of its clock, so the voice begins after them.
+        out[:] = 0
+        if at[0] >= 24_000:
+            leaves = time.monotonic() - stream.time + moment.outputBufferDacTime  # type: ignore[attr-defined]
+            begun.append(leaves - (at[0] - 24_000) / 48_000)
+            leads.set()
+            part = samples[at[0] - 24_000 :][:count]
+            out[: len(part)] = part[:, None]
+        at[0] += count
+
+    stream = sounddevice.OutputStream(samplerate=48_000, channels=2, latency=0.2, callback=fill)
+    with stream, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+        assert leads.wait(10)
+        for k, t in enumerate(motion.times):
+            time.sleep(max(0.0, begun[0] + t + late - time.monotonic()))
+            options = SendOptions(names="as_is")
+            for datagram in encode_frame(motion.pose(float(t)), motion.shape_names, (), k / 60, options):
+                out.sendto(datagram, ("127.0.0.1", port))
+        heard = recorder.recent(7.0)
+    assert heard is not None
+    found = sync_test.measure(*heard)
+    assert found.by == "mouth"
+    # A busy machine may make the playing stumble, which moves all of the voice after it.
+    stumbled = begun[0] - float(np.median(begun))
+    assert found.ms == pytest.approx((late + stumbled) * 1e3, abs=20)

@@ -1,0 +1,78 @@
+"""What is said of frames: lost, late, frozen."""
+
+import math
+
+import numpy as np
+import pytest
+
+from studio.capture.rows import Names, Row
+from studio.capture.watch import FrameWatch, RateWatch
+
+NAMES = Names(("A",), ())
+
+
+def watch(
+    times: list[float], clocked: bool = True, sizes: list[int] | None = None, moves: bool = True
+) -> FrameWatch:
+    seen = FrameWatch()
+    for i, t in enumerate(times):
+        values = np.full(NAMES.width, i if moves else 0, dtype=np.float32)
+        seen.feed(Row(100.0 + t, t if clocked else math.nan, NAMES, values), sizes[i] if sizes else 72)
+    return seen
+
+
+def even(count: int, fps: float = 60.0) -> list[float]:
+    return [k / fps for k in range(count)]
+
+
+def test_an_even_stream_is_whole() -> None:
+    seen = watch(even(300))
+    assert (seen.frames, seen.lost, seen.late) == (300, 0, 0)
+    assert seen.jitter_ms() == pytest.approx(0.0, abs=0.01)
+    assert seen.frames_per_s(100.0 + 299 / 60) == pytest.approx(60, abs=1)
+
+
+def test_frames_missing_from_a_clocked_stream_are_counted() -> None:
+    times = [t for k, t in enumerate(even(300)) if k not in (100, 150, 151, 152)]
+    assert watch(times).lost == 4
+
+
+def test_a_gap_without_a_sender_clock_is_late_not_lost() -> None:
+    times = [t for k, t in enumerate(even(300)) if k not in (150, 151, 152)]
+    seen = watch(times, clocked=False)
+    assert (seen.lost, seen.late) == (0, 1)
+
+
+def test_a_sender_whose_clock_wavers_is_not_accused() -> None:
+    rng = np.random.default_rng(0)
+    times = np.sort(np.array(even(600)) + rng.normal(0, 0.003, 600)).tolist()
+    assert watch(times).lost == 0
+
+
+def test_a_loop_of_the_senders_clock_is_no_loss() -> None:
+    seen = FrameWatch()
+    for k in range(200):
+        seen.feed(Row(k / 60, (k % 50) / 60, NAMES, np.zeros(NAMES.width, dtype=np.float32)), 72)
+    assert seen.lost == 0
+
+
+def test_a_frame_that_came_in_part_is_counted() -> None:
+    sizes = [72] * 200
+    sizes[90] = 59
+    assert watch(even(200), sizes=sizes).lost == 1
+
+
+def test_a_sender_of_changing_frames_is_not_accused() -> None:
+    assert watch(even(200), sizes=[50 + k % 20 for k in range(200)]).lost == 0
+
+
+def test_what_does_not_move_is_seen() -> None:
+    seen = watch(even(180), moves=False)
+    assert seen.last_arrival - seen.last_moved == pytest.approx(179 / 60)
+
+
+def test_a_rate_follows_a_counter() -> None:
+    rate = RateWatch()
+    values = [rate.rate(k * 0.01, k * 3) for k in range(300)]
+    assert values[-1] == pytest.approx(300, rel=0.02)
+    assert [rate.rate(3 + k * 0.1, 900) for k in range(30)][-1] == 0.0

@@ -1,0 +1,104 @@
+"""The report of what a machine has."""
+
+import json
+import socket
+from pathlib import Path
+
+import pytest
+
+from studio import cli
+from studio.cli import doctor
+
+NAMES = ["system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "disk"]
+
+
+@pytest.mark.slow
+def test_the_report_keeps_its_promise(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[-1]["event"] == "done"
+    checks = lines[-1]["checks"]
+    assert [check["name"] for check in checks] == NAMES
+    assert all(set(check) == {"name", "ok", "what", "remedy"} for check in checks)
+    assert all(bool(check["remedy"]) is not check["ok"] for check in checks), "a remedy where, and only where"
+    found = {check["name"]: check for check in checks}
+    assert found["PyTorch"]["ok"]
+    assert found["OpenGL"]["ok"]
+
+
+def test_a_taken_port_is_named() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        check = doctor.check_port(other.getsockname()[1])
+        assert not check.ok
+        assert check.what == f"Port {other.getsockname()[1]} is already in use."
+        assert check.remedy == "Close the other receiver or choose another port in Settings."
+
+
+def test_a_free_port_is_well() -> None:
+    port = free_port()
+    assert doctor.check_port(port) == doctor.Check("motion", True, f"Port {port} is free for motion.")
+
+
+@pytest.mark.parametrize("port", [0, -1, 65536])
+def test_a_port_that_does_not_exist(port: int) -> None:
+    check = doctor.check_port(port)
+    assert (check.ok, check.what) == (False, f"Port {port} does not exist.")
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def test_the_virtual_device_is_found(virtual_audio: str) -> None:
+    for check in (doctor.check_sound_in(), doctor.check_sound_out()):
+        assert check.ok, check
+        assert virtual_audio in check.what
+
+
+def test_a_crashing_probe_is_a_finding_not_a_crash(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "_OPENGL", "import os; os.abort()")
+    check = doctor.check_opengl()
+    assert not check.ok
+    assert check.what.startswith("Drawing in 3D failed: ")
+    assert check.remedy == "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
+
+
+def test_a_missing_library_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "_TORCH", "import no_such_library")
+    check = doctor.check_torch()
+    assert check.what == ("PyTorch does not work: ModuleNotFoundError: No module named 'no_such_library'.")
+    assert check.remedy == "Run the set-up again (make setup)."
+
+
+def test_a_probe_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
+    monkeypatch.setattr(doctor, "_TORCH", "import time; time.sleep(60)")
+    assert doctor.check_torch().what == "PyTorch does not work: it did not answer within 0 s."
+
+
+def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(doctor, "LEAST_FREE_BYTES", 10**18)
+    check = doctor.check_disk()
+    assert check.what.startswith("Only ")
+    assert check.remedy == "Free some space before recording."
+
+
+def test_a_machine_without_a_screen_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("PATH", "")
+    check = doctor.check_screen()
+    assert (check.what, check.remedy) == ("There is no screen.", "Start the studio in a desktop session.")
+
+
+def test_people_read_a_line_a_check() -> None:
+    lines = [doctor._line(doctor.Check("disk", False, "Only 1 GB are free here.", "Free some space."))]
+    lines.append(doctor._line(doctor.Check("motion", True, "Port 39539 is free for motion.")))
+    assert lines == [
+        "!!  disk       Only 1 GB are free here. Free some space.",
+        "ok  motion     Port 39539 is free for motion.",
+    ]

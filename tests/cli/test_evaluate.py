@@ -1,0 +1,122 @@
+"""`saia evaluate` and `saia compare`: figures beside baselines, on takes that were not learnt from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from studio import cli
+from studio.project import Project
+from studio.training.loop import train
+from studio.training.recipe import load_recipe
+
+MakeProject = Callable[..., Project]
+PROMISED = {
+    "rmse", "nrmse", "mae", "pearson", "pearson_mouth", "motion_ratio", "std_ratio", "jerk_ratio",
+}  # fmt: skip
+
+
+@pytest.fixture
+def project(make_toy_project: MakeProject) -> Project:
+    made = make_toy_project(("train", "train", "val", "test"))
+    for seed in (1, 2):
+        recipe = load_recipe("balanced").with_overrides(
+            ["units=16", "steps=10", "crops=4", "crop_frames=60", "epochs=4", f"seed={seed}"]
+        )
+        train(made, recipe, on_event=lambda event: None)
+    return made
+
+
+def outcome(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[dict[str, Any]]]:
+    code = cli.main([*words, "--json"])
+    return code, [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_json_keeps_its_promise(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    code, events = outcome(capsys, "evaluate", str(project.folder), "balanced_001")
+    assert code == 0
+    done = events[-1]
+    assert (done["run"], done["split"], done["takes"]) == ("balanced_001", "test", ["Toy_004"])
+    assert done["metrics"].keys() >= PROMISED
+    assert done["per_take"]["Toy_004"] == pytest.approx(done["metrics"])
+    assert done["baselines"].keys() == {"zero", "train_mean", "ridge"}
+    assert all(figures.keys() >= PROMISED for figures in done["baselines"].values())
+    assert done["baselines"]["zero"]["motion_ratio"] == 0
+    assert done["baselines"]["ridge"]["pearson"] > 0.3
+    assert done["metrics"]["geodesic_deg"] > 0
+    assert set(done["per_bone"]) == {"Head", "Hips", "LeftLowerArm", "Spine"}
+    kept = json.loads((project.run("balanced_001").folder / "evaluation.json").read_text())
+    assert kept["metrics"] == done["metrics"]
+
+
+def test_the_mean_pose_is_the_training_mean(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    """Test takes never touch the scaling: the baseline's mean differs from the test take's own."""
+    _, events = outcome(capsys, "evaluate", str(project.folder), "balanced_001", "--takes", "Toy_001")
+    on_train = events[-1]
+    assert on_train["split"] == "train"
+    assert any("learnt from" in event.get("text", "") for event in events)
+    assert 0 < on_train["baselines"]["train_mean"]["rmse"] < on_train["baselines"]["zero"]["rmse"]
+
+
+def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["evaluate", str(project.folder), "balanced_001"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "balanced_001 on Toy_004 (test), 180 frames"
+    assert lines[1].split()[:3] == ["RMSE", "NRMSE", "MAE"]
+    assert [line.split()[0] for line in lines[2:]] == ["balanced_001", "zero", "train_mean", "ridge"]
+
+
+def test_an_empty_test_split_falls_back_to_validation_and_says_so(
+    project: Project, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.dataset import edits
+
+    project.edit("Split", edits.set_split(project.dataset, ["Toy_004"], ""))
+    _, events = outcome(capsys, "evaluate", str(project.folder), "balanced_001", "--no-baselines")
+    assert events[0]["text"] == (
+        "No take is marked as test; measured on the validation takes, which chose the best epoch."
+    )
+    assert events[-1]["split"] == "val"
+    assert events[-1]["baselines"] == {}
+
+
+def test_a_face_only_take_has_no_geodesic_error(
+    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = make_toy_project(bones=False)
+    recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
+    run = train(project, recipe, on_event=lambda event: None)
+    _, events = outcome(capsys, "evaluate", str(project.folder), run.id, "--split", "val")
+    assert events[-1]["metrics"]["geodesic_deg"] is None
+    assert events[-1]["metrics"]["pearson_mouth"] is not None
+
+
+def test_runs_are_compared_on_the_same_takes(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    code, events = outcome(capsys, "compare", str(project.folder), "balanced_001", "balanced_002")
+    assert code == 0
+    assert events[-1]["runs"].keys() == {"balanced_001", "balanced_002"}
+    assert events[-1]["takes"] == ["Toy_004"]
+    assert events[-1]["runs"]["balanced_001"] != events[-1]["runs"]["balanced_002"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["balanced_009"], "There is no run balanced_009 in Toy."),
+        (["balanced_001", "--takes", "Nobody"], "There is no take Nobody in Toy."),
+    ],
+)
+def test_a_wrong_request_is_a_sentence(
+    project: Project, capsys: pytest.CaptureFixture[str], words: list[str], sentence: str
+) -> None:
+    assert cli.main(["evaluate", str(project.folder), *words]) == 2
+    assert capsys.readouterr().err.startswith(sentence)
+
+
+def test_a_run_without_weights_is_a_sentence(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    empty = project.new_run_folder("balanced")
+    assert cli.main(["evaluate", str(project.folder), empty.name]) == 1
+    assert capsys.readouterr().err.startswith(f"The run {empty.name} has no best.safetensors yet.")

@@ -1,0 +1,131 @@
+"""`saia export`: takes as files of other programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studio import cli
+from studio.dataset import edits
+from studio.formats import bvh, saia_csv
+from studio.project import Project
+from studio.take import TakeInfo
+from studio.take.motion_file import read_motion
+from studio.take.sound import read_sound
+from tests.formats.examples import a_motion, a_sound, assert_same_motion
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    project = Project.create(tmp_path / "p")
+    sound = a_sound(tmp_path / "in.wav", 2.0)
+    project.add_take("full", TakeInfo("full"), a_motion(120), sound)
+    project.add_take("voice", TakeInfo("voice"), None, sound)
+    return project.folder
+
+
+def done(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert events[0] == {"event": "progress", "fraction": 0.0, "eta_s": None}
+    assert events[-2]["event"] == "progress"
+    assert events[-2]["fraction"] == 1.0
+    return events[-1]
+
+
+def test_a_whole_take_in_every_format(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "書き出し"
+    for suffix, files in {
+        ".bvh": ["x.bvh"],
+        ".arrow": ["x.arrow"],
+        ".wav": ["x.wav"],
+        ".csv": ["Blendshapes/x.csv", "Bones/x.csv", "Audio/x.wav"],
+    }.items():
+        assert cli.main(["export", str(folder), "full", "-o", str(out / f"x{suffix}"), "--json"]) == 0
+        event = done(capsys)
+        assert event["event"] == "done"
+        assert event["files"] == [str(out / file) for file in files]
+    assert_same_motion(saia_csv.read(out / "Blendshapes" / "x.csv").motion, a_motion(120))
+    assert_same_motion(read_motion(out / "x.arrow"), a_motion(120))
+    assert len(bvh.read(out / "x.bvh").motion or ()) == 120
+
+
+def test_points_and_offset_are_applied(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = Project.open(folder)
+    dataset = edits.set_offset(edits.trim(project.dataset, "full", 0.5, 1.5), ["full"], 0.1)
+    project.edit("Trim", dataset)
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / "x.csv")]) == 0
+    back = saia_csv.read(tmp_path / "Blendshapes" / "x.csv")
+    assert back.motion is not None
+    assert back.audio is not None
+    np.testing.assert_allclose(back.motion.pose(0.5).shapes, a_motion(120).pose(0.9).shapes, atol=1e-4)
+    assert read_sound(back.audio).duration == pytest.approx(1.0)
+
+
+def test_another_frame_rate(folder: Path, tmp_path: Path) -> None:
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / "x.bvh"), "--fps", "30"]) == 0
+    assert "Frame Time: 0.03333333" in (tmp_path / "x.bvh").read_text()
+
+
+@pytest.mark.parametrize(
+    ("what", "out", "code", "sentence"),
+    [
+        ("zz", "x.bvh", 2, "There is no take zz in p. Takes there: full, voice."),
+        ("full", "x.fbx", 2, "x.fbx has no ending that the studio writes."),
+        ("voice", "x.bvh", 2, "voice has no motion to export. Generate it first: RUN:voice."),
+        ("saia_001:voice", "x.bvh", 2, "There is no run saia_001 in p. Runs there: none yet."),
+    ],
+)
+def test_wrong_requests(
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    what: str,
+    out: str,
+    code: int,
+    sentence: str,
+) -> None:
+    assert cli.main(["export", str(folder), what, "-o", str(tmp_path / out)]) == code
+    assert capsys.readouterr().err.startswith(sentence)
+    assert not (tmp_path / out).exists()
+
+
+def test_a_run_without_weights_says_so(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Project.open(folder).new_run_folder("saia")
+    assert cli.main(["export", str(folder), "saia_001:voice", "-o", str(tmp_path / "x.bvh")]) == 2
+    assert capsys.readouterr().err.startswith("saia_001 has no trained weights yet. Train it first")
+
+
+def test_what_a_run_makes_of_a_takes_sound(
+    make_toy_project: Callable[..., Project], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.training.loop import train
+    from studio.training.recipe import load_recipe
+
+    project = make_toy_project(("train", "val"))
+    recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
+    run = train(project, recipe, on_event=lambda event: None)
+    selection, take = project.selected("val")[0]
+    words = [
+        "export",
+        str(project.folder),
+        f"{run.id}:{selection.id}",
+        "-o",
+        str(tmp_path / "x.bvh"),
+        "--json",
+    ]
+    assert cli.main(words) == 0
+    assert done(capsys)["files"] == [str(tmp_path / "x.bvh")]
+    motion = bvh.read(tmp_path / "x.bvh").motion
+    assert motion is not None
+    assert motion.duration == pytest.approx(take.info.audio_seconds, abs=0.1)

@@ -1,0 +1,179 @@
+"""How every command starts, reports and ends, whatever the command is."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio import __version__, cli
+from studio.cli._output import Output
+from studio.cli._run import guarded
+from studio.errors import RequestError, StudioError
+
+
+def raising(error: BaseException) -> Callable[[], int]:
+    def work() -> int:
+        raise error
+
+    return work
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"Saia Studio {__version__}\n"
+
+
+def test_help_lists_every_verb_with_its_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for verb in cli.verbs():
+        line = next(line for line in lines if line.startswith(f"saia {verb} "))
+        assert len(line) > 24, f"{verb} has no HELP"
+
+
+def test_an_unknown_word_is_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["frobnicate"]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err == (
+        "There is no command and no project called frobnicate. Run `saia --help` to see the commands.\n"
+    )
+
+
+def test_an_unknown_word_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["frobnicate", "--json"]) == 2
+    assert [json.loads(line) for line in capsys.readouterr().out.splitlines()] == [
+        {
+            "event": "error",
+            "what": "There is no command and no project called frobnicate.",
+            "remedy": "Run `saia --help` to see the commands.",
+            "log": None,
+        }
+    ]
+
+
+@pytest.mark.parametrize("verb", cli.verbs())
+def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main([verb, "--help"])
+    assert ended.value.code == 0
+    assert f"saia {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", cli.verbs())
+def test_every_verb_refuses_an_unknown_option_in_a_sentence(
+    verb: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([verb, "--no-such-option"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("The command was not understood: ")
+    assert error.endswith(f". Run `saia {verb} --help` to see how it is written.\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "sentence"),
+    [
+        (
+            RequestError("There is no take Hello.", "Name another."),
+            2,
+            "There is no take Hello. Name another.\n",
+        ),
+        (KeyboardInterrupt(), 130, "Interrupted. Nothing that was saved is lost.\n"),
+    ],
+)
+def test_an_error_ends_with_its_code(
+    error: BaseException, code: int, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert guarded(raising(error), Output()) == code
+    assert capsys.readouterr().err == sentence
+
+
+def test_a_failure_names_its_log(capsys: pytest.CaptureFixture[str]) -> None:
+    out = Output(as_json=True)
+    assert guarded(raising(StudioError("The disk is full.", "Free some space.")), out) == 1
+    shown = capsys.readouterr()
+    last = json.loads(shown.out.splitlines()[-1])
+    assert (last["event"], last["what"], last["remedy"]) == ("error", "The disk is full.", "Free some space.")
+    assert "The disk is full." in Path(last["log"]).read_text(encoding="utf-8")
+    assert shown.err == f"The disk is full. Free some space. Details are in {last['log']}.\n"
+
+
+def test_the_unexpected_is_a_sentence_with_a_log(capsys: pytest.CaptureFixture[str]) -> None:
+    assert guarded(raising(ZeroDivisionError("division by zero")), Output()) == 1
+    error = capsys.readouterr().err
+    assert error.startswith(
+        "Something unexpected happened: ZeroDivisionError: division by zero. Please report it with the log."
+    )
+    log = Path(error.rsplit("Details are in ", 1)[1].strip().removesuffix("."))
+    assert "Traceback" in log.read_text(encoding="utf-8")
+
+
+def test_people_read_sentences_and_programs_read_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    Output().event("saved", "Saved Hello_001.", take="Hello_001")
+    Output().event("progress", fraction=0.5)
+    assert capsys.readouterr().out == "Saved Hello_001.\n"
+    out = Output(as_json=True)
+    out.event("progress", fraction=0.5)
+    out.done("Saved.", take="こんにちは_001")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines == ['{"event": "progress", "fraction": 0.5}', '{"event": "done", "take": "こんにちは_001"}']
+    assert out.finished
+
+
+@pytest.mark.parametrize(
+    ("value", "plain"),
+    [
+        (math.nan, None),
+        (-math.inf, None),
+        (np.float32(0.5), 0.5),
+        (np.int64(3), 3),
+        (np.array([1.0, np.nan]), [1.0, None]),
+        ((1, Path("a/b")), [1, os.path.join("a", "b")]),  # noqa: PTH118 (as this system writes it)
+        ({1: {"x": np.bool_(True)}}, {"1": {"x": True}}),
+        (None, None),
+    ],
+)
+def test_every_fact_becomes_plain_json(
+    value: object, plain: object, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Output(as_json=True).event("fact", value=value)
+    assert json.loads(capsys.readouterr().out)["value"] == plain
+
+
+def saia(*words: str) -> subprocess.CompletedProcess[str]:
+    """A real `python -m studio` with some words."""
+    command = [sys.executable, "-m", "studio", *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def test_the_program_itself_ends_with_the_code() -> None:
+    done = saia("frobnicate")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_a_reader_that_leaves_is_no_traceback() -> None:
+    command = f"{shlex.quote(sys.executable)} -m studio --help | head -c 1"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("words", [["--json"], []])
+def test_a_name_the_terminal_cannot_print_is_no_crash(tmp_path: Path, words: list[str]) -> None:
+    folder = tmp_path / "歌う:プロジェクト"
+    command = [sys.executable, "-m", "studio", "check", str(folder), *words]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    done = subprocess.run(command, capture_output=True, env=environment, check=False)
+    assert done.returncode == 2
+    assert b"There is no project at" in done.stderr
+    if words:
+        assert json.loads(done.stdout.decode("utf-8"))["what"] == f"There is no project at {folder}."

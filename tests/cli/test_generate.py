@@ -1,0 +1,106 @@
+"""`saia generate`: sound in, files out, by suffix."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import soundfile
+
+from studio import cli
+from studio.project import Project
+from studio.training.loop import train
+from studio.training.recipe import load_recipe
+
+MakeProject = Callable[..., Project]
+
+
+@pytest.fixture
+def project(make_toy_project: MakeProject) -> Project:
+    made = make_toy_project(("train", "val"), name="Toy プロジェクト")
+    recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
+    train(made, recipe, on_event=lambda event: None)
+    return made
+
+
+@pytest.fixture
+def sound(tmp_path: Path) -> Path:
+    path = tmp_path / "Hello world.wav"
+    soundfile.write(path, np.random.default_rng(0).normal(0, 0.1, 3 * 44100), 44100)
+    return path
+
+
+def outcome(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[dict[str, Any]]]:
+    code = cli.main([*words, "--json"])
+    return code, [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+
+def test_the_motion_is_written_and_named(
+    project: Project, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.take.motion_file import read_motion
+
+    code, events = outcome(capsys, "generate", str(project.folder), "quick_001", str(sound))
+    assert code == 0
+    assert events[-2]["event"] == "progress"
+    assert events[-2]["fraction"] == pytest.approx(1.0, abs=0.02)
+    file = Path(events[-1]["files"][0])
+    assert file == project.exports_folder / "Hello world_quick_001.arrow"
+    motion = read_motion(file)
+    assert len(motion) == 90
+    assert motion.shape_names == ("A", "Blink", "Neutral")
+    assert motion.bone_names == ("Head", "Hips", "LeftLowerArm", "Spine")
+    assert np.isfinite(motion.rotations).all()
+
+
+@pytest.mark.parametrize("name", ["out.csv", "out.bvh", "deep/er/out.arrow"])
+def test_the_ending_says_the_format(
+    project: Project, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    target = tmp_path / name
+    code, events = outcome(
+        capsys, "generate", str(project.folder), "quick_001", str(sound), "-o", str(target)
+    )
+    assert code == 0, events
+    assert events[-1]["files"]
+    assert all(Path(file).stat().st_size > 0 for file in events[-1]["files"])
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        (["quick_001", "SOUND", "-o", "out.fbx"], 2, "out.fbx has no ending that the studio writes."),
+        (["quick_009", "SOUND"], 2, "There is no run quick_009 in Toy プロジェクト."),
+        (["quick_001", "missing.wav"], 2, "The sound file missing.wav is missing."),
+    ],
+)
+def test_a_wrong_request_is_a_sentence(
+    project: Project,
+    sound: Path,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    code: int,
+    sentence: str,
+) -> None:
+    words = [str(sound) if word == "SOUND" else word for word in words]
+    assert cli.main(["generate", str(project.folder), *words]) == code
+    assert capsys.readouterr().err.startswith(sentence)
+
+
+def test_a_style_is_chosen_by_name(
+    make_toy_project: MakeProject, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_toy_project(("train", "train", "val"))
+    recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
+    train(made, recipe, on_event=lambda event: None)
+    words = ("generate", str(made.folder), "quick_001", str(sound), "--style")
+    code, events = outcome(capsys, *words, "Toy_002")
+    assert (code, events[-1]["style"]) == (0, "Toy_002")
+    assert cli.main([*words, "Toy_009"]) == 2
+    assert capsys.readouterr().err == (
+        "quick_001 knows no style called Toy_009. Choose one of: average, Toy_001, Toy_002.\n"
+    )

@@ -1,0 +1,172 @@
+"""`saia record` as a person and a program call it."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio import cli
+from studio.capture.vmc import encode_frame
+from studio.motion import Pose, Skeleton
+from studio.motion.channels import BONES, VRM0_SHAPES
+from studio.project import Project
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def sending() -> Iterator[int]:
+    """A port to which a whole body is sent all the time; gives its number."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        asking.bind(("127.0.0.1", 0))
+        port: int = asking.getsockname()[1]
+    rest = Skeleton.humanoid(BONES).rest_positions.astype(np.float32)
+    identity = np.array([0, 0, 0, 1], dtype=np.float32)
+    end = threading.Event()
+
+    def send() -> None:
+        k = 0
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+            while not end.wait(1 / 60):
+                weights = np.full(18, k % 50 / 50, dtype=np.float32)
+                pose = Pose(weights, rest, np.tile(identity, (54, 1)), np.zeros(3, np.float32), identity)
+                for datagram in encode_frame(pose, VRM0_SHAPES, BONES, k / 60):
+                    try:
+                        out.sendto(datagram, ("127.0.0.1", port))
+                    except ConnectionError:  # nobody listens yet
+                        break
+                k += 1
+
+    thread = threading.Thread(target=send, daemon=True)
+    thread.start()
+    yield port
+    end.set()
+    thread.join()
+
+
+def events(text: str) -> list[dict[str, object]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_a_take_is_recorded_and_chosen(
+    tmp_path: Path, sending: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = str(tmp_path / "My 桜")
+    words = ["record", folder, "--slate", "Hello", "--seconds", "0.9", "--device", "none", "--json"]
+    assert cli.main([*words, "--port", str(sending)]) == 0
+    told = events(capsys.readouterr().out)
+    assert [e["event"] for e in told] == ["rolling", "state", "done"]
+    done = told[-1]
+    assert done["take"] == "Hello_001"
+    promised = {
+        "take",
+        "seconds",
+        "frames",
+        "frames_lost",
+        "packets",
+        "packets_bad",
+        "audio_seconds",
+        "drift_ppm",
+    }
+    assert promised <= set(done)
+    assert isinstance(done["frames"], int)
+    assert done["frames"] > 20
+    assert (done["frames_lost"], done["packets_bad"], done["audio_seconds"]) == (0, 0, 0)
+    project = Project.open(tmp_path / "My 桜")
+    assert [s.take for s in project.dataset.selections] == ["Hello_001"]
+    assert project.take("Hello_001").info.frames == done["frames"]
+    project.close()
+
+
+@pytest.mark.slow
+def test_voice_and_motion_together(
+    tmp_path: Path, sending: int, virtual_audio: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["record", str(tmp_path / "P"), "--slate", "Both", "--seconds", "1.5", "--json"]
+    assert cli.main([*words, "--port", str(sending), "--device", virtual_audio]) == 0
+    done = events(capsys.readouterr().out)[-1]
+    assert done["audio_seconds"] == pytest.approx(1.5, abs=0.4)
+    assert isinstance(done["frames"], int)
+    assert done["frames"] > 40
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["stop", "signal"])
+def test_a_wish_to_stop_saves_the_take(tmp_path: Path, sending: int, how: str) -> None:
+    words = [sys.executable, "-m", "studio", "--json", "record", str(tmp_path / "P"), "--slate", "Open"]
+    words += ["--device", "none", "--port", str(sending)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True, cwd=ROOT) as child:
+        assert child.stdout is not None
+        assert child.stdin is not None
+        for line in child.stdout:
+            if json.loads(line)["event"] == "state":
+                break
+        if how == "stop":
+            child.stdin.write("stop\n")
+            child.stdin.flush()
+        else:
+            os.kill(child.pid, signal.SIGINT)
+        last = events(child.stdout.read())[-1]
+    assert child.returncode == 0
+    assert last["event"] == "done"
+    assert last["take"] == "Open_001"
+
+
+@pytest.mark.slow
+def test_what_an_earlier_session_left_is_recovered_first(tmp_path: Path, sending: int) -> None:
+    words = [sys.executable, "-m", "studio", "--json", "record", str(tmp_path / "P"), "--slate", "Left"]
+    words += ["--device", "none", "--port", str(sending)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True, cwd=ROOT) as child:
+        assert child.stdout is not None
+        for line in child.stdout:
+            if json.loads(line).get("frames", 0) > 60:
+                break
+        child.kill()
+    again = subprocess.run([*words, "--seconds", "0.7"], capture_output=True, text=True, cwd=ROOT, check=True)
+    told = events(again.stdout)
+    assert (told[0]["event"], told[0]["take"]) == ("recovered", "Left_001")
+    assert told[-1]["take"] == "Left_002"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--port", "http"], "http is not a port. Give a number up to 65535, or none."),
+        (["--port", "99999"], "99999 is not a port. Give a number up to 65535, or none."),
+        (["--seconds", "-1"], "-1.0 is no length of a take. Give seconds from 0 to 86400."),
+        (["--seconds", "nan"], "nan is no length of a take. Give seconds from 0 to 86400."),
+        (["--port", "none", "--device", "none"], "There is nothing to record. Give a port or a microphone."),
+    ],
+)
+def test_a_wrong_request_is_one_sentence(
+    tmp_path: Path, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["record", str(tmp_path / "P"), "--slate", "X", *words]) == 2
+    assert capsys.readouterr().err.strip() == sentence
+    assert not (tmp_path / "P").exists()
+
+
+def test_a_taken_port_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+        words = ["record", str(tmp_path / "P"), "--slate", "X", "--device", "none", "--port", str(port)]
+        assert cli.main([*words, "--json"]) == 1
+    last = events(capsys.readouterr().out)[-1]
+    assert last["what"] == f"Port {port} is already in use."
+    assert last["remedy"] == "Close the other receiver or choose another port in Settings."
+
+
+def test_nothing_coming_in_is_said_at_the_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["record", str(tmp_path / "P"), "--slate", "X", "--device", "none", "--port", "0"]
+    assert cli.main([*words, "--seconds", "0.3", "--json"]) == 1
+    assert events(capsys.readouterr().out)[-1]["what"] == "Nothing came in while X_001 was recorded."

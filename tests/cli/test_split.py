@@ -1,0 +1,57 @@
+"""`saia split`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from studio import cli
+from studio.project import Project
+from studio.take import TakeInfo
+from tests.formats.examples import a_sound
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    project = Project.create(tmp_path / "p")
+    for name in ("a", "b", "c", "d"):
+        project.add_take(name, TakeInfo(name), None, a_sound(tmp_path / "in.wav"))
+    return project.folder
+
+
+def test_named_takes_change_and_others_keep_theirs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["split", str(folder), "--val", "b", "--test", "c", "d", "--json"]) == 0
+    done = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert {key: done[key] for key in ("train", "val", "test")} == {
+        "train": ["a"],
+        "val": ["b"],
+        "test": ["c", "d"],
+    }
+    assert cli.main(["split", str(folder), "--train", "c", "--unused", "a"]) == 0
+    assert capsys.readouterr().out == "p: 1 train, 1 val, 1 test.\n"
+    project = Project.open(folder)
+    assert [s.split for s in project.dataset.selections] == ["", "val", "train", "test"]
+    assert project.undo_name == "Split takes"
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ([], "No take was named."),
+        (["--val", "zz"], "There is no take zz in p."),
+        (["--val", "a", "--test", "a"], "a was named for two splits."),
+    ],
+)
+def test_wrong_requests_change_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str], words: list[str], what: str
+) -> None:
+    assert cli.main(["split", str(folder), *words]) == 2
+    assert capsys.readouterr().err.startswith(what)
+    assert {s.split for s in Project.open(folder).dataset.selections} == {"train"}
+
+
+def test_a_folder_that_is_no_project(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["split", str(tmp_path), "--val", "a"]) == 2
+    assert capsys.readouterr().err.startswith(f"There is no project at {tmp_path}.")

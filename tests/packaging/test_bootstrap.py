@@ -1,0 +1,153 @@
+"""The one program that sets the studio up."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PINS = [
+    line
+    for line in (ROOT / "packaging" / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    if line and not line.startswith("#")
+]
+debian_only = pytest.mark.skipif(not shutil.which("dpkg-query"), reason="Debian and its kin only")
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+@pytest.fixture
+def bootstrap(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    spec = importlib.util.spec_from_file_location("bootstrap", ROOT / "packaging" / "bootstrap.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_it_needs_only_the_standard_library() -> None:
+    code = (
+        "import sys; sys.argv = ['bootstrap.py']; sys.path.insert(0, 'packaging'); import bootstrap\n"
+        "own = {'bootstrap', 'studio', *sys.stdlib_module_names}\n"
+        "foreign = {n.split('.')[0] for n in sys.modules} - own\n"
+        "print(sorted(n for n in foreign if not n.startswith('_') and n != 'sitecustomize'))"
+    )
+    # -S keeps installed packages away, so an import of one would fail.
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_pin_is_one_exact_version_for_every_platform() -> None:
+    for line in PINS:
+        assert re.fullmatch(r"[A-Za-z0-9_.-]+==[0-9][0-9a-z.]*", line), line
+
+
+def test_every_dependency_is_pinned() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
+    pinned = {canonical(line.partition("==")[0]) for line in PINS}
+    names = {canonical(re.split(r"[<>=!~\[; ]", text)[0]) for text in wanted}
+    assert names <= pinned, f"run packaging/lock.py: {sorted(names - pinned)} is not pinned"
+
+
+def test_pytorch_and_qt_are_the_versions_known_to_work() -> None:
+    assert "torch==2.13.0" in PINS
+    assert any(re.fullmatch(r"PySide6[-_]Essentials==6\.11\.3", line) for line in PINS)
+
+
+def test_no_package_for_a_gpu_is_pinned() -> None:
+    assert not [line for line in PINS if line.lower().startswith(("nvidia", "triton", "cuda"))]
+
+
+def test_a_change_of_pins_asks_for_a_new_set_up(
+    bootstrap: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("packaging/constraints.txt", "pyproject.toml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    monkeypatch.setattr(bootstrap, "ROOT", tmp_path)
+    before = bootstrap.fingerprint()
+    assert bootstrap.fingerprint() == before
+    with (tmp_path / "packaging" / "constraints.txt").open("a") as file:
+        file.write("six==1.17.0\n")
+    assert bootstrap.fingerprint() != before
+
+
+@debian_only
+def test_a_missing_system_package_is_found(bootstrap: ModuleType) -> None:
+    assert bootstrap.missing_packages(["dpkg", "no-such-package-anywhere"]) == ["no-such-package-anywhere"]
+
+
+@debian_only
+def test_without_rights_one_line_says_what_to_run(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bootstrap, "NEEDED_PACKAGES", ("no-such-package-anywhere",))
+    monkeypatch.setattr(bootstrap, "WELCOME_PACKAGES", ())
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    monkeypatch.setattr(bootstrap, "answers", lambda command: False)  # no sudo without a password
+    bootstrap.install_system_libraries()
+    assert capsys.readouterr().out == (
+        "System libraries are missing. Run: sudo apt-get install -y no-such-package-anywhere\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("codes", "rest", "expected"),
+    [
+        ([0, 0, 0, 0, 0], [], 0),
+        ([1, 0, 0, 0, 0], [], 1),
+        ([0, 1, 0, 0, 0], [], 1),
+        ([0, 0, 2, 0, 0], [], 1),
+        ([0, 0, 0, 1, 0], [], 1),
+        ([0, 0, 0, 0, 1], [], 1),
+        ([0, 0, 0, 5, 0], [], 1),  # no test at all is a failure of the whole suite ...
+        ([0, 0, 0, 0, 5], ["-k", "slerp"], 0),  # ... but not of a chosen part
+        ([0, 0, 0, 5, 5], ["-k", "nothing"], 1),
+    ],
+)
+def test_one_exit_code_for_all_of_it(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, codes: list[int], rest: list[str], expected: int
+) -> None:
+    answers = iter(codes)
+    called: list[tuple[str, ...]] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(bootstrap, "call", lambda *words: (called.append(words), next(answers))[1])
+    assert bootstrap.test(rest) == expected
+    assert [words[1] for words in called] == ["ruff", "ruff", "mypy", "pytest", "pytest"]
+    assert all(words[-len(rest) :] == tuple(rest) for words in called[3:] if rest)
+
+
+@pytest.mark.skipif(not shutil.which("make"), reason="make is optional")
+@pytest.mark.parametrize("target", ["setup", "run", "test", "bench"])
+def test_make_only_calls_the_bootstrap(target: str) -> None:
+    # `make test` itself runs this test: its words for child makes are not ours.
+    clean = {
+        name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS", "ARGS"))
+    }
+    done = subprocess.run(
+        ["make", "-n", target], cwd=ROOT, capture_output=True, text=True, check=True, env=clean
+    )
+    assert done.stdout.split() == ["python3", "packaging/bootstrap.py", target]
+
+
+def test_ci_calls_make_test_and_nothing_else() -> None:
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    assert lines[-1] == "make test"
+    assert all(line.startswith(("#", "set ", "cd ")) for line in lines[:-1])

@@ -1,0 +1,236 @@
+"""The player on a real (virtual) sound device and without one."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from studio.errors import StudioError
+from studio.playback.heard import StreamClock
+from studio.playback.player import Player
+from studio.playback.transport import State
+
+RATE = 48_000
+
+
+def _until(condition: Callable[[], bool], timeout: float = 10.0) -> None:
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def clicks(tmp_path: Path) -> Path:
+    """Three seconds, a click in the middle of each."""
+    samples = np.zeros(3 * RATE, dtype=np.float32)
+    samples[RATE // 2 :: RATE] = 0.9
+    path = tmp_path / "クリック 1.wav"
+    soundfile.write(path, samples, RATE)
+    return path
+
+
+@pytest.fixture
+def silent_clock() -> Iterator[Player]:
+    player = Player(None, duration=0.6)
+    yield player
+    player.close()
+
+
+def test_without_sound_time_itself_plays(silent_clock: Player) -> None:
+    silent_clock.play()
+    began = time.monotonic()
+    _until(lambda: silent_clock.position > 0.2)
+    assert time.monotonic() - began == pytest.approx(silent_clock.position, abs=0.03)
+    _until(lambda: silent_clock.state is State.ENDED)
+    assert silent_clock.position == 0.6
+
+
+def test_playing_after_the_end_begins_at_the_start(silent_clock: Player) -> None:
+    silent_clock.seek(0.55)
+    silent_clock.play()
+    _until(lambda: silent_clock.state is State.ENDED)
+    silent_clock.play()
+    assert silent_clock.position < 0.3
+
+
+def test_pause_holds_the_position(silent_clock: Player) -> None:
+    silent_clock.play()
+    _until(lambda: silent_clock.position > 0.1)
+    silent_clock.pause()
+    held = silent_clock.position
+    time.sleep(0.05)
+    assert silent_clock.position == held
+    assert silent_clock.state is State.STOPPED
+
+
+def test_seeks_stay_inside(silent_clock: Player) -> None:
+    silent_clock.seek(99.0)
+    assert silent_clock.position == 0.6
+    silent_clock.seek(-1.0)
+    assert silent_clock.position == 0.0
+
+
+def test_a_loop_comes_round_and_never_leaves_its_span(silent_clock: Player) -> None:
+    silent_clock.set_loop((0.1, 0.25))
+    silent_clock.seek(0.1)
+    silent_clock.play()
+    seen = []
+    _until(lambda: bool(seen.append(silent_clock.position)) or (np.diff(seen) < 0).sum() >= 3)
+    assert min(seen) >= 0.1 - 1e-9
+    assert max(seen) <= 0.25 + 0.02
+
+
+def test_a_missing_sound_is_named(tmp_path: Path) -> None:
+    with pytest.raises(StudioError) as caught:
+        Player(tmp_path / "gone.wav")
+    assert caught.value.what == "The sound gone.wav is not there."
+    assert caught.value.remedy == "Choose another, or put the file back."
+
+
+def test_an_empty_sound_is_refused(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "empty.wav", np.zeros(0, np.float32), RATE)
+    with pytest.raises(StudioError) as caught:
+        Player(tmp_path / "empty.wav")
+    assert str(caught.value) == "The sound empty.wav is empty. Choose a sound that holds something."
+
+
+def test_an_unknown_device_is_said_and_the_clock_leads(virtual_audio: str, clicks: Path) -> None:
+    player = Player(clicks, device="no such loudspeaker")
+    player.play()
+    try:
+        _until(lambda: player.position > 0.1)
+        assert not player.sound_leads
+        problem = player.problem
+        assert problem is not None
+        assert (
+            str(problem) == "No sound device can play. Plug in headphones or speakers and press Play again."
+        )
+    finally:
+        player.close()
+
+
+class _Ear:
+    """Records what the virtual device plays, and when each sample was heard."""
+
+    def __init__(self, device: str) -> None:
+        import sounddevice
+
+        self._blocks: list[np.ndarray] = []
+        self._clock, self._frames = StreamClock(RATE), 0
+        self.stream = sounddevice.InputStream(
+            samplerate=RATE, channels=1, device=device, latency=0.06, callback=self._on_block
+        )
+
+    def _on_block(self, block: np.ndarray, frames: int, info: object, _status: object) -> None:
+        taken = time.monotonic() + info.inputBufferAdcTime - info.currentTime  # type: ignore[attr-defined]
+        self._clock.report(self._frames, taken)
+        self._blocks.append(block[:, 0].copy())
+        self._frames += frames
+
+    def clicks(self) -> list[float]:
+        """Monotonic times of the clicks heard."""
+        sound = np.concatenate(self._blocks)
+        now = time.monotonic()
+        frame = self._clock.frame_at(now)
+        return [now + (i - frame) / RATE for i in np.flatnonzero(sound > 0.4)]
+
+
+@pytest.mark.slow
+def test_the_position_is_what_the_ear_hears_also_after_a_seek(virtual_audio: str, clicks: Path) -> None:
+    ear, player, log = _Ear(virtual_audio), Player(clicks, device=virtual_audio), []
+    with ear.stream:
+        player.play()
+        sought = False
+        while player.playing:
+            log.append((time.monotonic(), player.position))
+            if player.position > 0.8 and not sought:
+                player.seek(2.3)
+                sought = True
+            time.sleep(0.003)
+        time.sleep(0.2)  # let the last click travel to the ear
+    assert player.sound_leads
+    player.close()
+    times, positions = np.array(log).T
+    heard = ear.clicks()
+    assert len(heard) == 2
+    error = np.interp(heard, times, positions) - np.array([0.5, 2.5])
+    assert np.abs(error).max() < 0.010
+
+
+@pytest.mark.slow
+def test_the_position_moves_evenly(virtual_audio: str, clicks: Path) -> None:
+    player, log = Player(clicks, device=virtual_audio), []
+    player.play()
+    _until(lambda: player.position > 0.3)
+    while player.position < 1.5:
+        log.append((time.monotonic(), player.position))
+        time.sleep(0.002)
+    player.close()
+    times, positions = np.array(log).T
+    assert np.abs(np.diff(positions) - np.diff(times)).max() < 0.005
+
+
+@pytest.mark.slow
+def test_a_looped_sound_repeats_to_the_sample(virtual_audio: str, clicks: Path) -> None:
+    ear, player = _Ear(virtual_audio), Player(clicks, device=virtual_audio)
+    player.set_loop((0.3, 0.7))
+    player.seek(0.3)
+    with ear.stream:
+        player.play()
+        time.sleep(2.3)
+        assert 0.3 <= player.position <= 0.7
+        player.close()
+    heard = ear.clicks()
+    assert len(heard) >= 4
+    assert np.diff(heard) == pytest.approx(0.4, abs=2 / RATE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rate", "channels", "suffix"), [(8_000, 1, "wav"), (44_100, 2, "flac"), (96_000, 6, "wav")]
+)
+def test_odd_rates_and_channels_are_heard_in_time(
+    virtual_audio: str, tmp_path: Path, rate: int, channels: int, suffix: str
+) -> None:
+    samples = np.zeros((rate, channels), dtype=np.float32)
+    samples[rate // 2 : rate // 2 + rate // 1000] = 0.9
+    path = tmp_path / f"odd.{suffix}"
+    soundfile.write(path, samples, rate)
+    ear, player, log = _Ear(virtual_audio), Player(path, device=virtual_audio), []
+    with ear.stream:
+        player.play()
+        while player.playing:
+            log.append((time.monotonic(), player.position))
+            time.sleep(0.003)
+        time.sleep(0.2)
+    player.close()
+    times, positions = np.array(log).T
+    # A resampling stream makes the virtual device's own latency report jump by one block of 15 ms.
+    assert np.interp(ear.clicks()[0], times, positions) == pytest.approx(0.5, abs=0.025)
+
+
+@pytest.mark.slow
+def test_a_device_that_falls_silent_is_said_and_the_picture_goes_on(virtual_audio: str, clicks: Path) -> None:
+    # Suspending a sink freezes its streams without a word: no status, no end, no callback.
+    player = Player(clicks, device=virtual_audio)
+    try:
+        player.play()
+        _until(lambda: player.position > 0.3)
+        subprocess.run(["pactl", "suspend-sink", "@DEFAULT_SINK@", "1"], check=True)
+        _until(lambda: not player.sound_leads)
+        problem = player.problem
+        assert problem is not None
+        assert problem.what == "The sound device stopped answering."
+        assert problem.remedy == "Check its cable and press Play again; the picture goes on."
+        here = player.position
+        _until(lambda: player.position > here + 0.2)
+    finally:
+        subprocess.run(["pactl", "suspend-sink", "@DEFAULT_SINK@", "0"], check=True)
+        player.close()

@@ -1,0 +1,225 @@
+"""What is wrong with a take, in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from studio.motion import Motion, Skeleton, rotation
+from studio.take import Take, TakeInfo
+from studio.take.check import check_take
+from studio.take.folder import save_take
+from studio.take.motion_file import write_motion
+from studio.take.sound import Sound, write_sound
+
+RATE = 16000
+SECONDS = 24.0
+BONES = ("Head", "Hips", "Neck", "Spine")
+
+
+def syllables(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How open a speaking mouth is: bursts of uneven lengths with pauses."""
+    wave = np.sin(2 * np.pi * 2.3 * t) + np.sin(2 * np.pi * 3.7 * t + 1) + np.sin(2 * np.pi * 0.31 * t)
+    return np.clip(wave / 2, 0, 1)
+
+
+def voice(noise: float = 0.0005, gain: float = 0.5) -> NDArray[np.float32]:
+    t = np.arange(int(SECONDS * RATE)) / RATE
+    rng = np.random.default_rng(1)
+    tone = gain * syllables(t) * np.sin(2 * np.pi * 180 * t)
+    return np.asarray(tone + noise * rng.normal(size=len(t)), dtype=np.float32)
+
+
+def motion(late: float = 0.0, fps: float = 60.0) -> Motion:
+    t = np.arange(int(SECONDS * fps)) / fps
+    blink = ((t % 4) < 0.15).astype(float)
+    nod = rotation.from_axis_angle([1.0, 0.0, 0.0], 0.1 * np.sin(t))
+    turns = np.tile(rotation.IDENTITY, (len(t), 4, 1))
+    turns[:, 0] = nod
+    positions = np.tile(Skeleton.humanoid(BONES).rest_positions, (len(t), 1, 1))
+    return Motion.build(t, ("A", "Blink"), np.stack([syllables(t - late), blink], 1), BONES, positions, turns)
+
+
+def take_of(
+    folder: Path, moves: Motion | None = None, samples: NDArray[np.float32] | None = None, rate: int = RATE
+) -> Take:
+    audio = None
+    if samples is not None:
+        audio = folder / "in.wav"
+        write_sound(audio, Sound(samples[:, None], rate))
+    return save_take(folder / "takes" / "a_001", TakeInfo("a"), moves, audio)
+
+
+def kinds(take: Take) -> dict[str, str]:
+    return {finding.kind: finding.what for finding in check_take(take).findings}
+
+
+def test_a_good_take_is_an_a(tmp_path: Path) -> None:
+    report = check_take(take_of(tmp_path, motion(), voice()))
+    assert (report.grade, report.reason) == ("A", "Nothing to mend was found.")
+    assert report.findings == ()
+    assert report.fps == pytest.approx(60, abs=0.1)
+    assert report.jitter_ms < 0.1
+    assert report.offset_ms == pytest.approx(0, abs=8)
+    assert report.confidence > 0.9
+
+
+@pytest.mark.parametrize("late", [0.2, -0.15, 0.45])
+def test_a_late_mouth_is_found_and_measured(tmp_path: Path, late: float) -> None:
+    report = check_take(take_of(tmp_path, motion(late), voice()))
+    assert report.offset_ms == pytest.approx(-late * 1000, abs=8)
+    finding = next(f for f in report.findings if f.kind == "offset")
+    assert finding.severity == ("major" if abs(late) > 0.3 else "minor")
+    assert "too late" in finding.what if late > 0 else "too early" in finding.what
+    assert finding.remedy == "Press Align to move the motion, or set the offset by hand."
+
+
+def test_a_mouth_of_another_recording_is_noticed(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    good = motion()
+    shapes = good.shapes.copy()
+    steps = np.repeat(rng.random(len(good) // 12 + 1), 12)[: len(good)]
+    shapes[:, 0] = steps
+    other = replace(good, shapes=shapes)
+    assert kinds(take_of(tmp_path, other, voice()))["mouth"] == "The mouth does not follow the voice."
+
+
+def test_gaps_are_told_with_their_place(tmp_path: Path) -> None:
+    whole = motion()
+    keep = (whole.times < 5.0) | (whole.times > 7.5)
+    holed = Motion.build(
+        whole.times[keep],
+        whole.shape_names,
+        whole.shapes[keep],
+        BONES,
+        whole.positions[keep],
+        whole.rotations[keep],
+    )
+    report = check_take(take_of(tmp_path, holed, voice()))
+    gap = next(f for f in report.findings if f.kind == "gap")
+    assert gap.severity == "major"
+    assert gap.at == pytest.approx(5.0, abs=0.05)
+    assert gap.what == "Motion has a gap of 2.53 s."
+    assert report.grade == "C"
+
+
+def test_stuck_motion_is_told_apart_from_a_gap(tmp_path: Path) -> None:
+    whole = motion()
+    index = np.arange(len(whole))
+    held = np.where((whole.times > 5) & (whole.times < 10), np.searchsorted(whole.times, 5.0), index)
+    stuck = replace(whole, shapes=whole.shapes[held], rotations=whole.rotations[held])
+    found = kinds(take_of(tmp_path, stuck, voice()))
+    assert found["frozen"].startswith("All motion stands still for 5.0")
+    assert "gap" not in found
+
+
+def test_motion_that_never_moves_is_of_no_use(tmp_path: Path) -> None:
+    whole = motion()
+    still = replace(
+        whole, shapes=whole.shapes * 0, rotations=np.tile(whole.rotations[:1], (len(whole), 1, 1))
+    )
+    report = check_take(take_of(tmp_path, still, voice()))
+    assert report.grade == "D"
+    assert report.reason == "Nothing moves in the take."
+
+
+def test_uneven_and_slow_frames_are_told(tmp_path: Path) -> None:
+    slow = motion(fps=20.0)
+    rng = np.random.default_rng(3)
+    uneven = replace(slow, times=slow.times + rng.uniform(-0.023, 0.023, len(slow)))
+    report = check_take(take_of(tmp_path, uneven, voice()))
+    found = {f.kind: f.what for f in report.findings}
+    assert found["rate"] == f"Motion came at only {report.fps:.0f} frames a second."
+    assert "jitter" in found
+    assert report.jitter_ms > 10
+
+
+def test_non_unit_rotations_and_numbers_that_are_none(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion(), voice())
+    good = motion()
+    rotations, shapes = good.rotations.copy(), good.shapes.copy()
+    rotations[60] *= 1.5
+    shapes[120, 0] = np.nan
+    assert take.motion_path is not None
+    write_motion(take.motion_path, replace(good, rotations=rotations, shapes=shapes))
+    report = check_take(take)
+    found = {f.kind: f for f in report.findings}
+    assert found["non_unit"].what == "1 frame holds rotations that are not of length one."
+    assert found["non_unit"].at == pytest.approx(1.0, abs=0.01)
+    assert found["values"].what == "1 frame holds values that are no numbers."
+
+
+def test_eyes_that_never_blink(tmp_path: Path) -> None:
+    good = motion()
+    shapes = good.shapes.copy()
+    shapes[:, 1] *= 0.1
+    assert (
+        kinds(take_of(tmp_path, replace(good, shapes=shapes), voice()))["no_blink"] == "The eyes never blink."
+    )
+
+
+def test_a_still_head(tmp_path: Path) -> None:
+    good = motion()
+    still = replace(good, rotations=np.tile(good.rotations[:1], (len(good), 1, 1)))
+    assert kinds(take_of(tmp_path, still, voice()))["frozen_bones"] == "Head and back do not move."
+
+
+def test_clipping_is_told_with_its_place(tmp_path: Path) -> None:
+    samples = voice()
+    samples[5 * RATE : 5 * RATE + 60] = 1.0
+    report = check_take(take_of(tmp_path, motion(), samples))
+    finding = next(f for f in report.findings if f.kind == "clipping")
+    assert finding.what == "The sound is clipped in 60 samples."
+    assert finding.at == pytest.approx(5.0, abs=0.001)
+    assert report.grade == "B"
+
+
+@pytest.mark.parametrize(
+    ("samples", "kind", "what"),
+    [
+        (np.zeros(RATE * 24, np.float32), "silence", "The sound is silent."),
+        (np.zeros(0, np.float32), "silence", "The sound is empty."),
+        (voice(noise=0.05), "noise", "The background noise is only 17 dB below the voice."),
+        (voice(gain=0.02, noise=0.00002), "quiet", "The sound is quiet: its peak is -34 dBFS."),
+    ],
+    ids=["silent", "empty", "noisy", "quiet"],
+)
+def test_levels(tmp_path: Path, samples: NDArray[np.float32], kind: str, what: str) -> None:
+    assert kinds(take_of(tmp_path, motion(), samples))[kind] == what
+
+
+def test_low_rate_and_lengths_that_differ(tmp_path: Path) -> None:
+    samples = voice()[::2][: 8000 * 20]
+    found = kinds(take_of(tmp_path, motion(), samples, rate=8000))
+    assert found["rate"] == "The sound was recorded at 8000 Hz, too low for clear consonants."
+    assert found["ends"] == "The sound ends 4.0 s before the motion."
+
+
+def test_damaged_and_missing_files_are_findings(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion(), voice())
+    assert take.motion_path is not None
+    assert take.audio_path is not None
+    take.motion_path.write_bytes(b"ARROW1")
+    take.audio_path.unlink()
+    report = check_take(take)
+    assert report.grade == "D"
+    assert {f.what for f in report.findings} >= {
+        "motion.arrow in a_001 is damaged.",
+        "The sound file audio.wav is missing.",
+    }
+
+
+def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion(), voice())
+    info = replace(
+        take.info, frames_lost=100, packets=1000, packets_bad=20, drift_ppm=700.0, extra={"late": "90"}
+    )
+    found = kinds(replace(take, info=info))
+    assert found["lost"] == "100 frames of motion were lost (6.5%)."
+    assert found["packets"] == "20 packets could not be understood."
+    assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
+    assert found["late"] == "90 frames arrived late and out of order."

@@ -1,0 +1,172 @@
+"""Weights on disk: whole, never executed, damage told in a sentence."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+
+from studio.errors import StudioError
+from studio.features.motion import fit
+from studio.motion import Motion
+from studio.training import checkpoint
+from studio.training.checkpoint import Model, TrainingState
+from studio.training.recipe import load_recipe
+
+
+def small_model() -> Model:
+    t = np.arange(60) / 30
+    layout = fit([Motion.build(t, ("A", "口"), np.stack([np.sin(t) ** 2, np.cos(t) ** 2], axis=1))])
+    recipe = load_recipe("balanced").with_overrides(["units=8"])
+    network = checkpoint.build_network(recipe, layout, Fraction(30))
+    return Model(network.eval(), recipe, layout, Fraction(30), 7)
+
+
+def header(path: Path) -> dict[str, Any]:
+    with safe_open(str(path), framework="pt") as file:
+        return json.loads(file.metadata()["saia"])
+
+
+def rewrite(path: Path, facts: dict[str, Any]) -> None:
+    with safe_open(str(path), framework="pt") as file:
+        tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    save_file(tensors, str(path), metadata={"saia": json.dumps(facts)})
+
+
+def test_a_model_comes_back_as_it_was(tmp_path: Path) -> None:
+    made, path = small_model(), tmp_path / "best.safetensors"
+    checkpoint.save_model(path, made)
+    again = checkpoint.load_model(path)
+    assert again.recipe == made.recipe
+    assert again.epoch == 7
+    assert again.layout.shape_names == ("A", "口")
+    for name, tensor in made.network.state_dict().items():
+        torch.testing.assert_close(again.network.state_dict()[name], tensor, rtol=0, atol=0)
+
+
+def test_best_weights_do_not_follow_the_live_ones(tmp_path: Path) -> None:
+    """SAIA's notebook kept a reference to the weights as "best", which therefore were the last."""
+    made, path = small_model(), tmp_path / "best.safetensors"
+    before = {name: tensor.clone() for name, tensor in made.network.state_dict().items()}
+    checkpoint.save_model(path, made)
+    with torch.no_grad():
+        for parameter in made.network.parameters():
+            parameter.add_(1.0)
+    kept = checkpoint.load_model(path).network.state_dict()
+    for name, tensor in before.items():
+        torch.testing.assert_close(kept[name], tensor, rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("length", [0, 7, 100, 4000])
+def test_a_file_cut_short_is_a_sentence(tmp_path: Path, length: int) -> None:
+    path = tmp_path / "Run_001" / "best.safetensors"
+    checkpoint.save_model(path, small_model())
+    path.write_bytes(path.read_bytes()[:length])
+    with pytest.raises(StudioError) as caught:
+        checkpoint.load_model(path)
+    assert str(caught.value) == (
+        "best.safetensors of the run Run_001 is damaged. Train again, or restore it from a backup."
+    )
+
+
+def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
+    touched = tmp_path / "touched"
+
+    class Hostile:
+        def __reduce__(self) -> tuple[Any, ...]:
+            return (Path.touch, (touched,))
+
+    path = tmp_path / "best.safetensors"
+    path.write_bytes(pickle.dumps(Hostile()))
+    with pytest.raises(StudioError):
+        checkpoint.load_model(path)
+    assert not touched.exists()
+
+
+def test_a_newer_file_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "Run_001" / "best.safetensors"
+    checkpoint.save_model(path, small_model())
+    rewrite(path, header(path) | {"version": 3})
+    with pytest.raises(StudioError) as caught:
+        checkpoint.load_model(path)
+    assert str(caught.value) == (
+        "best.safetensors in Run_001 was written by a newer Saia Studio. Update Saia Studio to open it."
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"recipe": {"name": "x", "model": "../../os"}},
+        {"recipe": {"name": "x", "network": {"units": 10**9}}},
+        {"recipe": {"name": "x", "network": {"units": "many"}}},
+        {"layout": {}},
+        {"layout": None},
+        {"fps": [30, 0]},
+        {"fps": "fast"},
+    ],
+)
+def test_hostile_headers_are_refused(tmp_path: Path, change: dict[str, Any]) -> None:
+    path = tmp_path / "best.safetensors"
+    checkpoint.save_model(path, small_model())
+    rewrite(path, header(path) | change)
+    with pytest.raises(StudioError):
+        checkpoint.load_model(path)
+
+
+def test_where_a_training_stands_comes_back(tmp_path: Path) -> None:
+    network = torch.nn.Linear(3, 2)
+    optimiser = torch.optim.AdamW(network.parameters())
+    network(torch.ones(4, 3)).sum().backward()
+    optimiser.step()
+    state = TrainingState(
+        network.state_dict(), checkpoint.optimiser_tensors(optimiser), {"weight": torch.ones(2)}, {"epoch": 3}
+    )
+    checkpoint.save_state(tmp_path / "last.safetensors", state)
+    again = checkpoint.load_state(tmp_path / "last.safetensors")
+    assert again.facts["epoch"] == 3
+    other = torch.optim.AdamW(network.parameters())
+    checkpoint.restore_optimiser(other, again.optimiser)
+    for index, values in optimiser.state_dict()["state"].items():
+        for name, value in values.items():
+            torch.testing.assert_close(other.state_dict()["state"][index][name], value)
+
+
+def test_a_run_without_weights_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(StudioError) as caught:
+        checkpoint.load_model(tmp_path / "Run_001" / "best.safetensors")
+    assert str(caught.value) == (
+        "The run Run_001 has no best.safetensors yet. Train it, or choose another run."
+    )
+
+
+def test_a_file_from_before_styles_still_opens(tmp_path: Path) -> None:
+    path = tmp_path / "best.safetensors"
+    checkpoint.save_model(path, small_model())
+    facts = header(path) | {"version": 1}
+    del facts["styles"], facts["style"]
+    for section, key in (("training", "style_by"), ("training", "style_dropout"), ("loss", "balance")):
+        del facts["recipe"][section][key]
+    del facts["recipe"]["network"]["style_width"]
+    rewrite(path, facts)
+    assert checkpoint.load_model(path).styles == ()
+
+
+def test_styles_come_back_with_the_model(tmp_path: Path) -> None:
+    made, path = small_model(), tmp_path / "best.safetensors"
+    network = checkpoint.build_network(made.recipe, made.layout, made.fps, 2)
+    checkpoint.save_model(path, replace(made, network=network, styles=("Ann", "口"), style="口"))
+    again = checkpoint.load_model(path)
+    assert (again.styles, again.style) == (("Ann", "口"), "口")
+    rewrite(path, header(path) | {"style": "Ben"})
+    with pytest.raises(StudioError):
+        checkpoint.load_model(path)

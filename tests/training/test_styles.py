@@ -1,0 +1,124 @@
+"""Which takes share a style, which style is the default, and that a learnt style does what it should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.dataset import edits
+from studio.dataset.dataset import Selection
+from studio.errors import RequestError
+from studio.generate import load_predictor
+from studio.project import Project
+from studio.take.motion_file import read_motion
+from studio.training.loop import resumed_recipe, train
+from studio.training.recipe import load_recipe
+from studio.training.styles import choose, index_of, styles_of
+
+MakeProject = Callable[..., Project]
+
+
+def selections(*performers: str) -> list[Selection]:
+    return [Selection(f"T{i}", f"T{i}", performer=name) for i, name in enumerate(performers)]
+
+
+def test_a_take_is_a_style_unless_performers_have_several_each() -> None:
+    assert styles_of(selections("", ""), "auto") == ("T0", "T1")
+    assert styles_of(selections("Ann", "Ann"), "auto") == ("T0", "T1")
+    assert styles_of(selections("Ann", "Ben", "Ben"), "auto") == ("T0", "T1", "T2")
+    assert styles_of(selections("Ann", "Ben", "Ann", "", "Ben"), "auto") == ("Ann", "Ben", "Ann", "", "Ben")
+
+
+def test_styles_can_be_asked_for_and_one_alone_is_none() -> None:
+    assert styles_of(selections("Ann", "Ben"), "performer") == ("Ann", "Ben")
+    assert styles_of(selections("Ann", "Ben"), "none") == ("", "")
+    assert styles_of(selections("Ann", "Ann"), "performer") == ("", "")
+    assert styles_of(selections(""), "take") == ("",)
+
+
+def test_the_average_is_the_default_unless_a_style_is_clearly_nearer() -> None:
+    average = [1.0, 1.0, 1.0, 1.0]
+    assert choose(np.array([average, [0.95] * 4, [0.97] * 4])) == 0
+    assert choose(np.array([average, [0.85] * 4, [0.7] * 4])) == 2
+    once = [0.1, 1.01, 1.01, 1.01]  # nearer over all, by one moment alone
+    assert choose(np.array([average, once])) == 0
+    assert choose(np.array([average])) == 0
+
+
+def test_an_unknown_style_is_a_sentence() -> None:
+    assert index_of(None, ("a", "b"), "b", "Run_1") == 2
+    assert index_of("average", ("a", "b"), "b", "Run_1") == 0
+    with pytest.raises(RequestError) as caught:
+        index_of("c", ("a", "b"), "", "Run_1")
+    assert str(caught.value) == "Run_1 knows no style called c. Choose one of: average, a, b."
+    with pytest.raises(RequestError) as caught:
+        index_of("c", (), "", "Run_1")
+    assert str(caught.value) == (
+        "Run_1 knows no style called c. It was trained without styles; leave --style out."
+    )
+
+
+def two_styles(make_toy_project: MakeProject) -> Project:
+    """Takes of the same kind of sound, in one of which the jaw opens a third as far."""
+    project = make_toy_project(("train", "train", "val"), seconds=12.0, bones=False)
+    template = project.take("Toy_002")
+    assert template.motion_path is not None
+    motion = read_motion(template.motion_path)
+    shapes = motion.shapes.copy()
+    shapes[:, 0] /= 3
+    calm = replace(motion, shapes=shapes)
+    take = project.add_take("Calm_001", template.info, calm, template.audio_path)
+    changed = edits.set_split(project.dataset, [take.id], "train")
+    project.edit("Split", edits.set_split(changed, ["Toy_002"], ""))
+    return project
+
+
+@pytest.mark.slow
+def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
+    make_toy_project: MakeProject,
+) -> None:
+    project = two_styles(make_toy_project)
+    recipe = load_recipe("balanced").with_overrides(
+        ["units=32", "epochs=10", "steps=20", "crops=4", "crop_frames=90"]
+    )
+    run = train(project, recipe, on_event=lambda event: None)
+    predictor = load_predictor(run.folder)
+    assert predictor.styles == ("average", "Toy_001", "Calm_001")
+    assert predictor.style == "Toy_001"  # the validation take is of its kind
+    assert run.report is not None
+    assert run.report["style"] == "Toy_001"
+    assert run.report["styles"] == ["Toy_001", "Calm_001"]
+    sound = project.take("Toy_003").audio_path
+    assert sound is not None
+    wide = {
+        style: float(predictor.generate(sound, style=style).shapes[:, 0].std())
+        for style in ("Toy_001", "Calm_001")
+    }
+    assert wide["Calm_001"] < 0.6 * wide["Toy_001"]
+    np.testing.assert_array_equal(
+        predictor.generate(sound).shapes, predictor.generate(sound, style="Toy_001").shapes
+    )
+
+
+def test_a_resumed_run_keeps_the_styles_it_began_with(make_toy_project: MakeProject) -> None:
+    project = make_toy_project(("train", "train", "val", "val"))
+    recipe = load_recipe("balanced").with_overrides(
+        ["units=8", "epochs=2", "steps=3", "crops=2", "crop_frames=30"]
+    )
+    asked = 0
+
+    def in_the_second_epoch() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked == 4
+
+    half = train(project, recipe, on_event=lambda event: None, stop=in_the_second_epoch)
+    project.edit("Split", edits.set_split(project.dataset, ["Toy_004"], "train"))
+    again = train(project, resumed_recipe(half), on_event=lambda event: None, resume=half)
+    assert again.report is not None
+    assert again.report["styles"] == ["Toy_001", "Toy_002"]
+    assert load_predictor(Path(again.folder)).styles == ("average", "Toy_001", "Toy_002")

@@ -1,0 +1,53 @@
+"""What Record says of the capture: nothing is called fine that is said to be wrong beside it."""
+
+from __future__ import annotations
+
+import pytest
+
+from studio.capture.snapshot import Snapshot, State
+from studio.ui.record import findings
+
+
+def _snapshot(**facts: object) -> Snapshot:
+    alive = {"motion_alive": True, "audio_alive": True, "port": 39539, "device": "default"}
+    return Snapshot(**({"state": State.ARMED} | alive | facts))  # type: ignore[arg-type]
+
+
+def _sentences(snap: Snapshot) -> list[str]:
+    return [what for what, _, _ in findings.findings(snap, {}, microphone=True)]
+
+
+def test_all_is_well() -> None:
+    assert _sentences(_snapshot()) == ["Motion is steady.", "Sound is fine."]
+
+
+def test_a_silent_microphone_is_not_fine_and_has_its_name() -> None:
+    snap = _snapshot(problems=(("default is silent.", "Unmute it."),))
+    assert _sentences(snap) == ["System's microphone is silent.", "Motion is steady."]
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        "Motion stopped 2 s ago.",
+        "The motion is frozen: nothing has moved for 3 s.",
+    ],
+)
+def test_motion_with_a_problem_is_not_steady(what: str) -> None:
+    assert _sentences(_snapshot(problems=((what, ""),))) == [what, "Sound is fine."]
+
+
+@pytest.mark.parametrize(
+    ("offset", "said", "health"),
+    [
+        (2.0, "+2 ms  in sync", "good"),
+        (30.0, "+30 ms  corrected", "warn"),
+        (200.0, "+200 ms  far off, corrected", "bad"),
+    ],
+)
+def test_the_offset_is_judged_by_what_people_notice(offset: float, said: str, health: str) -> None:
+    assert findings.sync_text(_snapshot(offset_ms=offset)) == (said, health)
+
+
+def test_without_motion_nothing_is_in_or_out_of_sync() -> None:
+    assert findings.sync_text(_snapshot(offset_ms=20.0, motion_alive=False)) == ("needs sound and motion", "")

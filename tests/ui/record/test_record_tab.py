@@ -1,0 +1,340 @@
+"""Record: real packets and real sound become takes, with one key, whatever else goes on."""
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox
+
+from studio.capture.vmc import encode_frame
+from studio.motion import Motion
+from studio.motion.channels import BONES, VRM0_SHAPES
+from studio.project import Project
+from studio.take.motion_file import read_motion
+from studio.ui import background, theme
+from studio.ui.messages import Toast
+from studio.ui.record.inputs import NO_MICROPHONE
+from studio.ui.record.presenter import RecordPresenter
+from studio.ui.record.view import RecordView
+from studio.ui.session import Session
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Sender:
+    """A VMC sender of 54 bones and 18 shapes at 60 Hz on a thread of its own."""
+
+    def __init__(self, port: int) -> None:
+        self.frames = 0
+        self._port = port
+        self._going = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._going.set()
+        self._thread.join(5)
+
+    def _run(self) -> None:
+        motion = Motion.build([0.0, 1.0], VRM0_SHAPES, np.array([[0.25], [0.3]]).repeat(18, 1), BONES)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+            while not self._going.wait(1 / 60):
+                pose = motion.pose(self.frames % 60 / 60)  # a sender that never moves counts as frozen
+                for datagram in encode_frame(pose, VRM0_SHAPES, BONES, time.monotonic()):
+                    with suppress(OSError):
+                        channel.sendto(datagram, ("127.0.0.1", self._port))
+                self.frames += 1
+
+
+class Room:
+    """The Record tab of a project, shown."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.view = RecordView()
+        self.presenter = RecordPresenter(self.view, session)
+
+    @property
+    def project(self) -> Project:
+        assert self.session.project is not None
+        return self.session.project
+
+    @property
+    def ready(self) -> bool:
+        return self.presenter._recorder is not None and self.view.slate_bar.record.isEnabled()
+
+
+@pytest.fixture
+def port() -> int:
+    return free_port()
+
+
+@pytest.fixture
+def room(qtbot, qapp, tmp_path: Path, port: int) -> Iterator[Room]:
+    theme.apply(qapp)
+    session = Session()
+    session.change_settings(
+        vmc_port=port, audio_device=NO_MICROPHONE, countdown=0.0, pre_roll=0.0, slate="Hello"
+    )
+    session.create_project(tmp_path / "Project")
+    made = Room(session)
+    qtbot.addWidget(made.view)
+    made.view.resize(1280, 750)
+    made.view.show()
+    made.presenter.activate()
+    qtbot.waitUntil(lambda: made.ready, timeout=10_000)
+    yield made
+    made.presenter.close()
+    background.wait()
+
+
+@pytest.fixture
+def sender(port: int) -> Iterator[Sender]:
+    made = Sender(port)
+    yield made
+    made.stop()
+
+
+def record(room: Room, qtbot, seconds: float = 0.5) -> None:
+    """One take, by the button."""
+    before = len(room.project.takes)
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=10_000)
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().elapsed >= seconds, timeout=20_000)
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: len(room.project.takes) > before, timeout=20_000)
+
+
+def test_motion_is_seen_as_it_comes_in(room: Room, sender: Sender, qtbot) -> None:
+    qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=10_000)
+    qtbot.waitUntil(lambda: room.view.inputs.motion_text.text() == "54 bones  18 shapes", timeout=10_000)
+    assert set(room.view.shapes.shown_names) == set(VRM0_SHAPES)
+    qtbot.waitUntil(lambda: "Motion is steady." in room.view.health.sentences, timeout=10_000)
+
+
+def test_what_is_sent_becomes_a_take(room: Room, sender: Sender, qtbot) -> None:
+    qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=10_000)
+    record(room, qtbot, 1.0)
+    take = room.project.takes[0]
+    assert take.id == "Hello_001"
+    assert take.info.frames >= 30
+    assert take.info.packets_bad == 0
+    motion = read_motion(take.motion_path)
+    assert set(motion.bone_names) == set(BONES)
+    assert 0.25 <= motion.shapes.min() < motion.shapes.max() <= 0.3001
+    assert room.view.slate_bar.number.text() == "take 002"
+    qtbot.waitUntil(lambda: room.view.takes.shown == ("Hello_001",))
+
+
+def test_voice_and_motion_are_recorded_together(virtual_audio, room: Room, sender: Sender, qtbot) -> None:
+    box = room.view.inputs.device
+    qtbot.waitUntil(lambda: box.count() > 2, timeout=10_000)
+    box.setCurrentIndex(box.findData(""))
+    box.activated.emit(box.currentIndex())
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().audio_alive, timeout=10_000)
+    record(room, qtbot, 1.0)
+    take = room.project.takes[0]
+    assert take.audio_path is not None
+    assert take.info.audio_seconds == pytest.approx(take.info.duration, abs=0.2)
+
+
+def test_the_frame_is_red_and_the_clock_runs_while_rolling(room: Room, sender: Sender, qtbot) -> None:
+    room.view.activateWindow()
+    qtbot.waitUntil(room.view.isActiveWindow)
+    qtbot.keyClick(room.view.figure, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=10_000)
+    assert room.session.rolling
+    qtbot.waitUntil(lambda: room.view.slate_bar.elapsed.text() >= "00:00.2", timeout=10_000)
+    assert room.view.figure._rolling
+    assert room.view.slate_bar.record.text() == "Stop  F1"
+    qtbot.waitUntil(lambda: not room.view.inputs.port.isEnabled())
+    qtbot.keyClick(room.view.figure, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: bool(room.project.takes), timeout=20_000)
+    assert not room.session.rolling
+
+
+def test_a_countdown_can_be_cancelled(room: Room, qtbot) -> None:
+    room.session.change_settings(countdown=30.0)
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.view.figure._overlay == "30")
+    assert room.view.slate_bar.record.text() == "Cancel  Esc"
+    room.view.cancel_requested.emit()
+    qtbot.waitUntil(lambda: room.view.figure._overlay == "")
+    assert not room.presenter.rolling
+    assert room.project.takes == ()
+
+
+def test_the_space_bar_types_into_the_slate(room: Room, qtbot) -> None:
+    slate = room.view.slate_bar.slate
+    slate.setFocus()
+    slate.clear()
+    room.view._on_focus_changed(None, slate)
+    qtbot.keyClicks(slate, "My take")
+    assert slate.text() == "My take"
+    assert not room.presenter.rolling
+
+
+def test_a_recording_goes_on_while_another_room_is_shown(room: Room, sender: Sender, qtbot) -> None:
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=10_000)
+    room.presenter.deactivate()
+    room.view.hide()
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 0.6, timeout=10_000)
+    room.view.show()
+    room.presenter.activate()
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: bool(room.project.takes), timeout=20_000)
+    assert room.project.takes[0].info.duration > 0.5
+
+
+def test_nothing_to_record_is_said_in_words(room: Room, qtbot) -> None:
+    # The inputs are opened on a pool thread: what is not open yet cannot be closed.
+    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().port is not None, timeout=10_000)
+    room.presenter._recorder.close_motion()
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=10_000)
+    toast = room.view.findChild(Toast)
+    assert toast.text.text() == "There is nothing to record: neither motion nor a microphone is open."
+    assert not room.session.rolling
+    qtbot.waitUntil(lambda: room.view.slate_bar.record.isEnabled())
+
+
+def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        taken = other.getsockname()[1]
+        room.view.inputs.port_chosen.emit(taken)
+        wanted = f"Port {taken} is already in use."
+        qtbot.waitUntil(lambda: any(wanted in s for s in room.view.health.sentences), timeout=10_000)
+
+
+def test_the_network_choice_comes_with_a_sentence(room: Room) -> None:
+    network = room.view.inputs.network
+    network.setCurrentIndex(1)
+    network.activated.emit(1)
+    assert room.view.inputs._network_note.text() == (
+        "Any device in your network may send motion here: a phone, a second PC."
+    )
+    assert room.session.settings.vmc_host == "0.0.0.0"
+
+
+def test_keep_note_and_redo(room: Room, sender: Sender, qtbot) -> None:
+    record(room, qtbot)
+    qtbot.waitUntil(lambda: room.view.takes.shown == ("Hello_001",))
+    row = room.view.takes.row("Hello_001")
+    row.keep.click()
+    assert room.project.dataset["Hello_001"].stars == 3
+    row.note_button.click()
+    qtbot.keyClicks(row.note, "smile more")
+    qtbot.keyClick(row.note, Qt.Key.Key_Return)
+    assert room.project.dataset["Hello_001"].note == "smile more"
+    row.redo.click()
+    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=10_000)
+    assert room.project.takes == ()
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 0.4, timeout=10_000)
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: len(room.project.takes) == 1, timeout=20_000)
+
+
+def test_a_take_thrown_away_comes_back_by_undo(room: Room, sender: Sender, qtbot) -> None:
+    record(room, qtbot)
+    room.session.change_settings(countdown=30.0)
+    room.view.takes.row("Hello_001").redo.click()
+    assert room.project.takes == ()
+    room.view.findChild(Toast).action.click()
+    assert [take.id for take in room.project.takes] == ["Hello_001"]
+    room.view.cancel_requested.emit()
+
+
+def test_a_take_is_heard_with_the_figure_moving(room: Room, sender: Sender, qtbot) -> None:
+    record(room, qtbot, 0.8)
+    sender.stop()
+    room.presenter.takes.toggle_play("Hello_001")
+    qtbot.waitUntil(lambda: room.presenter.takes.hearing is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: room.view.figure._caption == "Playing Hello_001", timeout=10_000)
+    assert room.presenter.takes.pose_now() is not None
+    qtbot.waitUntil(lambda: room.presenter.takes.hearing is None, timeout=20_000)
+
+
+def test_takes_are_graded_with_a_reason(room: Room, sender: Sender, qtbot) -> None:
+    record(room, qtbot)
+    row = room.view.takes.row("Hello_001")
+    qtbot.waitUntil(lambda: row.grade.text() in "ABCD" and row.grade.text() != "", timeout=20_000)
+
+
+def test_closing_while_rolling_asks_and_saves(room: Room, sender: Sender, qtbot, monkeypatch) -> None:
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=10_000)
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 0.4, timeout=10_000)
+    answers = iter(["Go on recording", "Stop and save"])
+
+    def answer(box: QMessageBox) -> int:
+        words = next(answers)
+        next(b for b in box.buttons() if b.text() == words).click()
+        return 0
+
+    monkeypatch.setattr(QMessageBox, "exec", answer)
+    assert not room.presenter.may_close()
+    assert room.presenter.rolling
+    assert room.presenter.may_close()
+    assert [take.id for take in Project.open(room.project.folder, read_only=True).takes] == ["Hello_001"]
+
+
+def test_a_recording_cut_short_is_recovered_with_a_sentence(
+    room: Room, sender: Sender, qtbot, tmp_path
+) -> None:
+    import subprocess
+    import sys
+
+    folder = tmp_path / "Crashed"
+    Project.create(folder).close()
+    port = free_port()
+    other = Sender(port)
+    code = (
+        "import os, time\nfrom pathlib import Path\nfrom studio.capture.recorder import Recorder\n"
+        f"r = Recorder(Path({str(folder / 'takes')!r}))\nr.open_motion({port})\ntime.sleep(0.5)\n"
+        "r.start('Lost')\ntime.sleep(2.0)\nos._exit(9)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=False, timeout=60)
+    other.stop()
+    room.session.open_project(folder)
+    qtbot.waitUntil(lambda: bool(room.project.takes), timeout=20_000)
+    toast = room.view.findChild(Toast)
+    assert toast.text.text().startswith("A recording that was cut short was recovered: Lost_001 (")
+    assert toast.remedy.text() == "It is among your takes."
+
+
+@pytest.mark.slow
+def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, qtbot) -> None:
+    room.view.inputs.practice.click()
+    qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=60_000)
+    qtbot.waitUntil(lambda: room.view.inputs.practice.text() == "Stop the practice performer", timeout=20_000)
+    assert room.view.figure._caption == room.presenter.practice.speaking != ""
+    room.view.inputs.practice.click()
+    assert not room.presenter.practice.on
+    qtbot.waitUntil(lambda: not room.presenter.practice._job.running, timeout=10_000)
+
+
+@pytest.mark.slow
+def test_a_practice_performer_that_is_wanted_again_at_once_comes_back(room: Room, qtbot) -> None:
+    practice = room.presenter.practice
+    practice.set_on(True, free_port(), "none")
+    practice.set_on(False)
+    practice.set_on(True, room.session.settings.vmc_port, "none")
+    assert practice.on
+    qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=60_000)

@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from studio.motion import Motion, rotation
+from studio.ui.review.comparing import compare
+
+
+def _motion(gain: float = 1.0, start: float = 0.0, names: tuple[str, ...] = ("A",)) -> Motion:
+    t = start + np.arange(120) / 60
+    mouth = gain * (0.5 + 0.5 * np.sin(2 * np.pi * t))
+    turn = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.full(len(t), gain * 0.1))[:, None]
+    return Motion.build(t, names, np.repeat(mouth[:, None], len(names), 1), ("Head",), None, turn)
+
+
+def test_a_motion_against_itself_is_perfect() -> None:
+    found = compare(_motion(), _motion())
+    assert found is not None
+    assert found.rmse == 0.0
+    assert found.pearson == pytest.approx(1.0)
+    assert found.motion_ratio == pytest.approx(1.0)
+    assert found.degrees == pytest.approx(0.0, abs=1e-4)
+    assert found.heat.max() < 1e-3
+
+
+def test_half_the_motion_has_half_the_ratio() -> None:
+    found = compare(_motion(), _motion(0.5))
+    assert found is not None
+    assert found.motion_ratio == pytest.approx(0.5, rel=1e-3)
+    assert found.pearson == pytest.approx(1.0)
+    assert found.degrees == pytest.approx(np.degrees(0.05), rel=1e-2)
+
+
+def test_a_still_face_follows_nothing() -> None:
+    found = compare(_motion(), _motion(0.0))
+    assert found is not None
+    assert found.pearson == 0.0
+    assert found.motion_ratio == 0.0
+
+
+def test_only_the_time_both_have_counts() -> None:
+    found = compare(_motion(), _motion(start=1.0))
+    assert found is not None
+    assert found.times[0] == pytest.approx(1.0)
+    assert found.times[-1] <= 119 / 60
+
+
+def test_nothing_in_common_is_no_comparison() -> None:
+    other = Motion.build(np.arange(10) / 10, ("JawOpen",), np.zeros((10, 1)))
+    assert compare(_motion(), other) is None
+    assert compare(_motion(), _motion(start=100.0)) is None

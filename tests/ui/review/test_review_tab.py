@@ -1,0 +1,210 @@
+"""Review with a run that was really trained: generate, compare, play, tune, send, export."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
+from pytestqt.qtbot import QtBot
+
+from studio.cli import main
+from studio.formats import bvh
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+MINUTE = 60_000
+
+
+@pytest.fixture
+def session(toy_project: Project) -> Session:
+    session = Session(Settings())
+    session.project = toy_project
+    return session
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[ReviewView, ReviewPresenter]]:
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    yield view, presenter
+    presenter.close()
+
+
+def _loaded(qtbot: QtBot, presenter: ReviewPresenter) -> None:
+    qtbot.waitUntil(lambda: presenter._tuned is not None, timeout=MINUTE)
+
+
+def _text(view: ReviewView, name: str) -> str:
+    found = view.findChild(QLabel, name)
+    assert found is not None
+    return found.text()
+
+
+def test_a_take_nobody_trained_on_comes_up_first(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    item = view.sources.currentItem()
+    assert item.data(Qt.ItemDataRole.UserRole) == "take:toy_003"
+    assert view.stage.captured.isVisible()
+    assert not view.stage.predicted.isVisible()
+
+
+def test_playing_moves_the_playhead_and_the_figure(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    qtbot.mouseClick(view.play, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: view.timeline.playhead > 0.3, timeout=MINUTE)
+    qtbot.keyClick(view, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: view.play.accessibleName() == "Play", timeout=MINUTE)
+    held = view.timeline.playhead
+    qtbot.keyClick(view, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: view.timeline.playhead > held, timeout=MINUTE)
+    assert view.timeline.playhead == pytest.approx(held + 1 / 30, abs=0.02)
+
+
+def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    assert presenter._tuned is not None
+    before = presenter._tuned.shapes.max()
+    view.tune._fields["face"][1].setValue(0.5)
+    qtbot.waitUntil(
+        lambda: presenter._tuned.shapes.max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
+    )
+    view.tune.reset.click()
+    qtbot.waitUntil(lambda: presenter._tuned.shapes.max() == pytest.approx(before), timeout=MINUTE)
+
+
+def test_sending_reaches_a_listener_and_the_light_says_so(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.settimeout(5.0)
+        row = view.send.rows[0]
+        row.port.setValue(listener.getsockname()[1])
+        qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: _text(view, "target_state").startswith("sending"), timeout=MINUTE)
+        assert b"/VMC/Ext/" in listener.recv(65536)
+        qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: not presenter._sending.sending, timeout=MINUTE)
+
+
+def test_an_export_is_a_real_file_that_reads_back(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    view.export.format.setCurrentIndex(view.export.format.findData("bvh"))
+    view.export.export.click()
+    qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
+    assert _text(view, "export_result") == "Exported and read back: toy_003.bvh."
+    assert session.project is not None
+    motion = bvh.read(session.project.exports_folder / "toy_003.bvh").motion
+    assert motion is not None
+    assert motion.duration == pytest.approx(6.0, abs=0.1)
+    head = motion.bone_names.index("Head")
+    assert np.ptp(motion.rotations[:, head, 0]) > 0.1
+
+
+def test_a_sound_that_cannot_be_read_is_a_sentence(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], tmp_path: Path
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    broken = tmp_path / "壊れた.wav"
+    broken.write_bytes(b"this is no sound at all")
+    presenter.add_sounds([broken])
+    qtbot.waitUntil(lambda: "壊れた.wav" in view.stage.predicted.figure._empty_text, timeout=MINUTE)
+
+
+def _titles(view: ReviewView) -> list[str]:
+    return [view.sources.item(row).text() for row in range(view.sources.count())]
+
+
+def test_a_dropped_sound_stays_with_the_project_until_it_is_removed(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session, tmp_path: Path
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    project = session.project
+    assert project is not None
+    sound = tmp_path / "другой звук.flac"
+    soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 48_000).astype(np.float32), 16_000)
+    presenter.add_sounds([sound])
+    qtbot.waitUntil(lambda: _titles(view)[0] == "другой звук   0:03", timeout=MINUTE)
+    sound.unlink()
+    session.project_opened.emit()  # as when the project is opened again
+    qtbot.waitUntil(lambda: _titles(view)[0].startswith("другой звук"), timeout=MINUTE)
+    view.sources.setCurrentRow(0)
+    view.sources.setFocus()
+    qtbot.keyClick(view.sources, Qt.Key.Key_Delete)
+    qtbot.waitUntil(lambda: len(_titles(view)) == 3, timeout=MINUTE)
+    assert list((project.folder / ".trash" / "sounds").iterdir())
+    view.sources.setCurrentRow(0)
+    qtbot.keyClick(view.sources, Qt.Key.Key_Delete)
+    assert len(project.takes) == len(_titles(view)) == 3, "takes are removed in Curate"
+
+
+def test_a_take_that_went_is_no_longer_on_the_stage(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    session.remove_take("toy_003")
+    assert not any(title.startswith("toy_003") for title in _titles(view))
+    qtbot.waitUntil(lambda: presenter._player is not None, timeout=MINUTE)
+    assert presenter._source is not None
+    assert presenter._source.key != "take:toy_003"
+
+
+@pytest.mark.slow
+def test_a_run_is_shown_beside_the_capture_and_kept(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session, tmp_path: Path
+) -> None:
+    view, presenter = tab
+    project = session.project
+    assert project is not None
+    words = ["train", str(project.folder), "--recipe", "quick", "--set", "epochs=1", "--set", "steps=2"]
+    assert main(words) == 0
+    session.runs_changed.emit()
+    presenter.deactivate()
+    presenter.activate()
+    assert view.run.currentData() == "quick_001", "the newest run comes up where none was chosen"
+    qtbot.waitUntil(lambda: presenter._predicted is not None, timeout=2 * MINUTE)
+    qtbot.waitUntil(lambda: "error" in _text(view, "review_metrics"), timeout=MINUTE)
+    assert view.stage.captured.isVisible()
+    assert view.stage.predicted.isVisible()
+    kept = list((project.runs_folder / "quick_001" / "generated").glob("*.arrow"))
+    assert len(kept) == 1
+    view.ghost.click()
+    assert not view.stage.captured.isVisible()
+    sound = tmp_path / "другой звук.flac"
+    soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 32_000).astype(np.float32), 16_000)
+    presenter.add_sounds([sound])
+    qtbot.waitUntil(
+        lambda: presenter._tuned is not None and presenter._captured.motion is None, timeout=MINUTE
+    )
+    assert presenter._tuned.duration == pytest.approx(2.0, abs=0.2)
+    assert _text(view, "review_metrics") == ""

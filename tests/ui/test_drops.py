@@ -1,0 +1,22 @@
+"""Drops: the same files mean different things in different rooms."""
+
+from pathlib import Path
+
+from studio.ui.drops import Drop, sort_drop
+
+
+def test_a_project_folder_is_opened(tmp_path: Path) -> None:
+    (tmp_path / "project.json").write_text("{}")
+    assert sort_drop((tmp_path,), "record") == Drop(project=tmp_path)
+    assert sort_drop((tmp_path / "project.json",), "") == Drop(project=tmp_path)
+
+
+def test_one_sound_dropped_in_review_is_generated_from(tmp_path: Path) -> None:
+    sound = tmp_path / "声 1.WAV"
+    assert sort_drop((sound,), "review") == Drop(sound=sound)
+    assert sort_drop((sound,), "curate") == Drop(imports=(sound,))
+
+
+def test_several_files_are_imported_everywhere(tmp_path: Path) -> None:
+    both = (tmp_path / "a.wav", tmp_path / "a.csv")
+    assert sort_drop(both, "review") == Drop(imports=both)

@@ -1,0 +1,88 @@
+"""Messages: a sentence and a remedy at the foot of the window, no keyboard taken."""
+
+import sys
+
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+
+from studio.errors import StudioError
+from studio.ui import messages, theme
+from studio.ui.messages import Toast
+
+
+@pytest.fixture
+def window(qtbot, qapp):
+    theme.apply(qapp)
+    made = QWidget()
+    qtbot.addWidget(made)
+    made.resize(900, 600)
+    made.show()
+    return made
+
+
+def toast_of(window: QWidget) -> Toast:
+    found = window.findChild(Toast)
+    assert found is not None
+    return found
+
+
+def test_an_error_shows_what_happened_and_what_to_do(window) -> None:
+    messages.show_error(window, StudioError("Port 39539 is already in use.", "Choose another port."))
+    toast = toast_of(window)
+    assert toast.isVisible()
+    assert toast.text.text() == "Port 39539 is already in use."
+    assert toast.remedy.text() == "Choose another port."
+    assert not toast.action.isVisible()
+
+
+def test_a_message_takes_no_keyboard_and_stays_inside(window, qtbot) -> None:
+    line = QLineEdit(window)
+    line.show()
+    line.setFocus()
+    messages.show_note(window, "Saved. " * 40)
+    toast = toast_of(window)
+    assert QApplication.focusWidget() in (line, None)
+    assert window.rect().contains(toast.geometry())
+    window.resize(640, 480)
+    qtbot.waitUntil(lambda: window.rect().contains(toast.geometry()))
+    assert toast.text.heightForWidth(toast.text.width()) <= toast.text.height()
+
+
+def test_the_next_message_takes_the_place_of_the_one_before(window) -> None:
+    messages.show_note(window, "One.")
+    messages.show_note(window, "Two.")
+    assert len(window.findChildren(Toast)) == 1
+    assert toast_of(window).text.text() == "Two."
+
+
+def test_an_unexpected_exception_offers_a_report(window, capsys) -> None:
+    try:
+        raise ZeroDivisionError("by nought")
+    except ZeroDivisionError as error:
+        messages.show_error(window, error)
+    toast = toast_of(window)
+    assert toast.text.text() == "Something unexpected happened: ZeroDivisionError: by nought"
+    toast.action.click()
+    assert "ZeroDivisionError: by nought" in QApplication.clipboard().text()
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_exceptions_nobody_caught_are_shown(window, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    messages.catch_unexpected()
+    error = RuntimeError("lost")
+    sys.excepthook(RuntimeError, error, None)
+    assert toast_of(window).text.text() == "Something unexpected happened: RuntimeError: lost"
+    assert "lost" in capsys.readouterr().err
+
+
+def test_an_action_runs_once_and_closes_the_message(window) -> None:
+    done = []
+    messages.show_note(window, "Removed.", action=("Undo", lambda: done.append(1)))
+    toast = toast_of(window)
+    assert toast.action.text() == "Undo"
+    toast.action.click()
+    assert done == [1]
+    assert not toast.isVisible()
+    assert toast.pos() != QPoint(0, 0)

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from studio.ui.train.run_facts import curves, run_facts
+
+
+def _epoch(number: int, val_loss: float | None, motion: float | None = 1.0, **more: Any) -> dict[str, Any]:
+    val = {"rmse": 0.04, "pearson": 0.3, "motion_ratio": motion}
+    facts = {"event": "epoch", "epoch": number, "of": 10, "train_loss": 0.1, "val_loss": val_loss, "val": val}
+    return facts | {"seconds": 2.0 * number, "eta_s": 8.0} | more
+
+
+def test_no_epochs_know_nothing() -> None:
+    facts = run_facts([])
+    assert (facts.epochs, facts.best, facts.life) == (0, None, "")
+
+
+def test_the_epoch_marked_best_is_best() -> None:
+    events = [_epoch(1, 0.5, best=True), _epoch(2, 0.6), _epoch(3, 0.4, best=True), _epoch(4, 0.3)]
+    assert run_facts(events).best == 3
+
+
+def test_without_marks_the_lowest_validation_loss_is_best() -> None:
+    assert run_facts([_epoch(1, 0.5), _epoch(2, 0.2), _epoch(3, None)]).best == 2
+
+
+def test_the_pace_is_seconds_an_epoch_not_seconds_in_all() -> None:
+    assert run_facts([_epoch(n, 0.5) for n in range(1, 6)]).seconds == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "life"), [(0.1, "still"), (0.5, "calm"), (1.0, "alive"), (3.0, "shaky"), (None, "")]
+)
+def test_life_is_read_from_the_motion_ratio(ratio: float | None, life: str) -> None:
+    assert run_facts([_epoch(1, 0.5, ratio)]).life == life
+
+
+def test_stillness_is_not_told_while_a_model_is_young() -> None:
+    assert run_facts([_epoch(1, 0.5, 0.1, advice="Train longer.")]).advice == ""
+    old = [_epoch(n, 0.5, 0.1, advice="Train longer.") for n in range(1, 6)]
+    assert run_facts(old).advice == "Train longer."
+
+
+def test_curves_hold_losses_and_metrics_and_leave_null_out() -> None:
+    found = curves([_epoch(1, 0.5), _epoch(2, float("nan"))])
+    assert found["val_loss"] == [(1, 0.5), (2, None)]
+    assert found["motion_ratio"] == [(1, 1.0), (2, 1.0)]
+
+
+def test_lines_that_make_no_sense_are_passed_over() -> None:
+    assert run_facts([{"event": "note", "text": "x"}, _epoch(1, 0.5)]).epochs == 1

@@ -1,0 +1,185 @@
+"""A real training through the tab, in its child process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QPushButton
+from pytestqt.qtbot import QtBot
+
+from studio.dataset import edits
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui.session import Session
+from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.view import TrainView
+
+MINUTE = 60_000
+
+
+@pytest.fixture
+def session(toy_project: Project) -> Session:
+    session = Session(Settings())
+    session.project = toy_project
+    return session
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
+    view = TrainView()
+    presenter = TrainPresenter(view, session)
+    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    yield view, presenter
+    presenter.close()
+
+
+def _start(qtbot: QtBot, view: TrainView, epochs: int) -> None:
+    button = view.findChild(QPushButton, "preset_quick_look")
+    assert button is not None
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    view.advanced.setChecked(True)
+    view.epochs.setValue(epochs)
+    qtbot.mouseClick(view.start, Qt.MouseButton.LeftButton)
+
+
+def _text(view: TrainView, name: str) -> str:
+    found = view.findChild(QLabel, name)
+    assert found is not None
+    return found.text()
+
+
+def test_the_data_card_counts_the_takes(tab: tuple[TrainView, TrainPresenter]) -> None:
+    view, _ = tab
+    assert _text(view, "data_total") == "3 takes  0:18"
+    assert _text(view, "data_train") == "2  (0:12)"
+    assert view.start.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [(["Mia"], "3 takes  0:18  1 performer"), (["Mia", "友"], "3 takes  0:18  2 performers")],
+)
+def test_performers_are_counted_in_words(
+    tab: tuple[TrainView, TrainPresenter], session: Session, names: list[str], told: str
+) -> None:
+    view, _ = tab
+    assert session.project is not None
+    for take, name in zip(("toy_001", "toy_002", "toy_003"), (*names, names[0], names[0]), strict=False):
+        session.edit("who", edits.set_performer(session.project.dataset, [take], name))
+    assert _text(view, "data_total") == told
+
+
+def test_the_list_of_runs_follows_what_a_training_in_a_terminal_writes(
+    tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, _ = tab
+    assert session.project is not None
+    metrics = session.project.new_run_folder("quick") / "metrics.jsonl"
+    for epochs in (1, 2):
+        lines = [f'{{"event": "epoch", "epoch": {n + 1}, "of": 9, "val_loss": 1.0}}' for n in range(epochs)]
+        metrics.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        session.runs_changed.emit()
+        cell = view.runs.item(0, 2)
+        assert cell is not None
+        assert cell.text() == f"{epochs} / 9"
+
+
+@pytest.mark.slow
+def test_a_training_draws_its_curves_and_becomes_a_run(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _start(qtbot, view, 2)
+    assert not view.start.isEnabled()
+    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
+    assert session.project is not None
+    (run,) = session.project.runs
+    assert run.has_weights
+    assert len(run.epochs()) == 2
+    assert view.runs.rowCount() == 1
+    assert view.runs.chosen == run.id
+    assert _text(view, "run_line").startswith("epoch 2 of 2")
+    assert view.start.isEnabled()
+    qtbot.waitUntil(lambda: len(view.progress.loss_plot._points.get("train_loss", ([], []))[0]) == 2)
+
+
+@pytest.mark.slow
+def test_stop_keeps_the_best_epoch(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _start(qtbot, view, 500)
+    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=2 * MINUTE)
+    qtbot.mouseClick(view.progress.stop, Qt.MouseButton.LeftButton)
+    assert view.progress.stop.text() == "Stopping after this epoch"
+    qtbot.waitUntil(lambda: not presenter.training, timeout=MINUTE)
+    assert session.project is not None
+    (run,) = session.project.runs
+    assert run.has_weights
+    assert len(run.epochs()) < 500
+
+
+@pytest.mark.slow
+def test_cancel_removes_the_run(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _start(qtbot, view, 500)
+    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=2 * MINUTE)
+    presenter.cancel()
+    qtbot.waitUntil(lambda: not presenter.training, timeout=MINUTE)
+    assert session.project is not None
+    assert session.project.runs == ()
+    assert view.runs.rowCount() == 0
+
+
+def test_notes_are_kept_beside_the_run(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, _ = tab
+    assert session.project is not None
+    folder = session.project.new_run_folder("quick")
+    session.runs_changed.emit()
+    item = view.runs.item(0, 7)
+    assert item is not None
+    item.setText("窓を閉めて")
+    assert (folder / "note.txt").read_text(encoding="utf-8") == "窓を閉めて"
+    session.runs_changed.emit()
+    again = view.runs.item(0, 7)
+    assert again is not None
+    assert again.text() == "窓を閉めて"
+
+
+def test_setting_one_take_aside_is_one_click(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, _ = tab
+    project = session.project
+    assert project is not None
+    session.edit("all", edits.set_split(project.dataset, ["toy_003"], "train"))
+    button = view.findChild(QPushButton, "set_validation")
+    assert button is not None
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert len(project.dataset.of_split("val")) == 1
+    assert project.undo_name.startswith("Set toy_")
+
+
+def test_without_takes_the_room_says_what_goes_there(qtbot: QtBot, tmp_path: Path) -> None:
+    session = Session(Settings())
+    session.project = Project.create(tmp_path / "empty")
+    view = TrainView()
+    presenter = TrainPresenter(view, session)
+    qtbot.addWidget(view)
+    view.show()
+    assert view.empty.isVisible()
+    with qtbot.waitSignal(session.tab_requested) as asked:
+        assert view.empty.button is not None
+        qtbot.mouseClick(view.empty.button, Qt.MouseButton.LeftButton)
+    assert asked.args == ["record"]
+    presenter.close()

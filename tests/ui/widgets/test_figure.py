@@ -1,0 +1,192 @@
+"""The figure: a person seen from the front, side and above, in OpenGL and without."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor, QImage
+
+from studio.motion.skeleton import Skeleton
+from studio.ui import theme
+from studio.ui.widgets import figure_body as body
+from studio.ui.widgets.figure import StickFigure
+from studio.ui.widgets.figure_camera import Orbit, project, to_picture
+
+
+def t_pose() -> tuple[Skeleton, np.ndarray]:
+    skeleton = Skeleton.humanoid()
+    world, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
+    return skeleton, world
+
+
+def body_pixels(image: QImage) -> np.ndarray:
+    """Where the picture is brighter than its ground: (rows, columns) booleans."""
+    grey = image.convertToFormat(QImage.Format.Format_Grayscale8)
+    data = np.frombuffer(grey.constBits(), np.uint8).reshape(grey.height(), grey.bytesPerLine())
+    return data[:, : grey.width()] > 90
+
+
+@pytest.fixture
+def figure(qtbot, qapp) -> StickFigure:
+    theme.apply(qapp)
+    made = StickFigure()
+    made.resize(480, 400)
+    qtbot.addWidget(made, before_close_func=lambda widget: widget.dispose())
+    made.show()
+    return made
+
+
+@pytest.fixture
+def warm(figure: StickFigure, qtbot) -> StickFigure:
+    figure.warm_up()
+    qtbot.waitUntil(lambda: figure.warm, timeout=30_000)
+    return figure
+
+
+def drawn(figure: StickFigure, qtbot) -> QImage:
+    """The next picture made by OpenGL."""
+    before = figure.renders
+    figure.show_pose(*t_pose())
+    qtbot.waitUntil(lambda: figure.renders > before)
+    assert figure._image is not None
+    return figure._image
+
+
+def test_an_empty_room_says_what_goes_there(figure: StickFigure) -> None:
+    assert figure.empty
+    figure.clear("Drop a sound here.")
+    picture = figure.grab().toImage()
+    colours = {picture.pixel(x, y) for x in range(100, 380, 2) for y in range(100, 330, 2)}
+    assert len(colours) > 10
+
+
+@pytest.mark.parametrize("opengl", [False, True])
+def test_a_t_pose_is_wider_than_it_is_seen_from_the_side(figure, opengl, qtbot) -> None:
+    if opengl:
+        figure.warm_up()
+        qtbot.waitUntil(lambda: figure.warm, timeout=30_000)
+    widths = {}
+    for view in ("front", "side"):
+        figure.set_view(view)
+        image = drawn(figure, qtbot) if opengl else _sketch(figure, qtbot)
+        columns = np.flatnonzero(body_pixels(image)[60:].any(axis=0))
+        widths[view] = np.ptp(columns) / image.width()
+    assert widths["front"] > 2 * widths["side"]
+
+
+def _sketch(figure: StickFigure, qtbot) -> QImage:
+    figure.show_pose(*t_pose())
+    qtbot.waitUntil(lambda: not figure._next.isActive())
+    return figure.grab().toImage()
+
+
+def test_the_whole_body_fits_the_picture(warm: StickFigure, qtbot) -> None:
+    for size in ((480, 400), (300, 600), (900, 300)):
+        warm.resize(*size)
+        image = drawn(warm, qtbot)
+        seen = body_pixels(image)
+        assert not seen[0].any()
+        assert not seen[-1].any()
+        assert seen.any()
+
+
+def test_the_avatars_left_is_at_the_right_of_the_picture() -> None:
+    skeleton, world = t_pose()
+    seen = project(to_picture(world), Orbit.preset("front"), 640, 480, 1.0)
+    left, right = (seen[skeleton.bone_names.index(name), 0] for name in ("LeftHand", "RightHand"))
+    assert left > 320 > right
+
+
+def test_the_sketch_and_opengl_agree_where_the_head_is(figure: StickFigure, qtbot) -> None:
+    sketch = body_pixels(_sketch(figure, qtbot))[45:]
+    figure.warm_up()
+    qtbot.waitUntil(lambda: figure.warm, timeout=30_000)
+    real = body_pixels(drawn(figure, qtbot))[45:]
+    tops = [np.flatnonzero(seen.any(axis=1))[0] for seen in (sketch, real)]
+    assert abs(tops[0] - tops[1]) <= 6
+
+
+def test_the_picture_is_as_large_as_the_widget(warm: StickFigure, qtbot) -> None:
+    warm.resize(333, 257)
+    image = drawn(warm, qtbot)
+    ratio = warm.devicePixelRatioF()
+    assert (image.width(), image.height()) == (int(333 * ratio), int(257 * ratio))
+
+
+def test_a_ghost_has_a_colour_of_its_own_and_goes_again(warm: StickFigure, qtbot) -> None:
+    _, world = t_pose()
+    plain = drawn(warm, qtbot)
+    warm.show_ghost(world + np.array([0.4, 0, 0]))
+    with_ghost = drawn(warm, qtbot)
+    warm.show_ghost(None)
+    assert _orange(with_ghost) > 20 * max(_orange(plain), 1)
+    assert _orange(drawn(warm, qtbot)) == _orange(plain)
+
+
+def _orange(image: QImage) -> int:
+    colours = (
+        image.pixelColor(x, y) for x in range(0, image.width(), 3) for y in range(0, image.height(), 3)
+    )
+    return sum(c.red() > c.blue() + 40 for c in colours)
+
+
+def test_the_frame_is_red_only_while_rolling(figure: StickFigure) -> None:
+    def corner() -> QColor:
+        return figure.grab().toImage().pixelColor(1, 200)
+
+    assert corner() != QColor(theme.DARK.record)
+    figure.set_rolling(True)
+    assert corner() == QColor(theme.DARK.record)
+    figure.set_rolling(False)
+    assert corner() != QColor(theme.DARK.record)
+
+
+def test_dragging_turns_and_a_double_click_turns_back(figure: StickFigure, qtbot) -> None:
+    first = figure.orbit
+    qtbot.mousePress(figure, Qt.MouseButton.LeftButton, pos=QPoint(200, 200))
+    qtbot.mouseMove(figure, QPoint(260, 200))
+    qtbot.mouseRelease(figure, Qt.MouseButton.LeftButton, pos=QPoint(260, 200))
+    assert figure.orbit.azimuth != first.azimuth
+    qtbot.mouseDClick(figure, Qt.MouseButton.LeftButton, pos=QPoint(200, 200))
+    assert figure.orbit == first
+
+
+def test_keys_turn_and_zoom(figure: StickFigure, qtbot) -> None:
+    azimuth, zoom = figure.orbit.azimuth, figure.orbit.zoom
+    qtbot.keyClick(figure, Qt.Key.Key_Right)
+    qtbot.keyClick(figure, Qt.Key.Key_Plus)
+    assert figure.orbit.azimuth == azimuth + 8
+    assert figure.orbit.zoom < zoom
+
+
+def test_a_pose_that_is_not_finite_is_not_drawn(figure: StickFigure) -> None:
+    skeleton, world = t_pose()
+    figure.show_pose(skeleton, world * np.nan)
+    assert figure.empty
+    figure.show_pose(Skeleton.humanoid(()), np.empty((0, 3)))
+    assert figure.empty
+
+
+def test_any_skeleton_can_be_shown(warm: StickFigure, qtbot) -> None:
+    for names in (("Hips",), ("Head", "Neck"), ("Tail", "Ear"), ("Hips", "Spine", "Head")):
+        skeleton = Skeleton.humanoid(names)
+        world, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
+        before = warm.renders
+        warm.show_pose(skeleton, world)
+        qtbot.waitUntil(lambda before=before: warm.renders > before)
+
+
+def test_capsules_reach_from_joint_to_joint() -> None:
+    skeleton, world = t_pose()
+    plan = body.Plan.of(skeleton)
+    vertices, normals = body.limbs(plan, world, 1.0)
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1.0)
+    per_limb = vertices.reshape(len(plan.starts), -1, 3)
+    middle = (world[plan.starts] + world[plan.ends]) / 2
+    assert np.abs(per_limb.mean(axis=1) - middle).max() < 0.03
+    assert plan.scale(world * 3) == pytest.approx(3 * plan.scale(world))
+
+
+def test_disposing_twice_is_harmless(warm: StickFigure) -> None:
+    warm.dispose()
+    warm.dispose()
+    warm.show_pose(*t_pose())
