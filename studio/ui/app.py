@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler
 from PySide6.QtWidgets import QApplication
 
 from studio.ui import messages, theme
@@ -21,7 +22,7 @@ def build(words: list[str]) -> tuple[QApplication, MainWindow]:
         words: at most one: the folder of a project to open.
     """
     existing = QApplication.instance()
-    app = existing if isinstance(existing, QApplication) else QApplication(["saia"])
+    app = existing if isinstance(existing, QApplication) else _application()
     app.setApplicationName("Saia Studio")
     app.setDesktopFileName("saia-studio")
     session = Session()
@@ -41,6 +42,39 @@ def run_window(words: list[str]) -> int:
     if not words:
         QTimer.singleShot(0, window, window.start.check_machine)
     return app.exec()
+
+
+def _application() -> QApplication:
+    """The one application; where there is no screen, the process ends with a sentence and code 2.
+
+    Qt itself would abort, which looks like a crash.
+    """
+    said: list[str] = []
+
+    def on_message(kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+        if kind == QtMsgType.QtFatalMsg:  # Qt aborts when this returns, and nothing can be raised through it
+            sys.stderr.write(f"{_why_no_window(said)}\n")
+            sys.stderr.flush()
+            os._exit(2)
+        said.append(text)
+
+    before = qInstallMessageHandler(on_message)
+    try:
+        return QApplication(["saia"])
+    finally:
+        qInstallMessageHandler(before)
+        sys.stderr.writelines(f"{text}\n" for text in said)
+
+
+def _why_no_window(said: list[str]) -> str:
+    """What happened and what to do, from what Qt said before it gave up."""
+    if not any(text.startswith("could not connect to display") for text in said):
+        return f"The window could not be opened: {' '.join(said).rstrip('.')}. Run `saia doctor` to see more."
+    if display := os.environ.get("DISPLAY"):
+        what, tour = f"The screen {display} does not answer", "env -u DISPLAY saia tour"
+    else:
+        what, tour = "There is no screen here", "saia tour"
+    return f"{what}, so no window can be opened. Start the studio where there is a screen, or run `{tour}`."
 
 
 def _close_on_interrupt(window: MainWindow) -> None:
