@@ -45,10 +45,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     stop = StopWish(read=out.as_json or not sys.stdin.isatty())
     # Torch takes seconds to load: what was wrong with the request has been said by now.
     from studio.training.loop import train
+    from studio.training.loop_setup import is_first_process
 
     finished = train(
         project, recipe, on_event=lambda event: _tell(event, out, stop), stop=stop.is_set, resume=resume
     )
+    if not is_first_process():
+        return
     report = finished.report or {}
     stopped = report.get("status") == "stopped"
     seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)

@@ -28,7 +28,7 @@ from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, St
 from studio.training.gather import gather
 from studio.training.loop_predict import group_gains, part_errors, predict_styles, swapped
 from studio.training.loop_run import RunFolder
-from studio.training.loop_setup import learning_rate, make_fabric, make_optimiser
+from studio.training.loop_setup import learning_rate, leave_together, make_fabric, make_optimiser
 from studio.training.losses import Loss, column_weights
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks, steps_per_epoch
@@ -83,7 +83,9 @@ def train(
     """
     fabric = make_fabric(recipe.training)
     try:
-        return _Training(fabric, project, recipe, on_event, stop, resume).run()
+        done = _Training(fabric, project, recipe, on_event, stop, resume).run()
+        leave_together(fabric)
+        return done
     except torch.OutOfMemoryError as error:
         raise _out_of_memory(recipe) from error
     except RuntimeError as error:
@@ -151,7 +153,8 @@ class _Training:
             raise
         finally:
             self.folder.report(status, self._facts())
-        return Run.load(self.folder.path)
+        # Only the first process made a folder.
+        return Run.load(self.fabric.broadcast(self.folder.path))
 
     def _epoch(self, number: int) -> tuple[float, bool]:
         """One epoch's mean loss, and whether a stop was asked for in its midst."""

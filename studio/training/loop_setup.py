@@ -7,6 +7,7 @@ import os
 
 import lightning_fabric
 import torch
+from lightning_fabric.utilities.rank_zero import rank_zero_only
 
 from studio.errors import RequestError
 from studio.model._network import Network
@@ -40,6 +41,21 @@ def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
             f"Start it with `torchrun --nproc-per-node {settings.devices} -m studio train ...`.",
         )
     return fabric
+
+
+def is_first_process() -> bool:
+    """Whether this process speaks and writes for all that train together; known once Fabric was made."""
+    return bool(rank_zero_only.rank == 0)
+
+
+def leave_together(fabric: lightning_fabric.Fabric) -> None:
+    """End the process group, once every process is done.
+
+    A process that ends with the group still open may be aborted by the threads of gloo or NCCL.
+    """
+    if fabric.world_size > 1 and torch.distributed.is_initialized():
+        fabric.barrier()
+        torch.distributed.destroy_process_group()
 
 
 def make_optimiser(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:

@@ -143,7 +143,6 @@ def test_a_killed_training_resumes_where_it_was(make_toy_project: MakeProject) -
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=False, reason="two processes fail now and then: cause unknown")
 def test_two_processes_train_like_one(make_toy_project: MakeProject) -> None:
     project = make_toy_project()
     # Without what belongs to a process: the chance of dropout and styles, the spread over its own crops.

@@ -244,5 +244,7 @@ def test_goes_on_silently_when_the_device_stops(virtual_audio: str, listener: Li
     until(lambda: broadcast.frames_sent > sent + 30)
     assert broadcast.position > position
     broadcast.stop()
-    stamps = [frame.sender_time or 0.0 for frame in listener.frames()]
+    # A frame that a stalled machine tore in two has its T in one half only.
+    stamps = [frame.sender_time for frame in listener.frames() if frame.sender_time is not None]
     assert stamps == sorted(stamps)
+    assert stamps[-1] >= position
