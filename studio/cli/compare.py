@@ -1,22 +1,37 @@
-"""`saia compare`: several runs on the same takes, in one table."""
+"""`saia compare`: several runs on the same takes, in one table beside the baselines."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from studio.cli._output import Output
-from studio.cli.evaluate import SPLITS, choose_ground, measure, table
+from studio.cli.evaluate import (
+    CAPTURED,
+    SPLITS,
+    baseline_figures,
+    captured_figures,
+    choose_ground,
+    measure,
+    seed_of,
+    table,
+)
+
+if TYPE_CHECKING:
+    from studio.project import Run
 
 HELP = "compare runs on the same takes"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT RUN... [--takes T...] [--split test]."""
+    """PROJECT RUN... [--takes T...] [--split test] [--all]."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument("runs", nargs="+", metavar="RUN", help="the runs to compare")
     parser.add_argument("--takes", nargs="+", metavar="T", help="compare on these takes")
     parser.add_argument("--split", choices=SPLITS, default="test", help="compare on this split (test)")
+    parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
+    parser.add_argument("--all", action="store_true", help="show every figure, one a line")
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -26,9 +41,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     chosen = [project.run(name) for name in dict.fromkeys(args.runs)]
     ground = choose_ground(project, args.takes, args.split, out)
-    rows = {}
+    rows, frames = {}, 0
     for one in chosen:
-        rows[one.id] = measure(one, ground).metrics
+        result = measure(one, ground)
+        rows[one.id], frames = result.metrics, result.frames
         out.event("measured", run=one.id, metrics=rows[one.id])
-    title = f"On {', '.join(ground.takes)} ({ground.split})"
-    out.done(f"{title}\n{table(rows)}", split=ground.split, takes=ground.takes, runs=rows)
+    _say_different_training(chosen, out)
+    baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], ground, out)
+    captured = captured_figures(ground)
+    seeds = {one.id: seed_of(one) for one in chosen}
+    title = f"On {ground.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
+    text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
+    facts: dict[str, Any] = {"split": ground.split, "takes": ground.takes, "frames": frames, "seeds": seeds}
+    out.done(f"{title}\n{text}", **facts, runs=rows, baselines=baselines, captured=captured)
+
+
+def _say_different_training(chosen: list[Run], out: Output) -> None:
+    """A note where the runs did not learn from the same takes."""
+    learnt = {tuple((one.report or {}).get("train", ())) for one in chosen}
+    if len(learnt) > 1:
+        text = f"The runs learnt from different takes; the baselines are fitted to those of {chosen[0].id}."
+        out.event("note", text, text=text)

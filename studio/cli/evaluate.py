@@ -18,23 +18,47 @@ if TYPE_CHECKING:
 
 HELP = "measure a run on takes it has not learnt from"
 SPLITS = ("test", "val", "train")
-COLUMNS = (
-    ("rmse", "RMSE", 4), ("nrmse", "NRMSE", 3), ("mae", "MAE", 4), ("pearson", "r", 2),
-    ("pearson_mouth", "r mouth", 2), ("pearson_jaw", "r jaw", 2),
-    ("motion_ratio", "motion", 2), ("std_ratio", "std", 2),
-    ("jerk_ratio", "jerk", 2), ("geodesic_deg", "degrees", 2), ("motion_ratio_head", "head", 2),
-    ("motion_ratio_torso", "torso", 2), ("motion_ratio_arms", "arms", 2),
+MAIN = (
+    ("rmse", "RMSE", 4), ("pearson", "r", 2), ("pearson_mouth", "r mouth", 2), ("pearson_jaw", "r jaw", 2),
+    ("motion_ratio", "motion", 2), ("std_ratio", "std", 2), ("jerk_ratio", "jerk", 2),
+    ("closure_recall", "closes", 2), ("mouth_lag_ms", "lag ms", 0), ("geodesic_deg", "degrees", 2),
+    ("wrist_cm", "wrist cm", 1), ("frechet", "Frechet", 2),
 )  # fmt: skip
+"""The figures a table shows, with their titles and digits; --all shows MORE too."""
+MORE = (
+    ("nrmse", "RMSE, each channel scaled to its range", 4), ("mae", "mean absolute error", 4),
+    ("rmse_face", "RMSE of the blend shapes", 4), ("rmse_body", "RMSE of the rotations (6D)", 4),
+    ("motion_ratio_face", "motion of the face, predicted / captured", 2),
+    ("motion_ratio_body", "motion of the body", 2), ("motion_ratio_head", "motion of the head", 2),
+    ("motion_ratio_torso", "motion of the torso", 2), ("motion_ratio_arms", "motion of the arms", 2),
+    ("closure_precision", "closed mouth while speaking: precision", 2),
+    ("blinks_per_minute", "blinks per minute", 1), ("head_cm", "error of the head's place, cm", 1),
+    ("beat_alignment", "gestures on the beats of the voice, 0 to 1", 2),
+    ("diversity_face", "variety of the face (L1Div)", 3),
+    ("diversity_body_cm", "variety of the body (L1Div), cm", 1),
+)  # fmt: skip
+_IN_WORDS = {
+    "rmse": "RMSE (lower is nearer)", "pearson": "correlation of what moves",
+    "pearson_mouth": "correlation of the mouth", "pearson_jaw": "correlation of the jaw",
+    "motion_ratio": "motion, predicted / captured (1 is as lively)",
+    "std_ratio": "width of poses, predicted / captured", "jerk_ratio": "jerk, predicted / captured",
+    "closure_recall": "closed mouth while speaking: recall", "mouth_lag_ms": "mouth after the voice, ms",
+    "geodesic_deg": "error of rotations, degrees", "wrist_cm": "error of the wrists' places, cm",
+    "frechet": "Frechet distance (0 the same, 1 a frozen mean)",
+}  # fmt: skip
+CAPTURED = "captured"
+"""The row of what was captured, held against itself."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT RUN [--takes T...] [--split test] [--style NAME]."""
+    """PROJECT RUN [--takes T...] [--split test] [--style NAME] [--all]."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument("run", help="the run to measure")
     parser.add_argument("--takes", nargs="+", metavar="T", help="measure on these takes")
     parser.add_argument("--split", choices=SPLITS, default="test", help="measure on this split (test)")
     parser.add_argument("--style", metavar="NAME", help="measure this style (the one chosen on validation)")
     parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
+    parser.add_argument("--all", action="store_true", help="show every figure, one a line")
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -45,9 +69,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     chosen = project.run(args.run)
     ground = choose_ground(project, args.takes, args.split, out)
     result = measure(chosen, ground, args.style)
-    baselines = {} if args.no_baselines else _baselines(project, chosen, ground, out)
+    baselines = {} if args.no_baselines else baseline_figures(project, chosen, ground, out)
     facts = {
         "run": chosen.id,
+        "seed": seed_of(chosen),
         "style": args.style or (chosen.report or {}).get("style", "average"),
         "split": ground.split,
         "takes": ground.takes,
@@ -55,14 +80,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "metrics": result.metrics,
         "per_take": result.per_take,
         "per_bone": result.per_bone,
+        "captured": captured_figures(ground),
         "baselines": baselines,
     }
     _keep(chosen, facts)
-    rows = {chosen.id: result.metrics, **baselines}
+    rows = {chosen.id: result.metrics, **baselines, CAPTURED: facts["captured"]}
     if len(result.per_take) > 1:
         rows |= {f"  {take}": figures for take, figures in result.per_take.items()}
-    title = f"{chosen.id} on {', '.join(ground.takes)} ({ground.split}), {result.frames} frames"
-    out.done(f"{title}\n{table(rows)}", **facts)
+    title = f"{chosen.id} (seed {facts['seed']}) on {ground.words(result.frames)}"
+    out.done(f"{title}\n{table(rows, every=args.all)}", **facts)
 
 
 @dataclass(frozen=True)
@@ -76,6 +102,10 @@ class Ground:
     def takes(self) -> list[str]:
         """Ids of the selections."""
         return [material.selection.id for material in self.material]
+
+    def words(self, frames: int) -> str:
+        """What a table's title says of it."""
+        return f"{', '.join(self.takes)} ({self.split}), {frames} frames"
 
 
 def choose_ground(project: Project, takes: list[str] | None, split: str, out: Output) -> Ground:
@@ -131,7 +161,20 @@ def measure(chosen: Run, ground: Ground, style: str | None = None) -> Evaluation
     return evaluate(predict, ground.material)
 
 
-def _baselines(project: Project, chosen: Run, ground: Ground, out: Output) -> dict[str, Any]:
+def seed_of(chosen: Run) -> int | None:
+    """The seed a run was trained with, None where its report does not say."""
+    seed = (chosen.report or {}).get("seed")
+    return seed if isinstance(seed, int) else None
+
+
+def captured_figures(ground: Ground) -> dict[str, float | None]:
+    """Figures of the captured motion itself: what is perfect, and how often people blink."""
+    from studio.training.metrics_evaluate import evaluate
+
+    return evaluate(lambda material: material.motion, ground.material).metrics
+
+
+def baseline_figures(project: Project, chosen: Run, ground: Ground, out: Output) -> dict[str, Any]:
     """Figures of the baselines, fitted to the takes the run was trained on."""
     from fractions import Fraction
 
@@ -167,15 +210,41 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
         write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))
 
 
-def table(rows: Mapping[str, Mapping[str, float | None]]) -> str:
-    """Figures side by side for people; columns that apply to none are left out."""
-    shown = [c for c in COLUMNS if any(figures.get(c[0]) is not None for figures in rows.values())]
+def table(rows: Mapping[str, Mapping[str, float | None]], every: bool = False) -> str:
+    """Figures side by side for people; those that apply to none are left out.
+
+    Args:
+        rows: figures by the name of the run, the baseline or the take.
+        every: all of them, one figure a line.
+    """
+    if every:
+        return _tall_table(rows)
+    shown = _applying(MAIN, rows)
     width = max(len(name) for name in rows)
     lines = [" " * width + "".join(f"{title:>9}" for _, title, _ in shown)]
     for name, figures in rows.items():
         cells = (_cell(figures.get(key), digits) for key, _, digits in shown)
         lines.append(f"{name:<{width}}" + "".join(f"{cell:>9}" for cell in cells))
     return "\n".join(lines)
+
+
+def _tall_table(rows: Mapping[str, Mapping[str, float | None]]) -> str:
+    shown = [(key, _IN_WORDS.get(key, title), digits) for key, title, digits in _applying(MAIN + MORE, rows)]
+    width = max((len(title) for _, title, _ in shown), default=0)
+    lines = [" " * width + "".join(f"  {name.strip():>9}" for name in rows)]
+    for key, title, digits in shown:
+        cells = (
+            f"  {_cell(figures.get(key), digits):>{max(9, len(name.strip()))}}"
+            for name, figures in rows.items()
+        )
+        lines.append(f"{title:<{width}}" + "".join(cells))
+    return "\n".join(lines)
+
+
+def _applying(
+    columns: tuple[tuple[str, str, int], ...], rows: Mapping[str, Mapping[str, float | None]]
+) -> list[tuple[str, str, int]]:
+    return [c for c in columns if any(figures.get(c[0]) is not None for figures in rows.values())]
 
 
 def _cell(value: float | None, digits: int) -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, rotation
 from studio.motion.channels import is_mouth_shape
+from studio.take.sound import Sound
 
 Array = NDArray[np.floating]
 Figures = dict[str, float | None]
@@ -41,11 +42,18 @@ class Pair:
     Args:
         truth, predicted: T frames each; channels only one of them has are not compared.
         valid: 1 for frames that count, (T,); all where None.
+        sound: what was spoken, from the first frame's moment on; figures that need it are None without.
     """
 
     truth: Motion
     predicted: Motion
     valid: Array | None = None
+    sound: Sound | None = None
+
+    @cached_property
+    def counts(self) -> NDArray[np.bool_]:
+        """Frames that count, (T,)."""
+        return np.ones(len(self.truth), dtype=bool) if self.valid is None else self.valid > 0
 
     @cached_property
     def shapes(self) -> tuple[str, ...]:
@@ -60,6 +68,10 @@ class Pair:
     def turns(self, motion: Motion) -> Array:
         """The shared bones' rotations of one of the two, (T, J, 4)."""
         return motion.rotations[:, [motion.bone_names.index(n) for n in self.bones]]
+
+    def faces(self, motion: Motion) -> Array:
+        """The shared shapes of one of the two, (T, S)."""
+        return motion.shapes[:, [motion.shape_names.index(n) for n in self.shapes]]
 
     def columns(self, motion: Motion) -> dict[str, Array]:
         """Shape and 6D columns of one of the two by name, (T,) each, frames that do not count as NaN."""
@@ -79,8 +91,8 @@ def score(pairs: Sequence[Pair], ranges: Mapping[str, float] | None = None) -> F
         pairs: one a take.
         ranges: the span of each column in training, for nrmse; that of the captured frames where None.
     """
-    names = tuple(dict.fromkeys(n for pair in pairs for n in (*pair.shapes, *_six_names(pair.bones))))
-    truth, predicted = _matrix(pairs, names, truth=True), _matrix(pairs, names, truth=False)
+    names = _names(pairs)
+    truth, predicted = matrices(pairs)
     faces = np.array(["." not in n or n in _all_shapes(pairs) for n in names], dtype=bool)
     figures: Figures = {"rmse": rmse(predicted, truth), "mae": mae(predicted, truth)}
     figures["nrmse"] = nrmse(predicted, truth, _ranges(names, ranges, truth))
@@ -217,6 +229,16 @@ def ranges_of(motions: Sequence[Motion]) -> dict[str, float]:
             low[name] = min(low.get(name, np.inf), float(values.min(initial=np.inf)))
             high[name] = max(high.get(name, -np.inf), float(values.max(initial=-np.inf)))
     return {name: max(high[name] - low[name], 0.0) for name in low}
+
+
+def matrices(pairs: Sequence[Pair]) -> tuple[Array, Array]:
+    """Captured and predicted columns of all takes under one another, (T, C) each; NaN where none counts."""
+    names = _names(pairs)
+    return _matrix(pairs, names, truth=True), _matrix(pairs, names, truth=False)
+
+
+def _names(pairs: Sequence[Pair]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(n for pair in pairs for n in (*pair.shapes, *_six_names(pair.bones))))
 
 
 def _six_names(bones: tuple[str, ...]) -> tuple[str, ...]:

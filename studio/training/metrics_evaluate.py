@@ -8,8 +8,12 @@ from dataclasses import dataclass, field
 from studio.dataset.material import Material
 from studio.features.examples import learnt_rate, on_grid
 from studio.motion import Motion
+from studio.take.sound import Sound
 from studio.training import metrics
 from studio.training.metrics import Figures, Pair
+from studio.training.metrics_body import place_figures
+from studio.training.metrics_face import face_figures
+from studio.training.metrics_spread import spread_figures
 
 MOST_FPS = 30.0
 
@@ -42,15 +46,21 @@ def evaluate(
     pairs = {material.selection.id: pair(predict(material), material) for material in takes}
     everything = list(pairs.values())
     return Evaluation(
-        metrics.score(everything, ranges),
-        {take: metrics.score([one], ranges) for take, one in pairs.items()},
+        full(everything, ranges),
+        {take: full([one], ranges) for take, one in pairs.items()},
         metrics.geodesic_by_bone(everything),
         sum(len(one.truth) for one in everything),
     )
+
+
+def full(pairs: Sequence[Pair], ranges: dict[str, float] | None = None) -> Figures:
+    """Every figure there is over some takes; None where one does not apply."""
+    return metrics.score(pairs, ranges) | face_figures(pairs) | place_figures(pairs) | spread_figures(pairs)
 
 
 def pair(predicted: Motion, material: Material) -> Pair:
     """A prediction and its captured motion on the same frames."""
     fps = learnt_rate(material.motion.fps, MOST_FPS)
     grid = on_grid(material.motion, len(material.samples) / material.sample_rate, fps, material.excluded)
-    return Pair(grid.motion, predicted.at(grid.motion.times), grid.valid)
+    sound = Sound(material.samples[:, None], material.sample_rate)
+    return Pair(grid.motion, predicted.at(grid.motion.times), grid.valid, sound)

@@ -16,6 +16,8 @@ from studio.training.recipe import load_recipe
 MakeProject = Callable[..., Project]
 PROMISED = {
     "rmse", "nrmse", "mae", "pearson", "pearson_mouth", "motion_ratio", "std_ratio", "jerk_ratio",
+    "closure_recall", "mouth_lag_ms", "blinks_per_minute", "geodesic_deg", "wrist_cm", "head_cm",
+    "beat_alignment", "diversity_face", "diversity_body_cm", "frechet",
 }  # fmt: skip
 
 
@@ -24,7 +26,7 @@ def project(make_toy_project: MakeProject) -> Project:
     made = make_toy_project(("train", "train", "val", "test"))
     for seed in (1, 2):
         recipe = load_recipe("balanced").with_overrides(
-            ["units=16", "steps=10", "crops=4", "crop_frames=60", "epochs=4", f"seed={seed}"]
+            ["units=16", "steps=4", "crops=4", "crop_frames=60", "epochs=1", f"seed={seed}"]
         )
         train(made, recipe, on_event=lambda event: None)
     return made
@@ -40,6 +42,8 @@ def test_json_keeps_its_promise(project: Project, capsys: pytest.CaptureFixture[
     assert code == 0
     done = events[-1]
     assert (done["run"], done["split"], done["takes"]) == ("balanced_001", "test", ["Toy_004"])
+    assert (done["seed"], done["frames"]) == (1, 180)
+    assert done["captured"]["rmse"] == 0
     assert done["metrics"].keys() >= PROMISED
     assert done["per_take"]["Toy_004"] == pytest.approx(done["metrics"])
     assert done["baselines"].keys() == {"zero", "train_mean", "ridge"}
@@ -64,9 +68,24 @@ def test_the_mean_pose_is_the_training_mean(project: Project, capsys: pytest.Cap
 def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["evaluate", str(project.folder), "balanced_001"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "balanced_001 on Toy_004 (test), 180 frames"
-    assert lines[1].split()[:3] == ["RMSE", "NRMSE", "MAE"]
-    assert [line.split()[0] for line in lines[2:]] == ["balanced_001", "zero", "train_mean", "ridge"]
+    assert lines[0] == "balanced_001 (seed 1) on Toy_004 (test), 180 frames"
+    assert lines[1].split()[:4] == ["RMSE", "r", "r", "mouth"]
+    names = [line.split()[0] for line in lines[2:]]
+    assert names == ["balanced_001", "zero", "train_mean", "ridge", "captured"]
+
+
+def test_all_figures_come_one_a_line(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["evaluate", str(project.folder), "balanced_001", "--all"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split() == ["balanced_001", "zero", "train_mean", "ridge", "captured"]
+    assert lines[2].startswith("RMSE (lower is nearer)")
+    assert any(line.startswith("blinks per minute") for line in lines)
+    assert len(lines) > 20
+
+
+def test_measuring_twice_gives_the_same(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    (_, first), (_, second) = (outcome(capsys, "evaluate", str(project.folder), "balanced_001") for _ in "12")
+    assert first == second
 
 
 def test_an_empty_test_split_falls_back_to_validation_and_says_so(
@@ -99,6 +118,8 @@ def test_runs_are_compared_on_the_same_takes(project: Project, capsys: pytest.Ca
     assert code == 0
     assert events[-1]["runs"].keys() == {"balanced_001", "balanced_002"}
     assert events[-1]["takes"] == ["Toy_004"]
+    assert (events[-1]["frames"], events[-1]["seeds"]) == (180, {"balanced_001": 1, "balanced_002": 2})
+    assert events[-1]["baselines"].keys() == {"zero", "train_mean", "ridge"}
     assert events[-1]["runs"]["balanced_001"] != events[-1]["runs"]["balanced_002"]
 
 
