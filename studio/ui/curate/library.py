@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.curate.split_bar import SplitBar
+from studio.ui.curate.suggestions import Suggestions
 from studio.ui.curate.take_delegate import ROW_PX, TakeDelegate
 from studio.ui.curate.take_rows import COLUMNS, TakeRow
 from studio.ui.curate.take_table import TakeFilter, TakeTable, split_title
@@ -84,6 +85,7 @@ class Library(Card):
         super().__init__("", parent)
         self.model = TakeTable(self)
         self.filter = TakeFilter(self.model, self)
+        self.suggestions = Suggestions()
         self.delegate = TakeDelegate(self)
         self._current = ""
         self._restoring = False
@@ -119,6 +121,19 @@ class Library(Card):
         """Select rows by id; the first one is shown where no current one is named."""
         chosen = list(ids)
         self._select(chosen, current or (chosen[0] if chosen else ""))
+
+    def reveal(self, selection_id: str) -> None:
+        """Select one row, even one that search or chips hide now."""
+        if not self.filter.mapFromSource(self.model.index_of(selection_id)).isValid():
+            self.search.clear()
+            for chip in self.chips.values():
+                chip.setChecked(False)
+            self._refilter()
+        self.select([selection_id])
+
+    def show_count(self, count: int) -> None:
+        """How many things are worth a look."""
+        self.fix_button.setText(self.tr("To fix ({0})").format(count) if count else self.tr("To fix"))
 
     @property
     def chosen(self) -> tuple[str, ...]:
@@ -164,12 +179,20 @@ class Library(Card):
             self.tr("Divide the takes among train, val and test, balanced by length and performer")
         )
         self.split_button.clicked.connect(self.split_requested)
+        self.fix_button = QToolButton()
+        self.fix_button.setObjectName("to_fix_button")
+        self.fix_button.setText(self.tr("To fix"))
+        self.fix_button.setCheckable(True)
+        self.fix_button.setToolTip(self.tr("The takes and spans most likely bad, the worst first"))
+        theme.as_role(self.fix_button, "chip")
+        self.fix_button.toggled.connect(self._on_fix)
         title = heading(self.tr("Library"))
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
         row.addWidget(title)
         row.addWidget(self.summary)
         row.addStretch(1)
+        row.addWidget(self.fix_button)
         row.addWidget(self.split_button)
         row.addWidget(self.import_button)
         self.body.addLayout(row)
@@ -186,14 +209,16 @@ class Library(Card):
         self._search_wait.setInterval(SEARCH_WAIT_MS)
         self._search_wait.timeout.connect(self._refilter)
         self.search.textChanged.connect(self._search_wait.start)
-        row = QHBoxLayout()
+        self._filters = QWidget()
+        row = QHBoxLayout(self._filters)
+        row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.TIGHT)
         row.addWidget(self.search, 1)
         self.chips: dict[str, QToolButton] = {}
         for name in ("train", "val", "test", ""):
             self._add_chip(row, name or "unused", split_title(name))
         self._add_chip(row, "problems", self.tr("Problems"))
-        self.body.addLayout(row)
+        self.body.addWidget(self._filters)
 
     def _add_chip(self, row: QHBoxLayout, name: str, text: str) -> None:
         chip = QToolButton()
@@ -262,6 +287,7 @@ class Library(Card):
         self._stack = QStackedLayout(holder)
         self._stack.addWidget(self.table)
         self._stack.addWidget(self._none)
+        self._stack.addWidget(self.suggestions)
         self.body.addWidget(holder, 1)
 
     # -- what happens --------------------------------------------------------------------------
@@ -270,9 +296,16 @@ class Library(Card):
         splits = {name.replace("unused", "") for name, chip in self.chips.items()
                   if name != "problems" and chip.isChecked()}  # fmt: skip
         self.filter.set_filter(splits, self.chips["problems"].isChecked(), self.search.text())
-        empty = self.filter.rowCount() == 0 and self.filter.filtering
-        self._stack.setCurrentIndex(1 if empty else 0)
+        self._show_page()
         self._show_summary()
+
+    def _on_fix(self, on: bool) -> None:
+        self._filters.setVisible(not on)
+        self._show_page()
+
+    def _show_page(self) -> None:
+        empty = self.filter.rowCount() == 0 and self.filter.filtering
+        self._stack.setCurrentIndex(2 if self.fix_button.isChecked() else 1 if empty else 0)
 
     def _show_summary(self) -> None:
         shown, all_rows = self.filter.rowCount(), self.model.rows

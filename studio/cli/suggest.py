@@ -1,0 +1,107 @@
+"""`saia suggest`: the takes and spans most likely bad, the worst first."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studio.cli._output import Output
+
+if TYPE_CHECKING:
+    from studio.dataset.suggest import Suggestion, WorstSpan
+    from studio.project import Project, Run
+    from studio.take.check import Report
+
+HELP = "list what to look at first: takes and spans that are most likely bad"
+WORST_FILE = "worst.json"
+"""In a run's folder: where it is furthest from what was captured."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT [--run RUN] [--only-run]."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("--run", metavar="RUN", help="also where this trained run is furthest off")
+    parser.add_argument("--only-run", action="store_true", help="leave the checks out; needs --run")
+    parser.add_argument("--most", type=int, default=30, metavar="N", help="lines to print (30)")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Check, measure, rank; only reads the takes."""
+    from studio.cli._project import opened
+    from studio.dataset.suggest import suggest
+
+    project = opened(args.project, out)
+    chosen = project.run(args.run) if args.run else None
+    errors = measured(project, chosen, out) if chosen else {}
+    reports = {} if args.only_run else _checked(project, out)
+    durations = {take.id: take.info.duration for take in project.takes}
+    found = suggest(project.dataset, durations, reports, errors, chosen.id if chosen else "")
+    for one in found[: max(args.most, 0)]:
+        out.event("suggestion", _line(one), **asdict(one))
+    plain = {name: [asdict(span) for span in spans] for name, spans in errors.items()}
+    out.done(_last(len(found)), count=len(found), run=chosen.id if chosen else None, worst=plain)
+
+
+def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[WorstSpan, ...]]:
+    """Spans of large error by selection id, also kept beside the run's weights.
+
+    Raises:
+        StudioError: the run cannot generate, or there is nothing to hold it against.
+    """
+    from studio.cli.evaluate import choose_ground
+    from studio.dataset.suggest import worst_spans
+    from studio.generate import load_predictor
+    from studio.take.sound import Sound
+    from studio.training.metrics_evaluate import pair
+    from studio.training.metrics_worst import frame_errors
+
+    used = [s.id for s, _ in project.selected() if s.split]
+    ground = choose_ground(project, used or None, "train", out)
+    predictor = load_predictor(chosen.folder)
+    rate = predictor.model.recipe.sound.sample_rate
+    pairs = {}
+    for count, material in enumerate(ground.material, 1):
+        sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
+        pairs[material.selection.id] = pair(predictor.generate_samples(sound.mono()), material)
+        out.event("measured", take=material.selection.id, fraction=count / len(ground.material))
+    start = {material.selection.id: max(material.selection.in_point, 0.0) for material in ground.material}
+    errors = {name: (times + start[name], error) for name, (times, error) in frame_errors(pairs).items()}
+    spans = worst_spans(errors)
+    _keep(chosen, {name: [asdict(span) for span in found] for name, found in spans.items()})
+    return spans
+
+
+def _keep(chosen: Run, worst: dict[str, Any]) -> None:
+    """Beside the weights; a folder that cannot be written is no matter."""
+    from contextlib import suppress
+
+    from studio.errors import StudioError
+    from studio.take.safe_file import write_json
+
+    with suppress(StudioError):
+        write_json(chosen.folder / WORST_FILE, {"worst": worst})
+
+
+def _checked(project: Project, out: Output) -> dict[str, Report]:
+    from studio.take.check import check_take
+
+    used = {s.take for s in project.dataset.selections if s.split}
+    takes = [take for take in project.takes if take.id in used]
+    reports = {}
+    for count, take in enumerate(takes, 1):
+        reports[take.id] = check_take(take)
+        out.event("checked", take=take.id, fraction=count / len(takes))
+    return reports
+
+
+def _line(one: Suggestion) -> str:
+    where = f" {one.span[0]:.2f} to {one.span[1]:.2f} s" if one.span else ""
+    return f"{one.weight:4.0%}  {one.selection}{where}: {one.what} {one.remedy}"
+
+
+def _last(count: int) -> str:
+    if not count:
+        return "Nothing to fix was found."
+    return "1 thing to look at." if count == 1 else f"{count} things to look at."
