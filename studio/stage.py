@@ -19,8 +19,8 @@ from pathlib import Path
 from studio.errors import StudioError
 
 SCREEN_SIZE = "1920x1080x24"
-START_TIMEOUT = 15.0
-"""Seconds a virtual screen or sound server may take to come up on a busy machine."""
+START_TIMEOUT, END_TIMEOUT = 90.0, 15.0
+"""Seconds a virtual screen or sound server may take to come up, and to end, on a busy machine."""
 
 _SINK = "studio_null"
 # norewinds=1: without it a stream stalls for 1 to 2 s at its start, without any error.
@@ -137,7 +137,10 @@ def _is_answering(socket: Path) -> bool:
     if not shutil.which("pactl"):
         return True
     command = ["pactl", "--server", f"unix:{socket}", "list", "short", "sources"]
-    found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    except subprocess.TimeoutExpired:
+        return False
     return f"{_SINK}.monitor" in found.stdout
 
 
@@ -149,7 +152,7 @@ def _mortal(command: list[str]) -> list[str]:
 def _end(server: subprocess.Popen[bytes]) -> None:
     server.terminate()
     try:
-        server.wait(5)
+        server.wait(END_TIMEOUT)
     except subprocess.TimeoutExpired:
         server.kill()
         server.wait()

@@ -27,6 +27,8 @@ from studio.capture.rows import Names, Row
 
 _REFIT_S = 2.0
 _POINTS = 2000
+_PATIENCE_S = 5.0
+"""How long the listener may take to end; on a busy machine it may just be starting."""
 _KEPT_TURNS = 60_000
 """Minutes of what the listener told, for a recorder that is held up."""
 _log = logging.getLogger(__name__)
@@ -106,7 +108,7 @@ class MotionInput:
             with contextlib.suppress(OSError):
                 child.stdin.close()
             try:
-                child.wait(2.0)
+                child.wait(_PATIENCE_S)
             except subprocess.TimeoutExpired:
                 child.kill()
                 child.wait()

@@ -32,7 +32,7 @@ _SYNC_S = 2.0
 _DISK_S = 1.0
 _TAIL_S = 0.6
 """How long the end of the sound is waited for: it is handed over later than it is captured."""
-_MOTION_TAIL_S = 4.0
+_MOTION_TAIL_S = 20.0
 """How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s."""
 _RESERVE = 64 * 1024 * 1024
 _log = logging.getLogger(__name__)
