@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
@@ -45,7 +46,7 @@ class Cutting(QObject):
             self._task.forget()
             self._task = None
         self._moments = ()
-        self._bench.timeline.set_cuts(())
+        self._bench.timeline.set_parts(())
         self._bench.show_question("")
 
     def _on_found(self, moments: tuple[float, ...]) -> None:
@@ -53,7 +54,8 @@ class Cutting(QObject):
         row = self._room.row
         start, end = row.span if row else (0.0, 0.0)
         self._moments = tuple(t for t in moments if start + 1.0 < t < end - 1.0)
-        self._bench.timeline.set_cuts(self._moments)
+        edges = (start, *self._moments, end)
+        self._bench.timeline.set_parts(tuple(pairwise(edges)) if self._moments else ())
         if not self._moments:
             self.drop()
             self._room.say(self.tr("There is no pause long enough to cut in."))

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.dataset import Label
 
+if TYPE_CHECKING:
+    from studio.take.spectrogram import Part
+
+GUTTER = 92
+"""Pixels left of the lanes, for their names."""
 Span = tuple[float, float]
 Floats = NDArray[np.float32]
 
@@ -20,6 +26,24 @@ class PeakSource(Protocol):
 
     def columns(self, start: float, end: float, count: int) -> tuple[Floats, Floats]:
         """Smallest and largest sample in each of `count` equal stretches of start..end seconds, (count,)."""
+        ...
+
+
+class SpectrumSource(Protocol):
+    """Sound that can say which pitches it holds, at any zoom."""
+
+    @property
+    def top_db(self) -> float:
+        """The level that gets the brightest colour."""
+        ...
+
+    @property
+    def pitches_hz(self) -> NDArray[np.float64]:
+        """The middle of each band, rising, (BANDS,)."""
+        ...
+
+    def part(self, start: float, end: float, count: int) -> Part:
+        """What to draw of start..end seconds in `count` columns of a picture."""
         ...
 
 
@@ -98,6 +122,44 @@ class Curve:
             high[filled] = np.fmax(high[filled], np.maximum.reduceat(inside, places[:-1][filled]))
         least, most = self.limits
         return (low - least) / (most - least), (high - least) / (most - least)
+
+
+@dataclass
+class Content:
+    """All that a timeline shows.
+
+    Args:
+        sound: None where there is none; `silent` says why.
+        spectrum: drawn in place of the waveform where there is one.
+        curves: motion by name.
+        labels, tiers, tier_titles: labels, the lanes they lie on, and the names shown for those.
+        chosen: the label clicked last.
+        problems: what is wrong, by time.
+        heat: times in seconds and values 0..1 of a strip of colour.
+        excluded: spans left out.
+        in_out, handles: in and out points, and whether they can be dragged.
+        span, loop: what is selected and what is repeated.
+        parts: what a cut would keep, a preview.
+        playhead: seconds.
+    """
+
+    sound: PeakSource | None = None
+    silent: str = ""
+    spectrum: SpectrumSource | None = None
+    curves: dict[str, Curve] = field(default_factory=dict)
+    labels: tuple[Label, ...] = ()
+    tiers: tuple[str, ...] = ()
+    tier_titles: Mapping[str, str] = field(default_factory=dict)
+    chosen: Label | None = None
+    problems: tuple[Mark, ...] = ()
+    heat: tuple[NDArray[np.float64], Floats] | None = None
+    excluded: tuple[Span, ...] = ()
+    in_out: Span = (0.0, 0.0)
+    handles: bool = False
+    span: Span | None = None
+    loop: Span | None = None
+    parts: tuple[Span, ...] = ()
+    playhead: float = 0.0
 
 
 @dataclass(frozen=True)

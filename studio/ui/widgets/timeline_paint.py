@@ -14,6 +14,7 @@ from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QPainter, QPen,
 
 from studio.dataset import Label
 from studio.ui import theme
+from studio.ui.widgets.heat_colours import heat_colours
 from studio.ui.widgets.time_view import TimeView, ticks
 from studio.ui.widgets.timeline_content import Curve, Floats, Lane, Mark, PeakSource, Span
 from studio.ui.widgets.waveform import columns_image, paint_waveform
@@ -174,19 +175,10 @@ def paint_heat(
     columns = max(int(view.width), 1)
     moments = view.start + (np.arange(columns) + 0.5) / columns * view.span
     level = np.interp(moments, times, np.clip(values, 0, 1)) if len(times) else np.zeros(columns)
-    stops = np.linspace(0, 1, len(VIRIDIS))
     rgba = np.full((1, columns, 4), 255, np.uint8)
-    for channel in range(3):
-        rgba[0, :, channel] = np.interp(level, stops, [stop[channel] for stop in VIRIDIS])
+    rgba[0, :, :3] = heat_colours(level)
     image = QImage(rgba.data, columns, 1, 4 * columns, QImage.Format.Format_RGBA8888)
     painter.drawImage(box, image)
-
-
-VIRIDIS = (
-    (68, 1, 84), (72, 40, 120), (62, 74, 137), (49, 104, 142), (38, 130, 142),
-    (31, 158, 137), (53, 183, 121), (110, 206, 88), (181, 222, 43), (253, 231, 37),
-)  # fmt: skip
-"""Ten stops of matplotlib's viridis, which reads the same to colour-blind eyes and in grey."""
 
 
 def paint_excluded(
@@ -215,14 +207,27 @@ def paint_span(painter: QPainter, spread: Span, left: float, view: TimeView, spa
     painter.fillRect(_box(spread, left, view, span), theme.colour("accent", alpha))
 
 
-def paint_cuts(
-    painter: QPainter, spread: Span, left: float, view: TimeView, moments: Sequence[float]
-) -> None:
-    """Dashed lines where the recording would be cut."""
-    painter.setPen(QPen(theme.colour("warn"), 1, Qt.PenStyle.DashLine))
-    for t in moments:
-        x = left + view.x(t)
-        painter.drawLine(QPointF(x, spread[0]), QPointF(x, spread[1]))
+def paint_parts(painter: QPainter, spread: Span, left: float, view: TimeView, parts: Sequence[Span]) -> None:
+    """What a cut would keep, framed and numbered; what it would leave out is shaded."""
+    ends = [view.start, *(t for part in parts for t in part), view.end]
+    for gap in zip(ends[::2], ends[1::2], strict=True):
+        if gap[1] > gap[0]:
+            painter.fillRect(_box(spread, left, view, gap), theme.colour("ground", 165))
+    painter.setFont(theme.figures_font(theme.CAPTION_PX))
+    for number, part in enumerate(parts, 1):
+        if part[1] < view.start or part[0] > view.end:
+            continue
+        box = _box(spread, left, view, part)
+        painter.setPen(QPen(theme.colour("warn"), 1, Qt.PenStyle.DashLine))
+        painter.drawLine(box.topLeft(), box.bottomLeft())
+        painter.drawLine(box.topRight(), box.bottomRight())
+        text = str(number)
+        wide = painter.fontMetrics().horizontalAdvance(text) + 8
+        if box.width() > wide + 4:
+            tag = QRectF(max(box.left(), left) + 2, box.top() + 2, wide, 16)
+            painter.fillRect(tag, theme.colour("warn"))
+            painter.setPen(theme.colour("ground"))
+            painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, text)
 
 
 def paint_handles(painter: QPainter, bottom: float, left: float, view: TimeView, in_out: Span) -> None:
