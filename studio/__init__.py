@@ -18,7 +18,7 @@ commands are verbs (what you do).
     formats/        importers and exporters, one file each
 
     performer/      the practice performer: a voice and VMC motion without hardware
-    project         the open folder: dataset, takes, runs
+    project/        the open folder: dataset, takes, runs
     archive         a project as one zip, to take elsewhere
     paths           where the studio's own files lie
     settings        preferences as fields: default, limits, unit, help

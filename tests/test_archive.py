@@ -87,5 +87,9 @@ def test_the_commands_pack_and_unpack(
     done = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert (done["event"], done["project"]) == ("done", str(place))
     assert len(Project.open(place).takes) == len(toy_project.takes)
+    capsys.readouterr()
+    assert main(["pack", str(toy_project.folder), "-o", str(packed)]) == 2
+    assert capsys.readouterr().err.startswith(f"{packed} is there already. ")
+    assert main(["pack", str(toy_project.folder), "-o", str(packed), "--force"]) == 0
     assert main(["unpack", str(packed), str(place)]) == 2
     assert "Elsewhere is not an empty folder." in capsys.readouterr().err

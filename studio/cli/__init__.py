@@ -1,22 +1,28 @@
 """The command line: the same verbs as the tabs. Parse, call, print; nothing else.
 
-One file per verb in this package offers HELP (one line), `add_arguments(parser)` and `run(args, out)`;
-`run` reports through `out` (studio.cli._output.Output) and raises StudioError or RequestError.
+One file per verb in this package offers HELP (one line), `add_arguments(parser)` and `run(args, out)`, and
+EXAMPLE where an example says more; `run` reports through `out` (studio.cli._output.Output) and raises
+StudioError or RequestError.
 """
 
 from __future__ import annotations
 
 import argparse
 import io
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from types import ModuleType
+from typing import TYPE_CHECKING, NoReturn
 
 from studio import __version__, registry
 from studio.cli._output import Output
 from studio.cli._run import guarded
 from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 VERB_ORDER = (
     "record", "import", "check", "split", "train", "evaluate", "compare", "generate", "export", "play",
@@ -78,18 +84,57 @@ def _run_verb(verb: str, words: list[str], out: Output) -> int:
     # `import` is a keyword, so its module carries a suffix.
     name = f"{verb}_verb" if verb == "import" else verb
     module = importlib.import_module(f"studio.cli.{name}")
-    parser = _Parser(prog=f"saia {verb}", description=module.HELP)
-    module.add_arguments(parser)
+    parser = parser_of(verb, module)
     module.run(parser.parse_args(words), out)
     return 0
+
+
+def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
+    """What reads the words behind a verb."""
+    example = getattr(module, "EXAMPLE", "")
+    parser = _Parser(
+        prog=f"saia {verb}",
+        description=f"{module.HELP[:1].upper()}{module.HELP[1:]}.",
+        epilog=f"Example: {example}" if example else None,
+        allow_abbrev=False,
+    )
+    module.add_arguments(parser)
+    for action in parser._actions:
+        if not action.option_strings and action.metavar is None:
+            action.metavar = action.dest.upper()  # complaints and help then name it the same way
+    return parser
 
 
 class _Parser(argparse.ArgumentParser):
     """An argument parser whose complaints are sentences like all others."""
 
     def error(self, message: str) -> NoReturn:
-        what = f"The command was not understood: {message}."
-        raise RequestError(what, f"Run `{self.prog} --help` to see how it is written.")
+        raise RequestError(_understood(message), f"Run `{self.prog} --help` to see how it is written.")
+
+    def print_help(self, file: SupportsWrite[str] | None = None) -> None:
+        # Flushed at once: a reader that leaves is noticed here, and not by the interpreter at its end.
+        super().print_help(file)
+        sys.stdout.flush()
+
+
+_COMPLAINTS = (
+    (r"the following arguments are required: (.+)", r"The command lacks \1."),
+    (r"unrecognized arguments: (.+)", r"The command does not know \1."),
+    (r"argument (\S+): expected one argument", r"A value is missing after \1."),
+    (r"argument (\S+): expected at least one argument", r"A value is missing after \1."),
+    (r"argument (\S+): invalid (?:int|float) value: '(.*)'", r"\1 takes a number, and '\2' is none."),
+    (r"argument (\S+): invalid choice: (.+) \(choose from (.+)\)", r"\1 cannot be \2; choose from \3."),
+    (r"argument (\S+): not allowed with argument (\S+)", r"\1 and \2 cannot be used together."),
+    (r"one of the arguments (.+) is required", r"The command lacks one of \1."),
+)
+
+
+def _understood(message: str) -> str:
+    """argparse's complaint as a sentence."""
+    for pattern, sentence in _COMPLAINTS:
+        if found := re.fullmatch(pattern, message, re.DOTALL):
+            return found.expand(sentence)
+    return f"The command was not understood: {message}."
 
 
 def _open_window(words: list[str]) -> int:

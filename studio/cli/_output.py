@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ class Output:
     def __init__(self, as_json: bool = False) -> None:
         self.as_json = as_json
         self.finished = False
+        self._passing = 0
 
     def event(self, name: str, text: str = "", /, **facts: Any) -> None:
         """Something happened.
@@ -32,19 +34,46 @@ class Output:
         if self.as_json:
             print(json.dumps({"event": name, **_plain(facts)}, ensure_ascii=False), flush=True)
         elif text:
+            self._wipe()
             print(text, flush=True)
+
+    def passing(self, name: str, text: str, /, **facts: Any) -> None:
+        """Something soon out of date, such as progress.
+
+        On a terminal it is one line, written over by the next; in a file or a pipe people are spared it.
+        """
+        if self.as_json:
+            self.event(name, **facts)
+        elif sys.stdout.isatty():
+            self._wipe()
+            text = text[: shutil.get_terminal_size().columns - 1]
+            self._passing = len(text)
+            print(text, end="", flush=True)
+
+    def _wipe(self) -> None:
+        """Take a passing line away again; spaces do, where a terminal knows no escape codes."""
+        if self._passing:
+            print(f"\r{' ' * self._passing}\r", end="", flush=True)
+            self._passing = 0
 
     def done(self, text: str = "", **facts: Any) -> None:
         """The command ended well; the last line of every successful command."""
         self.finished = True
         self.event("done", text, **facts)
 
-    def error(self, what: str, remedy: str, log: Path | None = None) -> None:
-        """The command failed: a sentence on stderr and, in JSON, the last line."""
-        hint = f" Details are in {log}." if log else ""
+    def error(self, what: str, remedy: str, log: Path | None = None, *, hint: bool = False) -> None:
+        """The command failed: a sentence on stderr and, in JSON, the last line.
+
+        Args:
+            what, remedy: the two sentences.
+            log: where the details lie.
+            hint: people are told of the log too; they need it only for what nobody foresaw.
+        """
+        told = f" Details are in {log}." if log and hint else ""
         if self.as_json:
             self.event("error", what=what, remedy=remedy, log=log)
-        print(f"{what} {remedy}{hint}", file=sys.stderr, flush=True)
+        self._wipe()
+        print(f"{what} {remedy}{told}", file=sys.stderr, flush=True)
 
 
 def silence_stdout() -> None:

@@ -29,7 +29,7 @@ def guarded(work: Callable[[], int], out: Output) -> int:
         return 1
     except Exception as error:
         what = f"Something unexpected happened: {type(error).__name__}: {error}."
-        out.error(what, "Please report it with the log.", _write_log())
+        out.error(what, "Please report it with the log.", _write_log(), hint=True)
         return 1
 
 

@@ -150,7 +150,7 @@ def check_port(port: int) -> Check:
         try:
             probe.bind(("127.0.0.1", port))
         except OSError:
-            remedy = "Close the other receiver or choose another port in Settings."
+            remedy = "Close the other receiver, or choose another port in Record (or with --port)."
             return Check("motion", False, f"Port {port} is already in use.", remedy)
     return Check("motion", True, f"Port {port} is free for motion.")
 

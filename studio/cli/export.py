@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.cli._run import as_request
+from studio.cli._source import check_sound
+from studio.cli._target import add_force, check_free
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from studio.take import Take
 
 HELP = "write a take, or a run's motion for it, as BVH, SAIA CSV and more"
+EXAMPLE = "saia export MyProject Hello_001 -o hello.bvh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,21 +37,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--out", type=Path, required=True, help="file to write; its ending says the format"
     )
+    add_force(parser)
     parser.add_argument("--fps", type=float, default=0.0, help="frame rate; the motion's own where not given")
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Write the files with in and out points and offset applied."""
-    from studio.formats import writer_for
+    from studio.cli._project import opened
+    from studio.formats import targets, writer_for
+    from studio.motion import Motion
 
-    writer = writer_for(args.out)
+    target = args.out.absolute()
+    writer = writer_for(target)
     if args.fps and not 1 <= args.fps <= 1000:
         raise RequestError(
             "The frame rate must be from 1 to 1000.", "Leave --fps out to keep the motion's own."
         )
-    from studio.cli._project import opened
-
     project = opened(args.project, out)
+    check_free(targets(target), args.force, project)
     run_id, _, name = args.what.rpartition(":")
     # A take's name may hold no colon, a run's neither, so the last one divides them.
     progress = _Progress(out)
@@ -66,9 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
         if motion is not None and args.fps and len(motion):
             motion = motion.resampled(args.fps)
-        from studio.motion import Motion
-
-        files = writer.write(args.out.absolute(), motion or Motion.build([]), clip.audio)
+        files = writer.write(target, motion or Motion.build([]), clip.audio)
     progress.report(1.0)
     names = ", ".join(str(file) for file in files)
     out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)
@@ -95,7 +99,7 @@ class _Progress:
         self._last = now
         spent = now - self._start
         eta = spent * (1 - fraction) / fraction if fraction > 0 else None
-        self._out.event("progress", fraction=fraction, eta_s=eta)
+        self._out.passing("progress", f"{fraction:4.0%}", fraction=fraction, eta_s=eta)
 
 
 def _selection(project: Project, name: str) -> tuple[Selection, Take]:
@@ -127,11 +131,10 @@ def _file_clip(path: Path, audio: Path | None) -> _Clip:
     """A motion file as it is: what Review tuned and shows."""
     from studio.motion.mend import mended
     from studio.take.motion_file import read_motion
-    from studio.take.sound import sound_info
 
+    if audio is not None:
+        check_sound(audio)
     with as_request():
-        if audio is not None:
-            sound_info(audio)
         return _Clip(mended(read_motion(path))[0], audio)
 
 

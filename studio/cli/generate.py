@@ -7,9 +7,11 @@ import time
 from pathlib import Path
 
 from studio.cli._output import Output
-from studio.cli._run import as_request
+from studio.cli._source import check_sound
+from studio.cli._target import add_force, check_free
 
 HELP = "turn sound into motion with a trained run"
+EXAMPLE = "saia generate MyProject balanced_001 talk.wav -o talk.bvh"
 _REPORT_SECONDS = 0.25
 
 
@@ -21,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--out", type=Path, help="file to write; its ending says the format (exports/NAME.arrow)"
     )
+    add_force(parser)
     parser.add_argument(
         "--style",
         metavar="NAME",
@@ -31,15 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Generate, write, and name the files."""
     from studio.cli._project import opened
-    from studio.formats import writer_for
-    from studio.take.sound import sound_info
+    from studio.formats import targets, writer_for
 
     project = opened(args.project, out)
     chosen = project.run(args.run)
     target = args.out or project.exports_folder / f"{args.audio.stem}_{chosen.id}.arrow"
     writer = writer_for(target)
-    with as_request():
-        sound_info(args.audio)  # what is wrong with the sound is said before torch is loaded
+    check_free(targets(target.absolute()), args.force, project)
+    check_sound(args.audio)
+    # Torch takes seconds to load: what was wrong with the request has been said by now.
     from studio.generate import load_predictor
 
     predictor = load_predictor(chosen.folder)
@@ -69,4 +72,5 @@ class _Reporter:
             return
         self._last = now
         eta_s = (now - self._began) * (1 / max(fraction, 1e-6) - 1)
-        self._out.event("progress", f"{100 * fraction:3.0f} %", fraction=fraction, eta_s=eta_s)
+        left = f", {eta_s:.0f} s left" if fraction < 1 else ""
+        self._out.passing("progress", f"{fraction:4.0%}{left}", fraction=fraction, eta_s=eta_s)

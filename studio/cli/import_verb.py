@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -11,15 +12,20 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.cli._run import as_request
+from studio.cli._words import counted
 from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
     from studio.formats import Imported
+    from studio.formats._find import Source
     from studio.project import Project
     from studio.take import Take
     from studio.take.sound import SoundInfo
 
-HELP = "bring in recordings: SAIA folders, Live Link Face, BVH, sound"
+HELP = (
+    "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
+)
+EXAMPLE = "saia import MyProject dance.bvh dance.wav"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,42 +36,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
-    from studio.formats._find import find_sources, read_all
-    from studio.project import Project
+    from studio.cli._project import opened_or_made
+    from studio.formats._find import find_sources
 
     sources = find_sources(args.paths)
-    project = Project.open_or_create(args.project)
+    with opened_or_made(args.project, out) as project:
+        takes, failed = _import_all(project, sources, out)
+        if not takes:
+            raise _why_none(failed)
+    left = f"; {len(failed)} could not be read" if failed else ""
+    text = f"{counted(len(takes), 'take')} imported into {project.name}{left}."
+    out.done(text, takes=takes, failed=len(failed))
+
+
+def _import_all(
+    project: Project, sources: Sequence[Source], out: Output
+) -> tuple[list[str], list[StudioError]]:
+    """Ids of the takes made, and why the others could not be."""
+    from studio.formats._find import read_all
+
     takes: list[str] = []
     failed: list[StudioError] = []
     for count, (source, imported) in enumerate(read_all(sources), 1):
         facts = {"path": source.path, "fraction": count / len(sources)}
-        if isinstance(imported, StudioError):
-            failed.append(RequestError(imported.what, imported.remedy))
-            if len(sources) == 1:
-                raise failed[0]
-            text = f"{imported.what} {imported.remedy}"
-            out.event("problem", text, what=imported.what, remedy=imported.remedy, **facts)
-            continue
         try:
+            if isinstance(imported, StudioError):
+                raise RequestError(imported.what, imported.remedy)
             take = _save(project, imported, source.format)
         except StudioError as error:
-            if not takes and count == len(sources):
-                raise
             failed.append(error)
-            out.event(
-                "problem", f"{error.what} {error.remedy}", what=error.what, remedy=error.remedy, **facts
-            )
+            if len(sources) > 1:
+                text = f"{error.what} {error.remedy}"
+                out.event("problem", text, what=error.what, remedy=error.remedy, **facts)
             continue
         takes.append(take.id)
         out.event("take", _line(take), take=take.id, notes=take.info.notes, **facts)
         for note in take.info.notes:
             out.event("note", f"  {note}", take=take.id, note=note)
-    if failed and not takes:
-        raise failed[0] if len(failed) == 1 else _none(failed)
-    left = f"; {len(failed)} could not be read" if failed else ""
-    out.done(
-        f"{_count(len(takes), 'take')} imported into {project.name}{left}.", takes=takes, failed=len(failed)
-    )
+    return takes, failed
 
 
 def _save(project: Project, imported: Imported, format_name: str) -> Take:
@@ -125,18 +133,16 @@ def _line(take: Take) -> str:
     parts = [f"{info.duration:.1f} s"]
     if info.motion_file:
         parts.append(f"{info.frames} frames at {info.fps:.1f} fps")
-        parts.append(f"{_count(len(info.shape_names), 'shape')}, {_count(len(info.bone_names), 'bone')}")
+        parts.append(f"{counted(len(info.shape_names), 'shape')}, {counted(len(info.bone_names), 'bone')}")
     else:
         parts.append("no motion")
     parts.append(f"sound at {info.sample_rate} Hz" if info.audio_file else "no sound")
     return f"{take.id}: {', '.join(parts)}"
 
 
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
-def _none(failed: list[StudioError]) -> StudioError:
+def _why_none(failed: list[StudioError]) -> StudioError:
+    if len(failed) == 1:
+        return failed[0]
     # The request was wrong only where each of them is; a full disk is not.
     kind = RequestError if all(isinstance(error, RequestError) for error in failed) else StudioError
     return kind(f"None of {len(failed)} recordings could be imported; {failed[0].what}", failed[0].remedy)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from studio.cli._output import Output
 from studio.cli._stop import stop_wishes
+from studio.cli._words import address
 from studio.errors import RequestError
 
 HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _perform(args: argparse.Namespace, out: Output) -> None:
     from studio.performer import Broadcast
 
-    host, port = _address(args.to)
+    host, port = address(args.to)
     if args.seed < 0:
         raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
     said: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -106,13 +107,6 @@ def _bundle(folder: Path, out: Output) -> None:
     files = bundle.make(resource("performer") if folder == Path() else folder)
     size = sum(path.stat().st_size for path in files)
     out.done(f"{len(files) - 1} clips, {size / 1e6:.2f} MB in all.", files=list(files), bytes=size)
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    if not host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise RequestError(f"{text} is not an address.", "Write HOST:PORT, such as 127.0.0.1:39539.")
-    return host.strip("[]"), int(port)
 
 
 def _device(text: str | None) -> str | int | None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.cli._run import as_request
+from studio.cli._source import check_sound
+from studio.cli._words import address
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from studio.playback.vmc_target import VmcTarget
 
 HELP = "send a motion to an avatar program, in time with its sound"
+EXAMPLE = "saia play MyProject/takes/Hello_001 --to 127.0.0.1:39540"
 REPORT_SECONDS = 1.0
 
 
@@ -39,7 +42,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
-    addresses = [_address(text) for text in args.to or ["127.0.0.1:39539"]]
+    addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
+    if args.audio is not None:
+        check_sound(args.audio)
     with as_request():
         motion, sound = _load(args.motion, args.audio)
         duration = float(motion.times[-1]) if len(motion) else 0.0
@@ -94,13 +99,6 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
             states = [target.state for target in targets]
             lights = [str(state.light) for state in states]
             out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    if not host or not port.isdigit() or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not a target.", "Write it as HOST:PORT, for example 127.0.0.1:39539.")
-    return host.strip("[]"), int(port)
 
 
 def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:

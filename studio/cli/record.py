@@ -48,10 +48,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if port is None and args.device == "none":
         raise RequestError("There is nothing to record.", "Give a port or a microphone.")
     from studio.capture.recorder import Recorder, recover
-    from studio.project import Project
+    from studio.cli._project import opened_or_made
 
-    project = Project.open_or_create(args.project)
-    try:
+    with opened_or_made(args.project, out) as project:
         for take in recover(project.takes_folder):
             out.event("recovered", f"Recovered {take.id} from an earlier session.", take=take.id)
         recorder = Recorder(project.takes_folder)
@@ -60,8 +59,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
         finally:
             recorder.close()
         project.refresh()
-    finally:
-        project.close()
     _report(take, last, out)
 
 

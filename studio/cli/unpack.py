@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.cli._output import Output
 
 HELP = "make a project folder of a packed zip"
+EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -51,6 +51,18 @@ def acquire(folder: Path) -> ProjectLock | None:
     return lock
 
 
+def is_held(folder: Path) -> bool:
+    """Whether a process that lives has the lock; the number in it outlives one that was killed."""
+    try:
+        descriptor = os.open(folder / LOCK_FILE, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        return not _lock(descriptor)
+    finally:
+        os.close(descriptor)  # which also lets go of it
+
+
 def holder(folder: Path) -> int | None:
     """The process that wrote its number into the lock, None where there is none."""
     try:

@@ -7,6 +7,7 @@ read(path, audio=None) -> Imported          what was guessed stands in its notes
 write(path, motion, audio=None) -> files    read back and compared before it returns
 recognises(path) -> bool                    only where several formats share a suffix
 WRITES: str                                 the suffix of what it writes, where another format owns SUFFIX
+targets(path) -> files                      only where it writes other files than `path`
 FPS: float                                  its one frame rate, where it has only one
 BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
 """
@@ -21,7 +22,10 @@ from studio import registry
 from studio.errors import RequestError
 from studio.formats._imported import Imported
 
-__all__ = ["Imported", "load", "names", "reader_for", "readers", "writer_for", "writers", "written_suffix"]
+__all__ = [
+    "Imported", "load", "names", "reader_for", "readers", "targets", "writer_for", "writers",
+    "written_suffix",
+]  # fmt: skip
 
 
 def names() -> tuple[str, ...]:
@@ -59,6 +63,13 @@ def writer_for(path: Path) -> ModuleType:
         what = f"{path.name} has no ending that the studio writes."
         raise RequestError(what, f"Choose a name that ends in one of: {known}.")
     return found[max(fitting, key=len)]
+
+
+def targets(path: Path) -> tuple[Path, ...]:
+    """The files that writing to `path` may make; RequestError where no format has its ending."""
+    module = writer_for(path)
+    found: tuple[Path, ...] = module.targets(path) if hasattr(module, "targets") else (path,)
+    return found
 
 
 def reader_for(path: Path) -> ModuleType | None:

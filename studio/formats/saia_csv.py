@@ -67,6 +67,12 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     return Imported(path.stem, motion, audio, tuple(notes))
 
 
+def targets(path: Path) -> tuple[Path, ...]:
+    """The three files that `write` may make of one path."""
+    names = ((SHAPES_FOLDER, path.name), (BONES_FOLDER, path.name), (AUDIO_FOLDER, f"{path.stem}.wav"))
+    return tuple(path.parent / folder / name for folder, name in names)
+
+
 def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
     """Write one take as Blendshapes/NAME.csv, Bones/NAME.csv and Audio/NAME.wav beside `path`.
 

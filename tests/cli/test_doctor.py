@@ -32,7 +32,7 @@ def test_a_taken_port_is_named() -> None:
         check = doctor.check_port(other.getsockname()[1])
         assert not check.ok
         assert check.what == f"Port {other.getsockname()[1]} is already in use."
-        assert check.remedy == "Close the other receiver or choose another port in Settings."
+        assert check.remedy == "Close the other receiver, or choose another port in Record (or with --port)."
 
 
 def test_a_free_port_is_well() -> None:

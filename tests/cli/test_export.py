@@ -98,6 +98,35 @@ def test_wrong_requests(
     assert not (tmp_path / out).exists()
 
 
+@pytest.mark.parametrize(("out", "there"), [("x.bvh", "x.bvh"), ("x.csv", "Bones/x.csv")])
+def test_a_file_that_is_there_is_written_over_only_by_force(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], out: str, there: str
+) -> None:
+    old = tmp_path / there
+    old.parent.mkdir(exist_ok=True)
+    old.write_text("a week of work")
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / out)]) == 2
+    assert capsys.readouterr().err == (
+        f"{old} is there already. Choose another name with -o, or add --force to write over it.\n"
+    )
+    assert old.read_text() == "a week of work"
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / out), "--force"]) == 0
+    assert old.read_text() != "a week of work"
+
+
+def test_a_take_is_never_written_over(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = folder / "takes" / "full" / "audio.wav"
+    before = own.read_bytes()
+    assert cli.main(["export", str(folder), "voice", "-o", str(own), "--force"]) == 2
+    assert capsys.readouterr().err == (
+        "audio.wav would lie among the project's own takes and runs, which are never altered. "
+        "Choose another folder with -o.\n"
+    )
+    assert own.read_bytes() == before
+
+
 def test_a_run_without_weights_says_so(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import io
 import json
 import math
 import os
@@ -75,8 +77,45 @@ def test_every_verb_refuses_an_unknown_option_in_a_sentence(
 ) -> None:
     assert cli.main([verb, "--no-such-option"]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("The command was not understood: ")
+    assert error.startswith(("The command lacks ", "The command does not know --no-such-option."))
     assert error.endswith(f". Run `saia {verb} --help` to see how it is written.\n")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (["split"], "The command lacks PROJECT."),
+        (["doctor", "--nonsense"], "The command does not know --nonsense."),
+        (["doctor", "--port"], "A value is missing after --port."),
+        (["doctor", "--port", "x"], "--port takes a number, and 'x' is none."),
+        (["play", "a", "--fps", "fast"], "--fps takes a number, and 'fast' is none."),
+        (["performer", "--to", "a", "--sample", "b"], "--sample and --to cannot be used together."),
+        (["performer"], "The command lacks one of --to --sample --bundle."),
+        (["split", "p", "--val"], "A value is missing after --val."),
+    ],
+)
+def test_what_is_wrong_with_the_words_is_said(
+    words: list[str], what: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 2
+    assert capsys.readouterr().err == f"{what} Run `saia {words[0]} --help` to see how it is written.\n"
+
+
+def test_a_wrong_choice_names_the_right_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["evaluate", "p", "r", "--split", "zz"]) == 2
+    what = capsys.readouterr().err.replace("'", "")  # Python 3.12 leaves quotation marks out
+    assert what.startswith("--split cannot be zz; choose from test, val, train. Run ")
+
+
+@pytest.mark.parametrize("verb", cli.verbs())
+def test_the_example_of_a_verb_is_one_it_understands(verb: str) -> None:
+    module = importlib.import_module(f"studio.cli.{'import_verb' if verb == 'import' else verb}")
+    example = getattr(module, "EXAMPLE", "")
+    if example:
+        saia_, name, *words = shlex.split(example)
+        assert (saia_, name) == ("saia", verb)
+        cli.parser_of(verb, module).parse_args(words)
 
 
 @pytest.mark.parametrize(
@@ -97,14 +136,14 @@ def test_an_error_ends_with_its_code(
     assert capsys.readouterr().err == sentence
 
 
-def test_a_failure_names_its_log(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failure_is_a_sentence_and_programs_find_its_log(capsys: pytest.CaptureFixture[str]) -> None:
     out = Output(as_json=True)
     assert guarded(raising(StudioError("The disk is full.", "Free some space.")), out) == 1
     shown = capsys.readouterr()
     last = json.loads(shown.out.splitlines()[-1])
     assert (last["event"], last["what"], last["remedy"]) == ("error", "The disk is full.", "Free some space.")
     assert "The disk is full." in Path(last["log"]).read_text(encoding="utf-8")
-    assert shown.err == f"The disk is full. Free some space. Details are in {last['log']}.\n"
+    assert shown.err == "The disk is full. Free some space.\n"
 
 
 def test_the_unexpected_is_a_sentence_with_a_log(capsys: pytest.CaptureFixture[str]) -> None:
@@ -161,8 +200,9 @@ def test_the_program_itself_ends_with_the_code() -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_a_reader_that_leaves_is_no_traceback() -> None:
-    command = f"{shlex.quote(sys.executable)} -m studio --help | head -c 1"
+@pytest.mark.parametrize("words", ["--help", "train --help", "train --list"])
+def test_a_reader_that_leaves_is_no_traceback(words: str) -> None:
+    command = f"{shlex.quote(sys.executable)} -m studio {words} | head -c 1"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert done.stderr == ""
 
@@ -177,3 +217,27 @@ def test_a_name_the_terminal_cannot_print_is_no_crash(tmp_path: Path, words: lis
     assert b"There is no project at" in done.stderr
     if words:
         assert json.loads(done.stdout.decode("utf-8"))["what"] == f"There is no project at {folder}."
+
+
+class Terminal(io.StringIO):
+    """A terminal that remembers what was written to it."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_on_a_terminal_progress_is_one_line_that_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stdout", screen)
+    out = Output()
+    out.passing("progress", "10 %", fraction=0.1)
+    out.passing("progress", "9", fraction=0.2)
+    out.done("Done.")
+    assert screen.getvalue() == "10 %" + "\r    \r" + "9" + "\r \r" + "Done.\n"
+
+
+def test_in_a_file_progress_is_silent_and_in_json_it_is_an_event(capsys: pytest.CaptureFixture[str]) -> None:
+    Output().passing("progress", "10 %", fraction=0.1)
+    assert capsys.readouterr().out == ""
+    Output(as_json=True).passing("progress", "10 %", fraction=0.1)
+    assert capsys.readouterr().out == '{"event": "progress", "fraction": 0.1}\n'

@@ -75,7 +75,9 @@ def test_the_ending_says_the_format(
     [
         (["quick_001", "SOUND", "-o", "out.fbx"], 2, "out.fbx has no ending that the studio writes."),
         (["quick_009", "SOUND"], 2, "There is no run quick_009 in Toy プロジェクト."),
-        (["quick_001", "missing.wav"], 2, "The sound file missing.wav is missing."),
+        (["quick_001", "missing.wav"], 2, "There is no sound file at missing.wav. Check how the path "),
+        (["quick_001", "."], 2, ". is a folder. Name a sound file.\n"),
+        (["quick_001", "SOUND", "-o", "SOUND"], 2, "SOUND is there already. Choose another name with -o, "),
     ],
 )
 def test_a_wrong_request_is_a_sentence(
@@ -86,7 +88,8 @@ def test_a_wrong_request_is_a_sentence(
     code: int,
     sentence: str,
 ) -> None:
-    words = [str(sound) if word == "SOUND" else word for word in words]
+    words = [word.replace("SOUND", str(sound)) for word in words]
+    sentence = sentence.replace("SOUND", str(sound))
     assert cli.main(["generate", str(project.folder), *words]) == code
     assert capsys.readouterr().err.startswith(sentence)
 
@@ -100,7 +103,7 @@ def test_a_style_is_chosen_by_name(
     words = ("generate", str(made.folder), "quick_001", str(sound), "--style")
     code, events = outcome(capsys, *words, "Toy_002")
     assert (code, events[-1]["style"]) == (0, "Toy_002")
-    assert cli.main([*words, "Toy_009"]) == 2
+    assert cli.main([*words, "Toy_009", "--force"]) == 2
     assert capsys.readouterr().err == (
         "quick_001 knows no style called Toy_009. Choose one of: average, Toy_001, Toy_002.\n"
     )

@@ -76,7 +76,45 @@ def test_only_bad_recordings_fail_and_leave_nothing(
     last = lines(capsys)[-1]
     assert last["event"] == "error"
     assert last["what"] == "Row 3 of bad.csv has 1 values where the header names 2 columns."
-    assert not list((tmp_path / "p" / "takes").iterdir())
+    assert not (tmp_path / "p").exists()
+
+
+def test_what_fails_leaves_a_project_that_was_there_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Project.create(tmp_path / "p").close()
+    (tmp_path / "bad.csv").write_text("Time,A\n0,1\n0.1\n")
+    assert cli.main(["import", str(tmp_path / "p"), str(tmp_path / "bad.csv")]) == 2
+    assert Project.open(tmp_path / "p").takes == ()
+
+
+def test_what_fails_leaves_the_folders_as_they_were(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "p").mkdir()
+    (tmp_path / "bad.csv").write_text("Time,A\n0,1\n0.1\n")
+    for project in (tmp_path / "p", tmp_path / "new" / "deeper"):
+        assert cli.main(["import", str(project), str(tmp_path / "bad.csv")]) == 2
+    assert list((tmp_path / "p").iterdir()) == []
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_file_in_place_of_the_project_is_a_wrong_request(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = a_sound(tmp_path / "voice.wav")
+    assert cli.main(["import", str(source), str(source)]) == 2
+    expected = "voice.wav is a file, not a folder. Choose another place for the project.\n"
+    assert capsys.readouterr().err == expected
+
+
+def test_the_help_names_what_can_be_brought_in() -> None:
+    from studio import formats
+    from studio.cli.import_verb import HELP
+
+    kinds = {"vrma": "VRMA", "vmd": "VMD", "bvh": "BVH", "saia_csv": "SAIA CSV", "livelink": "Live Link Face"}
+    assert kinds.keys() <= formats.readers().keys()
+    assert all(kind in HELP for kind in (*kinds.values(), "WAV"))
 
 
 def test_what_was_guessed_is_told_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,6 +52,54 @@ def test_wrong_requests_change_nothing(
     assert cli.main(["split", str(folder), *words]) == 2
     assert capsys.readouterr().err.startswith(what)
     assert {s.split for s in Project.open(folder).dataset.selections} == {"train"}
+
+
+def test_a_kept_test_take_is_used_otherwise_only_after_unlocking(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["split", str(folder), "--lock", "a", "--json"]) == 0
+    done = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (done["test"], done["locked"]) == (["a"], ["a"])
+    assert cli.main(["split", str(folder), "--train", "a"]) == 2
+    assert capsys.readouterr().err == (
+        "a is kept as a test take, so that nothing learns from it by mistake. "
+        "Add --unlock a to use it otherwise.\n"
+    )
+    assert cli.main(["split", str(folder), "--train", "a", "--unlock", "a", "--json"]) == 0
+    done = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (done["train"], done["locked"]) == (["a", "b", "c", "d"], [])
+
+
+def test_beside_a_window_that_has_it_open_nothing_changes(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = (
+        f"from studio.project import Project; p = Project.open({str(folder)!r}); print(flush=True); input()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as window:
+        assert window.stdout is not None
+        window.stdout.readline()
+        assert cli.main(["split", str(folder), "--val", "a"]) == 1
+        assert capsys.readouterr().err == (
+            f"p is open in another window (process {window.pid}). "
+            "Change it there, or close it there and open it here again.\n"
+        )
+        window.communicate("\n")
+    assert {s.split for s in Project.open(folder).dataset.selections} == {"train"}
+
+
+def test_a_folder_that_cannot_be_written_is_not_called_open_elsewhere(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / ".lock").unlink()
+    (folder / ".lock").mkdir()  # root may write anywhere, but not a file where a folder is
+    assert cli.main(["split", str(folder), "--val", "a"]) == 1
+    assert capsys.readouterr().err == (
+        f"The folder of p cannot be written. "
+        f"Copy the folder to a place of your own, or allow writing in {folder}.\n"
+    )
 
 
 def test_a_folder_that_is_no_project(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,95 +1,32 @@
-"""The open folder: its takes, the choices made about them with undo, and its training runs."""
+"""A project folder, opened to look or to change."""
 
 from __future__ import annotations
 
-import json
-import platform
-import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from datetime import datetime
-from itertools import count
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 from studio.dataset import edits, lock, store
 from studio.dataset.dataset import Dataset, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion
+from studio.project.files import (
+    DATASET_FILE,
+    FORMAT_VERSION,
+    HISTORY_FILE,
+    PROJECT_FILE,
+    fingerprint,
+    is_project,
+    write_project_file,
+)
+from studio.project.run import Run, list_runs, new_run_folder
+from studio.project.trash import bring_back, put_away
 from studio.take import safe_file
 from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
 from studio.take.take import Take, TakeInfo
-
-FORMAT_VERSION = 1
-PROJECT_FILE = "project.json"
-DATASET_FILE = "dataset.json"
-HISTORY_FILE = ".history.json"
-
-
-@dataclass(frozen=True)
-class Run:
-    """One training run.
-
-    Args:
-        id: its folder's name, `<recipe>_<nnn>`.
-        folder: where it lies.
-        recipe: the recipe's name.
-        report: the content of report.json, None before there is one.
-        status: "done", "stopped" (it has weights but no report), "interrupted" (its process is gone without
-            having ended it), or what its report says.
-    """
-
-    id: str
-    folder: Path
-    recipe: str
-    report: dict[str, Any] | None = field(default=None, compare=False)
-    status: str = "unfinished"
-
-    @classmethod
-    def load(cls, folder: Path) -> Run:
-        """The run in a folder; a damaged report counts as none."""
-        report = None
-        with suppress(OSError, StudioError):
-            report = safe_file.read_json(folder / "report.json")
-        weights = (folder / "best.safetensors").is_file()
-        status = "done" if report is not None else "stopped" if weights else "unfinished"
-        if report is not None and isinstance(report.get("status"), str):
-            status = report["status"]
-            if status == "running" and not _goes_on(report):
-                status = "interrupted"
-        return cls(folder.name, folder, re.sub(r"_\d+$", "", folder.name), report, status)
-
-    @property
-    def has_weights(self) -> bool:
-        """Whether it can generate."""
-        return (self.folder / "best.safetensors").is_file()
-
-    def epochs(self) -> list[dict[str, Any]]:
-        """Its epoch events in order; a last line cut short by a kill is left out."""
-        try:
-            lines = (self.folder / "metrics.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
-        except OSError:
-            return []
-        events = []
-        for line in lines:
-            try:
-                event = json.loads(line)
-            except ValueError:
-                continue
-            if isinstance(event, dict):
-                events.append(event)
-        return events
-
-
-def _goes_on(report: dict[str, Any]) -> bool:
-    """Whether the process that wrote a report still lives; on another computer nobody can tell."""
-    pid, host = report.get("pid"), report.get("host")
-    if not isinstance(pid, int) or pid <= 0:
-        return False
-    return host != platform.node() or lock.is_alive(pid)
 
 
 class Project:
@@ -136,7 +73,7 @@ class Project:
                 (folder / part).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise safe_file.cannot_write(folder, error) from error
-        _write_project_file(folder, name or folder.name)
+        write_project_file(folder, name or folder.name)
         safe_file.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
         return cls.open(folder)
 
@@ -177,14 +114,26 @@ class Project:
     @property
     def read_only_reason(self) -> str:
         """Why, in one sentence; "" where it can be changed."""
+        return self._why_read_only[0]
+
+    @property
+    def read_only_remedy(self) -> str:
+        """What to do about it, in one sentence; "" where it can be changed."""
+        return self._why_read_only[1]
+
+    @property
+    def _why_read_only(self) -> tuple[str, str]:
         if not self.read_only:
-            return ""
+            return "", ""
+        elsewhere = "Change it there, or close it there and open it here again."
         if self._wish_read_only:
-            return f"{self.name} was opened for looking only."
-        pid = lock.holder(self.folder)
-        if pid is not None:
-            return f"{self.name} is open in another window (process {pid})."
-        return f"The folder of {self.name} cannot be written."
+            return f"{self.name} was opened for looking only.", "Open it again to change it."
+        if lock.is_held(self.folder):
+            pid = lock.holder(self.folder)
+            process = f" (process {pid})" if pid is not None else ""
+            return f"{self.name} is open in another window{process}.", elsewhere
+        remedy = f"Copy the folder to a place of your own, or allow writing in {self.folder}."
+        return f"The folder of {self.name} cannot be written.", remedy
 
     def close(self) -> None:
         """Let another window change it."""
@@ -320,16 +269,13 @@ class Project:
         self._must_be_writable()
         plain = {**store.to_plain(self.dataset), "seen": sorted(self._seen)}
         safe_file.write_json(self.folder / DATASET_FILE, plain)
-        steps = {"dataset": _fingerprint(plain), **store.history_to_plain(self._history)}
+        steps = {"dataset": fingerprint(plain), **store.history_to_plain(self._history)}
         safe_file.write_json(self.folder / HISTORY_FILE, steps)
 
     @property
     def runs(self) -> tuple[Run, ...]:
         """All training runs by id, read anew."""
-        if not self.runs_folder.is_dir():
-            return ()
-        folders = sorted(path for path in self.runs_folder.iterdir() if path.is_dir())
-        return tuple(Run.load(folder) for folder in folders if not folder.name.startswith("."))
+        return list_runs(self.runs_folder)
 
     def run(self, run_id: str) -> Run:
         """One run; RequestError where there is none of that id."""
@@ -341,27 +287,11 @@ class Project:
 
     def new_run_folder(self, recipe: str) -> Path:
         """A new empty folder `runs/<recipe>_<nnn>`, this caller's alone."""
-        name = safe_file.safe_name(recipe)
-        number = 1 + max(
-            (int(m[1]) for run in self.runs if (m := re.fullmatch(rf"{re.escape(name)}_(\d+)", run.id))),
-            default=0,
-        )
-        while True:
-            folder = self.runs_folder / f"{name}_{number:03d}"
-            try:
-                folder.mkdir(parents=True)
-            except FileExistsError:
-                number += 1
-            except OSError as error:
-                raise safe_file.cannot_write(folder, error) from error
-            else:
-                return folder
+        return new_run_folder(self.runs_folder, recipe)
 
     def _must_be_writable(self) -> None:
         if self.read_only:
-            raise StudioError(
-                self.read_only_reason, "Change it there, or close it there and open it here again."
-            )
+            raise StudioError(*self._why_read_only)
 
     def _load_project_file(self) -> None:
         path = self.folder / PROJECT_FILE
@@ -370,7 +300,7 @@ class Project:
         defaults = content.get("defaults")
         self.defaults = defaults if isinstance(defaults, dict) else {}
         if not path.exists() and not self.read_only:
-            _write_project_file(self.folder, self.name)
+            write_project_file(self.folder, self.name)
 
     def _load_takes(self) -> None:
         self._takes = {take.id: take for take in list_takes(self.takes_folder, self._repair)}
@@ -399,7 +329,7 @@ class Project:
         self._history = History(dataset)
         with suppress(OSError, StudioError):
             steps = safe_file.read_json(self.folder / HISTORY_FILE)
-            if steps.get("dataset") == _fingerprint(content):
+            if steps.get("dataset") == fingerprint(content):
                 self._history = store.history_from_plain(dataset, steps)
         self._tell_missing()
 
@@ -438,27 +368,14 @@ class Project:
         return self.folder / TRASH_FOLDER
 
     def _put_away(self, take: Take) -> None:
-        """Move a take to the trash under its own name; an older one of that name makes room."""
-        target = self._trash / take.id
-        try:
-            self._trash.mkdir(exist_ok=True)
-            if target.exists():
-                numbers = (self._trash / f"{take.id}.{number}" for number in count(2))
-                target.rename(next(path for path in numbers if not path.exists()))
-            take.folder.rename(target)
-        except OSError as error:
-            raise safe_file.cannot_write(take.folder, error) from error
+        put_away(take, self._trash)
         del self._takes[take.id]
         self._seen.discard(take.id)
 
     def _bring_back(self) -> None:
         """Takes out of the trash that undo gave a selection again."""
         wanted = {s.take for s in self.dataset.selections} - set(self._takes)
-        found = [self._trash / take for take in wanted if (self._trash / take).is_dir()]
-        for folder in found:
-            with suppress(OSError):
-                folder.rename(self.takes_folder / folder.name)
-        if found:
+        if bring_back(wanted, self._trash, self.takes_folder):
             self._seen |= wanted
             self._load_takes()
 
@@ -470,26 +387,8 @@ class Project:
         self.problems.append((error.what, remedy))
 
 
-def is_project(folder: Path) -> bool:
-    """Whether a folder holds a project, even one whose project.json is lost."""
-    if (folder / PROJECT_FILE).is_file():
-        return True
-    kept = any(folder.glob(f"{PROJECT_FILE}.damaged-*")) if folder.is_dir() else False
-    return kept or ((folder / "takes").is_dir() and (folder / DATASET_FILE).is_file())
-
-
 def _rewrite(history: History[Dataset], change: Callable[[Dataset], Dataset]) -> None:
     """Change the value and all its past and future alike."""
     history.value = change(history.value)
     history.undo_steps = [replace(step, value=change(step.value)) for step in history.undo_steps]
     history.redo_steps = [replace(step, value=change(step.value)) for step in history.redo_steps]
-
-
-def _write_project_file(folder: Path, name: str) -> None:
-    created = datetime.now().astimezone().isoformat(timespec="seconds")
-    content = {"version": FORMAT_VERSION, "name": name, "created": created, "defaults": {}}
-    safe_file.write_json(folder / PROJECT_FILE, content)
-
-
-def _fingerprint(plain: dict[str, Any]) -> int:
-    return crc32(json.dumps(plain, ensure_ascii=False, sort_keys=True).encode())

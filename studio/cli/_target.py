@@ -1,0 +1,39 @@
+"""Where a command may write: never over a file unasked, never among what was recorded or learnt."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from pathlib import Path
+
+from studio.errors import RequestError
+from studio.project import Project
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """The option that allows writing over a file."""
+    parser.add_argument("--force", action="store_true", help="write over a file that is there already")
+
+
+def check_free(files: Iterable[Path], force: bool, project: Project | None = None) -> None:
+    """Say no before the work begins, not after it.
+
+    Args:
+        files: what will be written.
+        force: a file that is there may be written over.
+        project: its takes and runs are never written over.
+
+    Raises:
+        RequestError: one of the files may not be written.
+    """
+    for file in files:
+        if file.is_dir():
+            raise RequestError(f"{file} is a folder.", "Name a file to write with -o.")
+        own = (project.takes_folder, project.runs_folder) if project else ()
+        if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
+            what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
+            raise RequestError(what, "Choose another folder with -o.")
+        if file.exists() and not force:
+            raise RequestError(
+                f"{file} is there already.", "Choose another name with -o, or add --force to write over it."
+            )

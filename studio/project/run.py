@@ -1,0 +1,108 @@
+"""Training runs on disk: folders `<recipe>_<nnn>` with a recipe, metrics, weights and a report."""
+
+from __future__ import annotations
+
+import json
+import platform
+import re
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from studio.dataset import lock
+from studio.errors import StudioError
+from studio.take import safe_file
+
+
+@dataclass(frozen=True)
+class Run:
+    """One training run.
+
+    Args:
+        id: its folder's name, `<recipe>_<nnn>`.
+        folder: where it lies.
+        recipe: the recipe's name.
+        report: the content of report.json, None before there is one.
+        status: "done", "stopped" (it has weights but no report), "interrupted" (its process is gone without
+            having ended it), or what its report says.
+    """
+
+    id: str
+    folder: Path
+    recipe: str
+    report: dict[str, Any] | None = field(default=None, compare=False)
+    status: str = "unfinished"
+
+    @classmethod
+    def load(cls, folder: Path) -> Run:
+        """The run in a folder; a damaged report counts as none."""
+        report = None
+        with suppress(OSError, StudioError):
+            report = safe_file.read_json(folder / "report.json")
+        weights = (folder / "best.safetensors").is_file()
+        status = "done" if report is not None else "stopped" if weights else "unfinished"
+        if report is not None and isinstance(report.get("status"), str):
+            status = report["status"]
+            if status == "running" and not _goes_on(report):
+                status = "interrupted"
+        return cls(folder.name, folder, re.sub(r"_\d+$", "", folder.name), report, status)
+
+    @property
+    def has_weights(self) -> bool:
+        """Whether it can generate."""
+        return (self.folder / "best.safetensors").is_file()
+
+    def epochs(self) -> list[dict[str, Any]]:
+        """Its epoch events in order; a last line cut short by a kill is left out."""
+        try:
+            lines = (self.folder / "metrics.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            return []
+        events = []
+        for line in lines:
+            try:
+                event = json.loads(line)
+            except ValueError:
+                continue
+            if isinstance(event, dict):
+                events.append(event)
+        return events
+
+
+def _goes_on(report: dict[str, Any]) -> bool:
+    """Whether the process that wrote a report still lives; on another computer nobody can tell."""
+    pid, host = report.get("pid"), report.get("host")
+    if not isinstance(pid, int) or pid <= 0:
+        return False
+    return host != platform.node() or lock.is_alive(pid)
+
+
+def list_runs(folder: Path) -> tuple[Run, ...]:
+    """All runs in a folder by id; hidden folders are none."""
+    if not folder.is_dir():
+        return ()
+    found = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    return tuple(Run.load(path) for path in found)
+
+
+def new_run_folder(folder: Path, recipe: str) -> Path:
+    """A new empty folder `<recipe>_<nnn>` among the runs, this caller's alone.
+
+    Raises:
+        StudioError: it cannot be made.
+    """
+    name = safe_file.safe_name(recipe)
+    pattern = re.compile(rf"{re.escape(name)}_(\d+)")
+    numbers = (int(found[1]) for run in list_runs(folder) if (found := pattern.fullmatch(run.id)))
+    number = 1 + max(numbers, default=0)
+    while True:
+        new = folder / f"{name}_{number:03d}"
+        try:
+            new.mkdir(parents=True)
+        except FileExistsError:
+            number += 1
+        except OSError as error:
+            raise safe_file.cannot_write(new, error) from error
+        else:
+            return new
