@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import torch
 
-from studio.errors import StudioError
+from studio.errors import RequestError, StudioError
 from studio.features.audio import Floats, row_centres, rows
-from studio.model._network import Network, State
+from studio.model._network import Chance, Network, State
 from studio.motion import Motion, concatenate
 from studio.take.sound import sound_blocks, sound_info
 from studio.training import checkpoint, styles
@@ -19,6 +20,8 @@ from studio.training.checkpoint import BEST, Model
 PIECE_SECONDS = 20.0
 """Motion predicted at once."""
 BLOCK_SECONDS = 30.0
+AS_LEARNT = Chance()
+LIVELIEST = 3.0
 
 
 class Cancelled(StudioError):  # noqa: N818 (a wish, not an error)
@@ -60,6 +63,7 @@ class Predictor:
         on_progress: Callable[[float], None] = lambda fraction: None,
         cancelled: Callable[[], bool] = lambda: False,
         style: str | None = None,
+        chance: Chance = AS_LEARNT,
     ) -> Motion:
         """The motion of a whole sound file.
 
@@ -68,6 +72,7 @@ class Predictor:
             on_progress: told after every piece which fraction is done.
             cancelled: asked before every piece.
             style: one of `styles`; None takes the one chosen on validation.
+            chance: the seed and how lively the motion is; the same gives the same motion.
 
         Raises:
             StudioError: the style is not known, the sound cannot be read or is empty; Cancelled.
@@ -75,7 +80,7 @@ class Predictor:
         seconds = sound_info(audio).duration
         parts: list[Motion] = []
         blocks = sound_blocks(audio, self.model.recipe.sound.sample_rate, BLOCK_SECONDS)
-        for part in self.stream(blocks, style=style):
+        for part in self.stream(blocks, style=style, chance=chance):
             parts.append(part)
             on_progress(min(1.0, float(part.times[-1]) / seconds) if seconds > 0 else 1.0)
             if cancelled():
@@ -84,13 +89,19 @@ class Predictor:
             raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
         return concatenate(parts)
 
-    def generate_samples(self, samples: Floats, style: str | None = None) -> Motion:
+    def generate_samples(
+        self, samples: Floats, style: str | None = None, chance: Chance = AS_LEARNT
+    ) -> Motion:
         """The motion of sound in memory, mono (N,) at the model's own sample rate."""
-        parts = list(self.stream([samples], style=style))
+        parts = list(self.stream([samples], style=style, chance=chance))
         return concatenate(parts) if parts else self.model.layout.motion(self._nothing(), np.zeros(0))
 
     def stream(
-        self, blocks: Iterable[Floats], piece_seconds: float = PIECE_SECONDS, style: str | None = None
+        self,
+        blocks: Iterable[Floats],
+        piece_seconds: float = PIECE_SECONDS,
+        style: str | None = None,
+        chance: Chance = AS_LEARNT,
     ) -> Iterator[Motion]:
         """The motion in pieces as sound comes in; together they are the whole.
 
@@ -98,13 +109,15 @@ class Predictor:
             blocks: mono sound at the model's sample rate, float32 (N,) each, any lengths.
             piece_seconds: length of a piece; memory grows with it and not with the sound.
             style: one of `styles`; None takes the one chosen on validation.
+            chance: the seed and how lively the motion is.
 
         Yields:
             Pieces one after another in time; a model that hears only a little ahead gives the same
             motion whatever the blocks and pieces are.
         """
         chosen = styles.index_of(style, self.model.styles, self.model.style, self._name)
-        run = _Stream(self.model, max(1, round(piece_seconds * self.fps)), chosen)
+        _must_be_possible(chance)
+        run = _Stream(self.model, max(1, round(piece_seconds * self.fps)), chosen, chance)
         for block in blocks:
             _must_be_numbers(block)
             yield from run.feed(block)
@@ -126,8 +139,8 @@ def load_predictor(run_folder: Path) -> Predictor:
 class _Stream:
     """Sound samples in, motion out, remembering no more sound than the next piece needs."""
 
-    def __init__(self, model: Model, piece_frames: int, style: int) -> None:
-        self._model, self._piece = model, piece_frames
+    def __init__(self, model: Model, piece_frames: int, style: int, chance: Chance) -> None:
+        self._model, self._piece, self._chance = model, piece_frames, chance
         self._style = torch.tensor([style])
         self._spec, self._fps = model.recipe.sound, model.fps
         self._samples = np.zeros(0, dtype=np.float32)
@@ -164,8 +177,10 @@ class _Stream:
             self._row(b) + network.after - lowest,
             self._start,
         )
+        chance = replace(self._chance, first=a)
+        heard = torch.from_numpy(sound)[None]
         with torch.inference_mode():
-            poses, self._state = network.predict(torch.from_numpy(sound)[None], self._state, self._style)
+            poses, self._state = network.predict(heard, self._state, self._style, chance)
         kept = poses[0, network.margin : network.margin + last - first].numpy()
         self._frame = last
         self._forget()
@@ -184,6 +199,14 @@ class _Stream:
     @property
     def _network(self) -> Network:
         return self._model.network
+
+
+def _must_be_possible(chance: Chance) -> None:
+    if not 0 <= chance.liveliness <= LIVELIEST:
+        what = f"A liveliness of {chance.liveliness:g} is not possible."
+        raise RequestError(what, f"Choose 0 (still) to {LIVELIEST:g}; 1 is as it was learnt.")
+    if chance.seed < 0:
+        raise RequestError(f"A seed of {chance.seed} is not possible.", "Choose a whole number from 0 on.")
 
 
 def _must_be_numbers(block: Floats) -> None:

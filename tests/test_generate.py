@@ -13,9 +13,10 @@ import pytest
 import soundfile
 import torch
 
-from studio.errors import StudioError
+from studio.errors import RequestError, StudioError
 from studio.features.motion import fit
 from studio.generate import Cancelled, Predictor, load_predictor
+from studio.model._network import Chance
 from studio.motion import Motion, concatenate, rotation
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
@@ -184,3 +185,37 @@ def test_streaming_equals_offline_in_a_style() -> None:
     by_default = made.generate_samples(sound)
     np.testing.assert_array_equal(by_default.shapes, made.generate_samples(sound, "b").shapes)
     assert np.abs(by_default.shapes - whole.shapes).max() > 1e-4
+
+
+def test_drawn_motion_is_repeated_by_its_seed_in_any_pieces() -> None:
+    made, sound = predictor("saia", "30", "layers=1", "mixtures=3"), speech(12.0)
+    first, again, other = (made.generate_samples(sound, chance=Chance(seed)) for seed in (5, 5, 6))
+    np.testing.assert_array_equal(first.shapes, again.shapes)
+    assert np.abs(first.shapes - other.shapes).max() > 0.01
+    in_pieces = concatenate(list(made.stream(pieces(sound, 5000), 4.0, chance=Chance(5))))
+    np.testing.assert_allclose(in_pieces.shapes, first.shapes, atol=2e-3)
+
+
+def test_liveliness_widens_a_model_without_chance_too() -> None:
+    made, sound = predictor(), speech(3.0)
+    still, plain, wide = (made.generate_samples(sound, chance=Chance(0, x)).shapes for x in (0.0, 1.0, 1.5))
+    assert np.ptp(still, axis=0).max() < 1e-5
+    np.testing.assert_array_equal(plain, made.generate_samples(sound).shapes)
+    assert wide.std() > plain.std()
+
+
+@pytest.mark.parametrize(
+    ("chance", "sentence"),
+    [
+        (Chance(0, 4.0), "A liveliness of 4 is not possible. Choose 0 (still) to 3; 1 is as it was learnt."),
+        (
+            Chance(0, float("nan")),
+            "A liveliness of nan is not possible. Choose 0 (still) to 3; 1 is as it was learnt.",
+        ),
+        (Chance(-1), "A seed of -1 is not possible. Choose a whole number from 0 on."),
+    ],
+)
+def test_a_chance_that_is_not_possible_is_a_sentence(chance: Chance, sentence: str) -> None:
+    with pytest.raises(RequestError) as caught:
+        predictor().generate_samples(speech(0.1), chance=chance)
+    assert str(caught.value) == sentence

@@ -31,6 +31,21 @@ class Sizes:
     styles: int = 0
 
 
+@dataclass(frozen=True)
+class Chance:
+    """What is left to chance while generating, so that it can be repeated.
+
+    Args:
+        seed: of everything random.
+        liveliness: 0 is the stillest motion, 1 as it was learnt, more exaggerates.
+        first: number of the first frame asked for, so that pieces go together.
+    """
+
+    seed: int = 0
+    liveliness: float = 1.0
+    first: int = 0
+
+
 class Network(nn.Module):
     """Rows of sound in, scaled poses out.
 
@@ -85,11 +100,37 @@ class Network(nn.Module):
         """
         raise NotImplementedError
 
-    def predict(
-        self, rows: Tensor, state: State | None = None, style: Tensor | None = None
+    def learn(
+        self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Poses of crops while training, and a loss of the network's own (0 where it has none).
+
+        Args:
+            rows, style: as for forward.
+            values: captured scaled poses (B, n, C); a network that answers itself may be shown them.
+            weight: (B, n, C), 0 where a value does not count.
+        """
+        return self(rows, None, style)[0], values.new_zeros(())
+
+    def draw(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
     ) -> tuple[Tensor, State | None]:
-        """Like forward, with the liveliness gain about the mean pose applied."""
+        """Poses with their liveliness, about the mean pose; networks that know of chance draw from it."""
         poses, state = self(rows, state, style)
+        return self.pose_mean + chance.liveliness * (poses - self.pose_mean), state
+
+    def predict(
+        self,
+        rows: Tensor,
+        state: State | None = None,
+        style: Tensor | None = None,
+        chance: Chance | None = None,
+    ) -> tuple[Tensor, State | None]:
+        """Poses with the gain learnt for this model applied: drawn by chance, expected ones where None."""
+        if chance is None:
+            poses, state = self(rows, state, style)
+        else:
+            poses, state = self.draw(rows, state, style, chance)
         return self.pose_mean + self.gain * (poses - self.pose_mean), state
 
     def start_at(self, mean: Tensor) -> None:

@@ -2,6 +2,7 @@
 neighbouring frames, one dense layer.
 
 The reports' notebook fed sequences of length 1 and let attention run over the batch; here both run over time.
+With several mixtures the dense layer becomes the mixture-density head the reports wished for.
 Source: K. J. Cui, SAIA progress reports 1 to 3, McGill University 2023.
 """
 
@@ -10,7 +11,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from studio.model._network import Network, Sizes, State, window_margins, windows
+from studio.model._mixture import Mixture, MixtureHead
+from studio.model._network import Chance, Network, Sizes, State, window_margins, windows
 
 MARGIN_SECONDS = 2.0
 
@@ -18,7 +20,7 @@ MARGIN_SECONDS = 2.0
 class Saia(Network):
     """Every frame's window of rows, then sequences of frames."""
 
-    def __init__(self, sizes: Sizes, units: int, layers: int, reach: int) -> None:
+    def __init__(self, sizes: Sizes, units: int, layers: int, reach: int, mixtures: int = 1) -> None:
         super().__init__(sizes)
         self.before, self.after = window_margins(sizes)
         self.margin = round(MARGIN_SECONDS * sizes.fps) + reach
@@ -29,19 +31,55 @@ class Saia(Network):
         self.score = nn.Linear(2 * units, 1, bias=False)
         # Without a sense of distance attention blurs all neighbours into one slow mean.
         self.distance = nn.Parameter(-torch.arange(-reach, reach + 1).abs().float())
-        self.pose = nn.Linear(2 * units, sizes.columns)
+        self.mixture = MixtureHead(2 * units, sizes.columns, mixtures) if mixtures > 1 else None
+        self.pose = nn.Linear(2 * units, sizes.columns) if mixtures == 1 else None
 
     @property
     def output(self) -> nn.Linear:
         """The dense layer."""
+        assert self.pose is not None
         return self.pose
+
+    def start_at(self, mean: Tensor) -> None:
+        """Let the output, or every component of it, begin at a pose (C,), scaled."""
+        if self.mixture is not None:
+            self.mixture.start_at(mean)
+        else:
+            super().start_at(mean)
 
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
         """See Network.forward; there is no state and no style."""
+        if self.mixture is not None:
+            return self._mixed(rows).mean, None
+        return self.output(self._heard(rows)), None
+
+    def learn(
+        self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """See Network.learn; how unlikely the captured poses are is the mixture's own loss."""
+        if self.mixture is None:
+            return super().learn(rows, style, values, weight)
+        mixed = self._mixed(rows)
+        return mixed.mean, mixed.loss(values, weight)
+
+    def draw(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+    ) -> tuple[Tensor, State | None]:
+        """See Network.draw; drawn from the mixture where there is one."""
+        if self.mixture is None:
+            return super().draw(rows, state, style, chance)
+        return self._mixed(rows).sample(chance, self.sizes.fps), None
+
+    def _mixed(self, rows: Tensor) -> Mixture:
+        assert self.mixture is not None
+        mixed: Mixture = self.mixture(self._heard(rows))
+        return mixed
+
+    def _heard(self, rows: Tensor) -> Tensor:
         hidden, _ = self.lstm(windows(self.normalised(rows), self.sizes).flatten(2))
-        return self.pose(self._attended(hidden)), None
+        return self._attended(hidden)
 
     def _attended(self, hidden: Tensor) -> Tensor:
         """Each frame's neighbours within reach, weighted; (B, n, H) -> (B, n, H)."""
@@ -57,7 +95,7 @@ class Saia(Network):
         return pooled
 
 
-def build(sizes: Sizes, *, units: int = 512, layers: int = 2, reach: int = 7) -> Network:
+def build(sizes: Sizes, *, units: int = 512, layers: int = 2, reach: int = 7, mixtures: int = 1) -> Network:
     """The network.
 
     Args:
@@ -65,5 +103,6 @@ def build(sizes: Sizes, *, units: int = 512, layers: int = 2, reach: int = 7) ->
         units: of each direction of each LSTM layer.
         layers: LSTM layers.
         reach: frames attention may look to either side.
+        mixtures: Gaussians whose mixture a pose is drawn from; 1 gives plain poses.
     """
-    return Saia(sizes, units, layers, reach)
+    return Saia(sizes, units, layers, reach, mixtures)

@@ -130,6 +130,7 @@ class _Training:
         if self.state is not None:
             self._restore(self.state)
         self.wrapped, self.wrapped_optimiser = fabric.setup(self.network, self.optimiser)
+        self.wrapped.mark_forward_method("learn")
         self.loss = Loss(recipe.loss, self.data.layout, self._shift(), fabric.device, self._balance())
         self.steps = steps_per_epoch(recipe.training, self.data.train)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
@@ -186,8 +187,8 @@ class _Training:
         mine, style = crops[share] or crops[:1], told[share] if len(told[share]) else told[:1]
         rows, values, weight = (self._tensor(mine, name) for name in ("rows", "values", "weight"))
         self.wrapped_optimiser.zero_grad()
-        predicted, _ = self.wrapped(rows, None, style.to(self.fabric.device))
-        loss = self.loss(predicted, values, weight)
+        predicted, own = self.wrapped.learn(rows, style.to(self.fabric.device), values, weight)
+        loss = self.loss(predicted, values, weight) + own
         self.fabric.backward(loss)
         if settings.clip:
             self.fabric.clip_gradients(self.wrapped, self.wrapped_optimiser, max_norm=settings.clip)

@@ -20,7 +20,7 @@ JAW_SEALED = "mouthclose"
 """ARKit's shape that keeps the lips together while the jaw is open."""
 VOWELS = frozenset({"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh"})
 
-CLOSED_SHARE = 0.1
+CLOSED_SHARE = 0.15
 """The mouth counts as closed within this share of the captured opening's range from its low end."""
 SPEAKING_DB = 30.0
 """Sound counts as speech down to this far below the loudest hundredth of a take."""

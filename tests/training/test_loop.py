@@ -179,6 +179,7 @@ def test_the_best_weights_are_those_of_the_best_epoch(make_toy_project: MakeProj
         ("audio2face", ["form=learns", "units=8", "dense=8"]),
         ("saia", ["units=8"]),
         ("saia", ["form=reports", "units=8"]),
+        ("saia", ["form=mixture", "units=8", "mixtures=3"]),
         ("quick", ["units=8", "steps=3"]),
         ("best", ["units=8", "steps=3"]),
     ],
