@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 SPLITS = ("train", "val", "test", "")
@@ -39,6 +40,7 @@ class Selection:
         labels: marks, by time.
         split: one of SPLITS.
         performer: who it is; also the style a model may learn.
+        emotion: how the whole of it is played; a label of the tier "emotion" says it for a span.
         tags, stars, note: for finding it again.
         locked: a test take that stays a test take.
     """
@@ -52,10 +54,26 @@ class Selection:
     labels: tuple[Label, ...] = ()
     split: str = "train"
     performer: str = ""
+    emotion: str = ""
     tags: tuple[str, ...] = ()
     stars: int = 0
     note: str = ""
     locked: bool = False
+
+    def span(self, duration: float) -> tuple[float, float]:
+        """In and out points in seconds inside a recording of this duration."""
+        end = duration if self.out_point is None else min(self.out_point, duration)
+        return min(self.in_point, end), end
+
+    def seconds(self, duration: float) -> float:
+        """Seconds used of a recording of this duration: from in to out without what is excluded."""
+        start, end = self.span(duration)
+        return max(end - start - overlap(self.excluded, start, end), 0.0)
+
+
+def overlap(spans: Iterable[tuple[float, float]], start: float, end: float) -> float:
+    """Seconds of start..end that spans cover, which do not overlap one another."""
+    return sum(max(min(b, end) - max(a, start), 0.0) for a, b in spans)
 
 
 @dataclass(frozen=True)

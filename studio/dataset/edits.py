@@ -70,6 +70,11 @@ def set_performer(dataset: Dataset, ids: Iterable[str], performer: str) -> Datas
     return update(dataset, ids, lambda s: replace(s, performer=performer.strip()))
 
 
+def set_emotion(dataset: Dataset, ids: Iterable[str], emotion: str) -> Dataset:
+    """Played in one emotion throughout."""
+    return update(dataset, ids, lambda s: replace(s, emotion=emotion.strip()))
+
+
 def set_note(dataset: Dataset, selection_id: str, note: str) -> Dataset:
     """With a note."""
     return update(dataset, [selection_id], lambda s: replace(s, note=note))

@@ -38,7 +38,7 @@ def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
 def selection_to_plain(selection: Selection) -> dict[str, Any]:
     """One selection; what is at its default is left out."""
     plain: dict[str, Any] = {"id": selection.id, "take": selection.take, "split": selection.split}
-    for name in ("in_point", "out_point", "offset", "performer", "stars", "note", "locked"):
+    for name in ("in_point", "out_point", "offset", "performer", "emotion", "stars", "note", "locked"):
         value = getattr(selection, name)
         if value != getattr(_DEFAULT, name):
             plain[name] = value
@@ -70,6 +70,7 @@ def selection_from_plain(plain: dict[str, Any]) -> Selection:
         ),
         split=split,
         performer=_text(plain.get("performer", "")),
+        emotion=_text(plain.get("emotion", "")),
         tags=tuple(_text(tag) for tag in plain.get("tags", ())),
         stars=int(plain.get("stars", 0)),
         note=_text(plain.get("note", "")),

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
+    QMenu,
     QProgressBar,
     QPushButton,
     QStackedLayout,
@@ -72,6 +73,7 @@ class Library(Card):
         import_requested: files are to be chosen and brought in.
         split_requested: divide the takes among train, val and test.
         import_cancelled: the running import is to end.
+        card_requested: the data card is to be written.
     """
 
     current_changed = Signal(str)
@@ -80,6 +82,7 @@ class Library(Card):
     import_requested = Signal()
     split_requested = Signal()
     import_cancelled = Signal()
+    card_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -195,7 +198,23 @@ class Library(Card):
         row.addWidget(self.fix_button)
         row.addWidget(self.split_button)
         row.addWidget(self.import_button)
+        row.addWidget(self._build_more())
         self.body.addLayout(row)
+
+    def _build_more(self) -> QToolButton:
+        self.more = QMenu(self)
+        card = self.more.addAction(self.tr("Data card…"))
+        card.setObjectName("data_card_action")
+        card.triggered.connect(self.card_requested)
+        button = QToolButton()
+        button.setObjectName("library_more")
+        set_icon(button, "mdi6.dots-horizontal", "muted")
+        button.setAccessibleName(self.tr("More about all takes"))
+        button.setToolTip(self.tr("More about all takes"))
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        button.setMenu(self.more)
+        theme.as_role(button, "quiet")
+        return button
 
     def _build_filters(self) -> None:
         self.search = QLineEdit()

@@ -38,14 +38,12 @@ class TakeRow:
     @property
     def span(self) -> tuple[float, float]:
         """In and out points in seconds."""
-        return in_out(self.selection, self.take.info.duration if self.take else 0.0)
+        return self.selection.span(self.take.info.duration if self.take else 0.0)
 
     @property
     def seconds(self) -> float:
         """Seconds that are used: from in to out without what is excluded."""
-        start, end = self.span
-        inside = (max(min(b, end) - max(a, start), 0.0) for a, b in self.selection.excluded)
-        return max(end - start - sum(inside), 0.0)
+        return self.selection.seconds(self.take.info.duration if self.take else 0.0)
 
     @property
     def grade(self) -> str:
@@ -80,12 +78,6 @@ class TakeRow:
         word = {"performer": s.performer, "tags": ", ".join(s.tags), "note": s.note}.get(column, "")
         # Empty words go to the end: what is filled in is what one sorts for.
         return number, f"{word.lower() or '￿'}\0{s.id.lower()}"
-
-
-def in_out(selection: Selection, duration: float) -> tuple[float, float]:
-    """In and out points in seconds inside a recording of this duration."""
-    end = duration if selection.out_point is None else min(selection.out_point, duration)
-    return min(selection.in_point, end), end
 
 
 def rows_of(

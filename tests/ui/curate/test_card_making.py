@@ -1,0 +1,27 @@
+"""The data card from the window: a real child process writes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.ui.curate.card_making import CardMaking
+from studio.ui.curate.library import Library
+from studio.ui.session import Session
+
+
+@pytest.mark.slow
+def test_the_card_is_written_beside_the_window(qtbot: QtBot, toy_project: Project, tmp_path: Path) -> None:
+    session, library = Session(), Library()
+    qtbot.addWidget(library)
+    session.project = toy_project
+    told: list[str] = []
+    session.status_changed.connect(lambda key, text, health: told.append(text))
+    making = CardMaking(library, session, library)
+    making.make(tmp_path / "カード")
+    qtbot.waitUntil(lambda: not making.running and told[-1:] == [""], timeout=60_000)
+    assert "3 takes" in (tmp_path / "カード.html").read_text(encoding="utf-8")
+    assert told[0] == "Counting for the data card…"
