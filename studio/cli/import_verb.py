@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from studio.take import Take
     from studio.take.sound import SoundInfo
 
-HELP = (
-    "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
-)
+HELP = "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
 EXAMPLE = "saia import MyProject dance.bvh dance.wav"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import threading
@@ -10,26 +11,37 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, silence_stdout
+from studio.cli._words import counted
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
     from studio.project import Run
-    from studio.training.events import Epoch, Event, Started
+    from studio.training.events import Epoch, Event, Started, Step
     from studio.training.recipe import Recipe
 
 HELP = "train a network on the takes marked for training"
+EXAMPLE = "saia train MyProject --recipe quick"
 _PARENT_POLL_SECONDS = 1.0
+_LEGEND = (
+    "Each line is an epoch, one round of learning. rmse is the error, less is better; motion and std are how "
+    "lively it is,\n1.00 being as lively as you; r is how well it moves with you, 1.00 at best. * marks the "
+    "best so far, which is kept."
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """PROJECT --recipe NAME [--set key=value]... [--resume RUN]."""
-    parser.add_argument("project", type=Path, help="the project's folder")
-    parser.add_argument("--recipe", help="how to train: quick, balanced (default), best, audio2face, saia")
+    parser.add_argument("project", type=Path, nargs="?", help="the project's folder")
+    parser.add_argument(
+        "--recipe", metavar="NAME", help="how to train: quick, balanced (default), best, audio2face, saia"
+    )
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe"
     )
     parser.add_argument("--resume", metavar="RUN", help="go on with a run where it was")
-    parser.add_argument("--list", action="store_true", help="show the recipes and the values of one")
+    parser.add_argument(
+        "--list", action="store_true", help="only show the recipes, and the values of one that can be --set"
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -39,10 +51,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.list:
         _list(args, out)
         return
+    if args.project is None:
+        raise RequestError("The command lacks PROJECT.", "Run `saia train --help` to see how it is written.")
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
     stop = StopWish(read=out.as_json or not sys.stdin.isatty())
+    out.passing("preparing", "Reading the takes ...")
     # Torch takes seconds to load: what was wrong with the request has been said by now.
     from studio.training.loop import train
     from studio.training.loop_setup import is_first_process
@@ -85,11 +100,12 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
     from studio.training import recipe as recipes
 
+    chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
     found = recipes.recipes()
     for info in found:
-        out.event("recipe", f"{info.name:<12} {info.title:<18} {info.expected_time:<16} {info.summary}",
+        out.event("recipe", f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}",
                   **asdict(info))  # fmt: skip
-    chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+    out.event("chosen", f"\nWhat --set can change, and its value in {chosen.name}:", recipe=chosen.name)
     for key, value in chosen.settings().items():
         out.event("setting", f"  {key} = {value}", key=key, value=value)
     out.done(recipes=[info.name for info in found])
@@ -142,7 +158,7 @@ def _tell(event: Event, out: Output, stop: StopWish) -> None:
 def _print(event: Event, out: Output) -> None:
     from dataclasses import asdict
 
-    from studio.training.events import Epoch, Note, Started
+    from studio.training.events import Epoch, Note, Started, Step
 
     if isinstance(event, Epoch):
         out.event("epoch", _epoch_line(event), **event.as_dict())
@@ -150,12 +166,14 @@ def _print(event: Event, out: Output) -> None:
         out.event("note", event.text, text=event.text)
     elif isinstance(event, Started):
         out.event("started", _start_line(event), **asdict(event))
+    elif isinstance(event, Step):
+        out.passing("step", _step_line(event), **asdict(event))
 
 
 def _start_line(event: Started) -> str:
     line = (
-        f"{event.run}: {len(event.train)} takes, {event.frames} frames, validated on "
-        f"{', '.join(event.val)}; {event.parameters:,} parameters on {event.device}."
+        f"{event.run}: {counted(len(event.train), 'take')}, {counted(event.frames, 'frame')}, validated on "
+        f"{', '.join(event.val)}; {counted(event.parameters, 'parameter')} on {event.device}.\n{_LEGEND}"
     )
     titles = f"{'epoch':>9}  {'train':>8}  {'valid':>8}  {'rmse':>7}  {'motion':>6}  {'std':>5}  {'r':>5}"
     return f"{line}\n{titles}  left"
@@ -166,13 +184,18 @@ def _epoch_line(event: Epoch) -> str:
         value = event.val.get(name)
         return f"{'-':>{width}}" if value is None else f"{value:>{width}.{digits}f}"
 
+    val_loss = f"{event.val_loss:8.4f}" if math.isfinite(event.val_loss) else f"{'-':>8}"
     best = "  *" if event.best else ""
     advice = f"\n{event.advice}" if event.advice else ""
     return (
-        f"{event.epoch:>4}/{event.of:<4}  {event.train_loss:8.4f}  {event.val_loss:8.4f}  "
+        f"{event.epoch:>4}/{event.of:<4}  {event.train_loss:8.4f}  {val_loss}  "
         f"{figure('rmse', 7, 4)}  {figure('motion_ratio', 6, 2)}  {figure('std_ratio', 5, 2)}  "
         f"{figure('pearson', 5, 2)}  {_clock(event.eta_s)}{best}{advice}"
     )
+
+
+def _step_line(event: Step) -> str:
+    return f"{event.epoch:>4}/{event.of:<4}  step {event.step} of {event.steps}, {_clock(event.eta_s)} left"
 
 
 def _clock(seconds: float) -> str:

@@ -118,7 +118,30 @@ class Epoch:
         )
 
 
-Event = Started | Note | Epoch
+@dataclass(frozen=True)
+class Step:
+    """An epoch takes long and goes on; told at most once a second, and kept nowhere.
+
+    Args:
+        epoch: the one under way, counts from 1.
+        of: epochs planned.
+        step: steps of it that are done.
+        steps: steps it has.
+        train_loss: mean over those that are done.
+        seconds: since training began, earlier sittings of a resumed run included.
+        eta_s: seconds still to go, by the pace so far.
+    """
+
+    epoch: int
+    of: int
+    step: int
+    steps: int
+    train_loss: float
+    seconds: float = 0.0
+    eta_s: float = 0.0
+
+
+Event = Started | Note | Epoch | Step
 
 
 def is_still(motion_ratio: float | None) -> bool:

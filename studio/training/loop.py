@@ -24,7 +24,7 @@ from studio.features.examples import Example
 from studio.project import Project, Run
 from studio.training import checkpoint, loop_run, metrics, styles
 from studio.training.checkpoint import BEST, LAST, Model, TrainingState
-from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, Status, is_still
+from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, Status, Step, is_still
 from studio.training.gather import gather
 from studio.training.loop_predict import group_gains, part_errors, predict_styles, swapped
 from studio.training.loop_run import RunFolder
@@ -48,14 +48,16 @@ class _Progress:
     seconds_before: float = 0.0
     began: float = field(default_factory=time.monotonic)
     epochs_here: int = 0
+    told: float = field(default_factory=time.monotonic)
 
     @property
     def seconds(self) -> float:
         return self.seconds_before + time.monotonic() - self.began
 
-    def eta(self, of: int) -> float:
-        pace = (time.monotonic() - self.began) / max(self.epochs_here, 1)
-        return max(0.0, pace * (of - self.epoch))
+    def eta(self, of: int, part: float = 0.0) -> float:
+        """Seconds left, in an epoch of which a part is done."""
+        pace = (time.monotonic() - self.began) / (self.epochs_here + part or 1)
+        return max(0.0, pace * (of - self.epoch - part))
 
 
 def train(
@@ -65,15 +67,17 @@ def train(
     on_event: Callable[[Event], None],
     stop: Callable[[], bool] = lambda: False,
     resume: Run | None = None,
+    step_seconds: float = 1.0,
 ) -> Run:
     """Train a recipe on a project's training takes, into a run folder.
 
     Args:
         project: its dataset says which takes.
         recipe: how; where a run is resumed, use `resumed_recipe`.
-        on_event: told of the start, notes and epochs, on this thread.
+        on_event: told of the start, notes, epochs and long epochs' steps, on this thread.
         stop: asked after every step; True ends well, the best weights kept.
         resume: a run to go on with.
+        step_seconds: a step is told of when nothing was for so long.
 
     Returns:
         The run; its report says how it ended.
@@ -83,7 +87,7 @@ def train(
     """
     fabric = make_fabric(recipe.training)
     try:
-        done = _Training(fabric, project, recipe, on_event, stop, resume).run()
+        done = _Training(fabric, project, recipe, on_event, stop, resume, step_seconds).run()
         leave_together(fabric)
         return done
     except torch.OutOfMemoryError as error:
@@ -114,9 +118,10 @@ class _Training:
         on_event: Callable[[Event], None],
         stop: Callable[[], bool],
         resume: Run | None,
+        step_seconds: float,
     ) -> None:
         self.fabric, self.project, self.recipe = fabric, project, recipe
-        self.stop = stop
+        self.stop, self.step_seconds = stop, step_seconds
         self.tell = on_event if fabric.is_global_zero else lambda event: None
         self.state = _state_of(resume)
         kept = loop_run.kept_columns(self.state) if self.state else (None, None, None)
@@ -173,6 +178,7 @@ class _Training:
                     f"The training of {self.folder.path.name} went astray in epoch {number}.",
                     "Lower training.learning_rate; the best weights so far are kept.",
                 )
+            self._tell_step(number, done, total / done)
             if self._should_stop():
                 return total / done, True
         return total / done, False
@@ -197,6 +203,15 @@ class _Training:
         mean = self.fabric.all_reduce(loss.detach(), reduce_op="mean")
         assert isinstance(mean, Tensor)
         return float(mean)
+
+    def _tell_step(self, epoch: int, step: int, loss: float) -> None:
+        """That it goes on, where an epoch takes long."""
+        progress, of, now = self.progress, self.recipe.training.epochs, time.monotonic()
+        if now - progress.told < self.step_seconds:
+            return
+        progress.told = now
+        eta = progress.eta(of, step / self.steps)
+        self.tell(Step(epoch, of, step, self.steps, loss, progress.seconds, eta))
 
     def _finish_epoch(self, loss: float, *, last: bool) -> None:
         progress, settings = self.progress, self.recipe.training
@@ -244,6 +259,7 @@ class _Training:
         self._save_state()
         self.folder.append(event)
         self.tell(event)
+        progress.told = time.monotonic()
 
     def _validate(self) -> tuple[float, metrics.Figures, int]:
         """Loss and figures on the validation takes with the weights that would be kept, and the style."""

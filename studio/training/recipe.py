@@ -364,8 +364,10 @@ def _full_key(key: str, known: Mapping[str, Scalar]) -> str:
         return ending[0]
     if ending:
         raise RequestError(f"The setting {key} is not clear.", f"Name one of: {', '.join(ending)}.")
-    near = get_close_matches(key, [*known, *(name.partition(".")[2] for name in known)], n=3)
-    remedy = f"Did you mean {' or '.join(near)}?" if near else f"Settings there are: {', '.join(known)}."
+    by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
+    # Any three are more help than all fifty, so even far ones count as near.
+    near = dict.fromkeys(by_end[name] for name in get_close_matches(key, by_end, n=6, cutoff=0.0))
+    remedy = f"Did you mean {_or(tuple(near)[:3])}? `saia train --list` shows all of them."
     raise RequestError(f"There is no setting called {key}.", remedy)
 
 

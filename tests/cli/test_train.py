@@ -54,9 +54,30 @@ def test_people_read_a_table(make_toy_project: MakeProject, capsys: pytest.Captu
     assert cli.main(["train", str(make_toy_project().folder), *TINY, "--set", "epochs=1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("balanced_001: 2 takes, 360 frames, validated on Toy_003; ")
-    assert lines[1].split() == ["epoch", "train", "valid", "rmse", "motion", "std", "r", "left"]
-    assert lines[2].split()[0] == "1/1"
+    assert lines[2].endswith("* marks the best so far, which is kept.")
+    assert lines[3].split() == ["epoch", "train", "valid", "rmse", "motion", "std", "r", "left"]
+    assert lines[4].split()[0] == "1/1"
     assert lines[-1].startswith("Done after 0:0")
+
+
+def test_recipes_are_listed_without_a_project(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["train", "--list"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()[:3]] == [
+        "quick",
+        "balanced",
+        "best",
+    ]
+    assert cli.main(["train"]) == 2
+    expected = "The command lacks PROJECT. Run `saia train --help` to see how it is written.\n"
+    assert capsys.readouterr().err == expected
+
+
+def test_an_unknown_setting_names_the_three_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["train", "--list", "--set", "bogus=1"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("There is no setting called bogus. Did you mean ")
+    assert told.endswith("? `saia train --list` shows all of them.\n")
+    assert told.count(".") == 1 + 3 + 1  # two sentences' ends and three dotted names
 
 
 def test_training_goes_on_beside_an_open_window(

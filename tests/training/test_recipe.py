@@ -80,7 +80,7 @@ def test_what_is_not_possible_is_a_sentence(override: str, sentence: str) -> Non
 def test_an_unknown_setting_suggests_a_near_one() -> None:
     with pytest.raises(RequestError) as caught:
         load_recipe("balanced").with_overrides(["epoch=3"])
-    assert str(caught.value).startswith("There is no setting called epoch. Did you mean epochs")
+    assert str(caught.value).startswith("There is no setting called epoch. Did you mean training.epochs, ")
 
 
 def test_an_unknown_recipe_is_a_sentence() -> None:

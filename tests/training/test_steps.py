@@ -1,0 +1,29 @@
+"""A long epoch says that it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from studio.project import Project
+from studio.training.events import Epoch, Event, Step
+from studio.training.loop import train
+from studio.training.recipe import load_recipe
+
+
+def test_each_step_can_be_told_of_and_short_epochs_tell_none(
+    make_toy_project: Callable[..., Project],
+) -> None:
+    recipe = load_recipe("quick").with_overrides(["units=8", "steps=3", "epochs=2"])
+    project = make_toy_project(("train", "val"))
+    events: list[Event] = []
+    train(project, recipe, on_event=events.append, step_seconds=0.0)
+    told = [event for event in events if isinstance(event, Step | Epoch)]
+    assert [(e.epoch, e.step if isinstance(e, Step) else None) for e in told] == [
+        (1, 1), (1, 2), (1, 3), (1, None), (2, 1), (2, 2), (2, 3), (2, None),
+    ]  # fmt: skip
+    steps = [event for event in told if isinstance(event, Step)]
+    assert all((e.of, e.steps) == (2, 3) and e.seconds > 0 for e in steps)
+    assert steps[-1].eta_s == 0.0
+    events.clear()
+    train(project, recipe, on_event=events.append, step_seconds=1e9)
+    assert not [event for event in events if isinstance(event, Step)]
