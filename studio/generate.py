@@ -201,6 +201,17 @@ class _Stream:
         return self._model.network
 
 
+def chance_of(seed: int, liveliness: float) -> Chance:
+    """What is left to chance, as a person asks for it.
+
+    Raises:
+        RequestError: it is not possible.
+    """
+    chance = Chance(seed, liveliness)
+    _must_be_possible(chance)
+    return chance
+
+
 def _must_be_possible(chance: Chance) -> None:
     if not 0 <= chance.liveliness <= LIVELIEST:
         what = f"A liveliness of {chance.liveliness:g} is not possible."

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._output import Output
+from studio.cli.generate import add_chance
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--takes", nargs="+", metavar="T", help="measure on these takes")
     parser.add_argument("--split", choices=SPLITS, default="test", help="measure on this split (test)")
     parser.add_argument("--style", metavar="NAME", help="measure this style (the one chosen on validation)")
+    add_chance(parser)
     parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
     parser.add_argument("--all", action="store_true", help="show every figure, one a line")
 
@@ -68,12 +70,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     chosen = project.run(args.run)
     ground = choose_ground(project, args.takes, args.split, out)
-    result = measure(chosen, ground, args.style)
+    result = measure(chosen, ground, args.style, args.seed, args.liveliness)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen, ground, out)
     facts = {
         "run": chosen.id,
         "seed": seed_of(chosen),
         "style": args.style or (chosen.report or {}).get("style", "average"),
+        "chance": {"seed": args.seed, "liveliness": args.liveliness},
         "split": ground.split,
         "takes": ground.takes,
         "frames": result.frames,
@@ -145,18 +148,20 @@ _TO_VAL = "No take is marked as test; measured on the validation takes, which ch
 _TRAINED = "These takes were learnt from; the figures say nothing about new sound."
 
 
-def measure(chosen: Run, ground: Ground, style: str | None = None) -> Evaluation:
-    """A run's figures in a style, its own default where None."""
-    from studio.generate import load_predictor
+def measure(
+    chosen: Run, ground: Ground, style: str | None = None, seed: int = 0, liveliness: float = 1.0
+) -> Evaluation:
+    """A run's figures in a style, its own default where None, and as `saia generate` draws by default."""
+    from studio.generate import chance_of, load_predictor
     from studio.take.sound import Sound
     from studio.training.metrics_evaluate import evaluate
 
-    predictor = load_predictor(chosen.folder)
+    predictor, chance = load_predictor(chosen.folder), chance_of(seed, liveliness)
     rate = predictor.model.recipe.sound.sample_rate
 
     def predict(material: Material) -> Any:
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
-        return predictor.generate_samples(sound.mono(), style)
+        return predictor.generate_samples(sound.mono(), style, chance)
 
     return evaluate(predict, ground.material)
 

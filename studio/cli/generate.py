@@ -16,7 +16,7 @@ _REPORT_SECONDS = 0.25
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT RUN AUDIO [--style NAME] -o OUT."""
+    """PROJECT RUN AUDIO [--style NAME] [--liveliness X] [--seed N] -o OUT."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument("run", help="the run whose best weights are used")
     parser.add_argument("audio", type=Path, help="any sound or video file")
@@ -28,6 +28,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--style",
         metavar="NAME",
         help="a take or performer it learnt from, or average (chosen on validation)",
+    )
+    add_chance(parser)
+
+
+def add_chance(parser: argparse.ArgumentParser) -> None:
+    """--liveliness X and --seed N."""
+    parser.add_argument(
+        "--liveliness",
+        type=float,
+        default=1.0,
+        metavar="X",
+        help="0 is still, 1 as it was learnt (1), more exaggerates, up to 3",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="another seed, another take of models that draw (0)"
     )
 
 
@@ -43,10 +58,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_free(targets(target.absolute()), args.force, project)
     check_sound(args.audio)
     # Torch takes seconds to load: what was wrong with the request has been said by now.
-    from studio.generate import load_predictor
+    from studio.generate import chance_of, load_predictor
 
-    predictor = load_predictor(chosen.folder)
-    motion = predictor.generate(args.audio, on_progress=_Reporter(out), style=args.style)
+    predictor, chance = load_predictor(chosen.folder), chance_of(args.seed, args.liveliness)
+    motion = predictor.generate(args.audio, on_progress=_Reporter(out), style=args.style, chance=chance)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
     files = writer.write(target.absolute(), motion, args.audio)
     text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
@@ -57,6 +72,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         frames=len(motion),
         fps=motion.fps,
         style=args.style or predictor.style,
+        seed=args.seed,
+        liveliness=args.liveliness,
     )
 
 

@@ -76,6 +76,12 @@ def test_the_ending_says_the_format(
         (["quick_001", "SOUND", "-o", "out.fbx"], 2, "out.fbx has no ending that the studio writes."),
         (["quick_009", "SOUND"], 2, "There is no run quick_009 in Toy プロジェクト."),
         (["quick_001", "missing.wav"], 2, "There is no sound file at missing.wav. Check how the path "),
+        (
+            ["quick_001", "SOUND", "--liveliness", "9"],
+            2,
+            "A liveliness of 9 is not possible. Choose 0 (still) ",
+        ),
+        (["quick_001", "SOUND", "--seed", "-3"], 2, "A seed of -3 is not possible. Choose a whole number "),
         (["quick_001", "."], 2, ". is a folder. Name a sound file.\n"),
         (["quick_001", "SOUND", "-o", "SOUND"], 2, "SOUND is there already. Choose another name with -o, "),
     ],
@@ -107,3 +113,27 @@ def test_a_style_is_chosen_by_name(
     assert capsys.readouterr().err == (
         "quick_001 knows no style called Toy_009. Choose one of: average, Toy_001, Toy_002.\n"
     )
+
+
+def test_seed_and_liveliness_are_as_asked(
+    make_toy_project: MakeProject, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.take.motion_file import read_motion
+
+    made = make_toy_project(("train", "val"))
+    recipe = load_recipe("saia").with_overrides(["form=mixture", "units=8", "mixtures=3", "epochs=1"])
+    run = train(made, recipe, on_event=lambda event: None)
+
+    def drawn(name: str, *words: str) -> np.ndarray:
+        out = tmp_path / f"{name}.arrow"
+        code, events = outcome(
+            capsys, "generate", str(made.folder), run.id, str(sound), "-o", str(out), *words
+        )
+        assert code == 0, events
+        return read_motion(out).rotations
+
+    one, again, two = drawn("a", "--seed", "1"), drawn("b", "--seed", "1"), drawn("c", "--seed", "2")
+    np.testing.assert_array_equal(one, again)
+    assert np.abs(one - two).max() > 1e-3
+    still = drawn("d", "--seed", "1", "--liveliness", "0")
+    assert np.abs(np.diff(still, axis=0)).mean() < np.abs(np.diff(one, axis=0)).mean()
