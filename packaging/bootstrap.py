@@ -12,6 +12,7 @@ import contextlib
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -213,9 +214,24 @@ def test(rest: Sequence[str]) -> int:
     if rest and 0 in (codes["fast tests"], codes["slow tests"]):
         # A chosen part of the tests may well hold only one kind; pytest says 5 to the other.
         codes = {name: 0 if code == 5 else code for name, code in codes.items()}
-    failed = [name for name, code in codes.items() if code]
+    failed = [f"{name} {ending(code, 'tests' in name)}" for name, code in codes.items() if code]
     say(f"FAILED: {', '.join(failed)}." if failed else "All passed: lint, format, types, tests.")
     return 1 if failed else 0
+
+
+def ending(code: int, of_pytest: bool = False) -> str:
+    """How a child that did not end well ended, in words behind its name: "ended by SIGABRT"."""
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return f"ended by {signal.Signals(-code).name}"
+        return f"ended by signal {-code}"
+    words = {
+        2: "were interrupted", 3: "broke inside pytest", 4: "were called wrongly", 5: "were not found",
+        130: "were interrupted",
+    }  # fmt: skip
+    told = f"{words[code]}, " if of_pytest and code in words else ""
+    # Windows ends a crashed process with a code such as 0xC0000005.
+    return f"({told}exit code {code if code < 1 << 16 else hex(code)})"
 
 
 def bench(rest: Sequence[str]) -> int:

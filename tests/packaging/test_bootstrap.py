@@ -20,6 +20,7 @@ PINS = [
     for line in (ROOT / "packaging" / "constraints.txt").read_text(encoding="utf-8").splitlines()
     if line and not line.startswith("#")
 ]
+posix_only = pytest.mark.skipif(os.name == "nt", reason="signals have these numbers elsewhere")
 debian_only = pytest.mark.skipif(not shutil.which("dpkg-query"), reason="Debian and its kin only")
 
 
@@ -132,6 +133,39 @@ def test_one_exit_code_for_all_of_it(
     assert bootstrap.test(rest) == expected
     assert [words[1] for words in called] == ["ruff", "ruff", "mypy", "pytest", "pytest"]
     assert all(words[-len(rest) :] == tuple(rest) for words in called[3:] if rest)
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (1, "(exit code 1)"),
+        (2, "(were interrupted, exit code 2)"),
+        (5, "(were not found, exit code 5)"),
+        (77, "(exit code 77)"),
+        (0xC0000005, "(exit code 0xc0000005)"),
+        pytest.param(-6, "ended by SIGABRT", marks=posix_only),
+        pytest.param(-11, "ended by SIGSEGV", marks=posix_only),
+        (-200, "ended by signal 200"),
+    ],
+)
+def test_how_the_tests_ended_is_said_by_name(
+    bootstrap: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    code: int,
+    words: str,
+) -> None:
+    answers = iter([0, 0, 0, 0, code])
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(bootstrap, "call", lambda *words: next(answers))
+    assert bootstrap.test([]) == 1
+    assert capsys.readouterr().out == f"FAILED: slow tests {words}.\n"
+
+
+@posix_only
+def test_a_child_that_kills_itself_is_known_by_its_signal(bootstrap: ModuleType) -> None:
+    code = bootstrap.call("-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    assert bootstrap.ending(code) == "ended by SIGKILL"
 
 
 @pytest.mark.skipif(not shutil.which("make"), reason="make is optional")
