@@ -17,6 +17,7 @@ from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
     from studio.formats import Imported
+    from studio.formats._bone_tables import BoneTables
     from studio.formats._find import Source
     from studio.project import Project
     from studio.take import Take
@@ -30,16 +31,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """PROJECT PATH..."""
     parser.add_argument("project", type=Path, help="the project's folder; made where it is missing or empty")
     parser.add_argument("paths", type=Path, nargs="+", metavar="PATH", help="files and folders to bring in")
+    parser.add_argument(
+        "--bones",
+        type=Path,
+        metavar="JSON",
+        help='which joint is which bone, {"joint": "Bone"}; kept for next time',
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
     from studio.cli._project import opened_or_made
+    from studio.cli._bones import bone_tables
+    from studio.formats._bone_tables import read_table
     from studio.formats._find import find_sources
 
     sources = find_sources(args.paths)
+    said = read_table(args.bones) if args.bones else {}
     with opened_or_made(args.project, out) as project:
-        takes, failed = _import_all(project, sources, out)
+        takes, failed = _import_all(project, sources, bone_tables(project.folder, said, out), out)
         if not takes:
             raise _why_none(failed)
     left = f"; {len(failed)} could not be read" if failed else ""
@@ -48,17 +58,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _import_all(
-    project: Project, sources: Sequence[Source], out: Output
+    project: Project, sources: Sequence[Source], tables: BoneTables, out: Output
 ) -> tuple[list[str], list[StudioError]]:
     """Ids of the takes made, and why the others could not be."""
+    from studio.cli._bones import keep_said, offer_table
     from studio.formats._find import read_all
 
     takes: list[str] = []
     failed: list[StudioError] = []
-    for count, (source, imported) in enumerate(read_all(sources), 1):
+    for count, (source, imported) in enumerate(read_all(sources, tables), 1):
         facts = {"path": source.path, "fraction": count / len(sources)}
         try:
             if isinstance(imported, StudioError):
+                offer_table(source, imported, None, out)
                 raise RequestError(imported.what, imported.remedy)
             take = _save(project, imported, source.format)
         except StudioError as error:
@@ -71,6 +83,8 @@ def _import_all(
         out.event("take", _line(take), take=take.id, notes=take.info.notes, **facts)
         for note in take.info.notes:
             out.event("note", f"  {note}", take=take.id, note=note)
+        keep_said(project.folder, imported, tables)
+        offer_table(source, imported, take.id, out)
     return takes, failed
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 
 from studio import formats
 from studio.errors import RequestError, StudioError
+from studio.formats._bone_tables import BoneTables
 from studio.formats._imported import Imported
 from studio.formats._table import why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
@@ -33,11 +35,15 @@ class Source:
     audio: Path | None = None
     note: str = ""
 
-    def read(self) -> Imported:
-        """Read it; what was guessed about the pair comes first in the notes."""
-        imported: Imported = formats.load(self.format).read(self.path, self.audio)
+    def read(self, tables: BoneTables | None = None) -> Imported:
+        """Read it, joints matched as `tables` say; what was guessed about the pair comes first in the notes."""
+        module = formats.load(self.format)
+        if "tables" in inspect.signature(module.read).parameters:
+            imported: Imported = module.read(self.path, self.audio, tables)
+        else:
+            imported = module.read(self.path, self.audio)
         notes = ((self.note,) if self.note else ()) + imported.notes
-        return Imported(imported.name, imported.motion, imported.audio, notes, imported.extra)
+        return replace(imported, notes=notes)
 
 
 def find_sources(paths: Iterable[Path]) -> tuple[Source, ...]:
@@ -132,10 +138,12 @@ def _kinds() -> str:
     return ", ".join(module.TITLE for module in formats.readers().values())
 
 
-def read_all(sources: Iterable[Source]) -> Iterator[tuple[Source, Imported | StudioError]]:
+def read_all(
+    sources: Iterable[Source], tables: BoneTables | None = None
+) -> Iterator[tuple[Source, Imported | StudioError]]:
     """Each source with what was read of it, or with why it could not be."""
     for source in sources:
         try:
-            yield source, source.read()
+            yield source, source.read(tables)
         except StudioError as error:
             yield source, error

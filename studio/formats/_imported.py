@@ -18,6 +18,8 @@ class Imported:
         audio: the sound file it belongs to, None without.
         notes: what was guessed or mended while reading, one sentence each.
         extra: facts kept as they came.
+        joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
+        guessed: whether any of that was a guess nobody has confirmed.
     """
 
     name: str
@@ -25,3 +27,5 @@ class Imported:
     audio: Path | None
     notes: tuple[str, ...] = ()
     extra: dict[str, str] = field(default_factory=dict)
+    joints: tuple[tuple[str, str], ...] = ()
+    guessed: bool = False

@@ -15,6 +15,7 @@ from studio.errors import RequestError, StudioError
 from studio.formats import _bvh_text
 from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bone_names import humanoid_names
+from studio.formats._bone_tables import BoneTables, UnknownSkeleton, corrected, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
 from studio.formats._humanoid import DEFAULT_FPS, grounded_body, not_read_back, on_grid
 from studio.formats._imported import Imported
@@ -66,26 +67,33 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     return (path,)
 
 
-def read(path: Path, audio: Path | None = None) -> Imported:
+def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None) -> Imported:
     """Read a BVH of any humanoid: joints are matched to bones by the names that common programs use.
 
+    Args:
+        path: the file.
+        audio: its sound; the file of the same base name beside it where None.
+        tables: which joint is which bone, where a person has said so.
+
     Raises:
-        StudioError: it is damaged, or none of its joints is a known bone.
+        StudioError: it is damaged; UnknownSkeleton: too few of its joints are known bones.
     """
     bvh = _bvh_text.read(path)
     if not len(bvh.frames):
         raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
-    bones = humanoid_names([joint.name for joint in bvh.joints])
+    joints = [joint.name for joint in bvh.joints]
+    said = tables.of(joints) if tables else {}
+    bones = corrected(joints, humanoid_names(joints), said)
     if "Hips" not in bones or len(bones) < 2:
-        what = f"The joints of {path.name} are not named as a humanoid's (Hips, Spine, Head, ...)."
-        raise StudioError(what, "Export it with Unity's, VRM's or Mixamo's bone names.")
-    notes = _name_notes(bvh, bones, path)
+        raise UnknownSkeleton(path.name, pairs(joints, bones))
+    notes = _name_notes(bvh, bones, path, frozenset(said))
     motion, guesses = to_humanoid(bvh, bones, _skeleton(bvh))
     notes += [f"{path.name}: {guess}." for guess in guesses]
     audio = audio or find_audio(path)
     if audio is None:
         notes.append(f"No sound was found for {path.stem}.")
-    return Imported(path.stem, motion, audio, tuple(notes))
+    guessed = any(_is_guess(bone, joints[j]) and joints[j] not in said for bone, j in bones.items())
+    return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(joints, bones), guessed)
 
 
 def _depth_first(skeleton: Skeleton) -> list[int]:
@@ -172,7 +180,11 @@ def _skeleton(bvh: Bvh) -> Skeleton:
     return Skeleton(names, tuple(joint.parent for joint in bvh.joints), offsets, identity)
 
 
-def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path) -> list[str]:
+def _is_guess(bone: str, joint: str) -> bool:
+    return joint.split(":")[-1].lower() != bone.lower()
+
+
+def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, said: frozenset[str]) -> list[str]:
     """Which joints were taken for which bones, and which for none."""
     notes = []
     other = [joint.name for j, joint in enumerate(bvh.joints) if j not in bones.values()]
@@ -181,9 +193,13 @@ def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path) -> list[str]:
             f"{path.name}: {counted(len(other), 'joint')} folded into the others, such as {other[0]}."
         )
     names = {bone: bvh.joints[j].name for bone, j in bones.items()}
-    guessed = {bone: name for bone, name in names.items() if name.split(":")[-1].lower() != bone.lower()}
+    guessed = {b: name for b, name in names.items() if _is_guess(b, name) and name not in said}
     if guessed:
         pairs = ", ".join(f"{name} as {bone}" for bone, name in list(guessed.items())[:4])
         more = " and others" if len(guessed) > 4 else ""
         notes.append(f"{path.name}: joints were taken for bones by name: {pairs}{more}.")
+    if said:
+        notes.append(
+            f"{path.name}: {counted(len(said), 'joint')} taken as the project's table of bones says."
+        )
     return notes
