@@ -28,6 +28,8 @@ W = TypeVar("W", bound=QWidget)
 
 SIZES = (QSize(1280, 800), QSize(1920, 1080))
 """Window sizes of the screenshots, pixels."""
+PATIENCE = 90.0
+"""Seconds the window may take for anything but training: a busy machine is no failure."""
 LOOK_MS = 20
 LEAST_COLOURS = 24
 """A picture with fewer colours shows nothing."""
@@ -61,7 +63,7 @@ class Driver:
                 return (shown or found)[0]
         raise StudioError(f"The window has no {kind.__name__} named {name}.", "Was it renamed?")
 
-    def click(self, name: str, seconds: float = 10.0) -> None:
+    def click(self, name: str, seconds: float = PATIENCE) -> None:
         """Press a button with the mouse, once it is visible and enabled."""
         button = self.find(name, QAbstractButton)
         self.wait(lambda: button.isVisible() and button.isEnabled(), seconds, f"the button {name} was ready")
@@ -92,7 +94,7 @@ class Driver:
             entries = [(box.itemText(i), str(box.itemData(i))) for i in range(box.count())]
             return next((i for i, both in enumerate(entries) if any(wanted in text for text in both)), -1)
 
-        self.wait(lambda: place() >= 0, 10.0, f"{name} offered {wanted}")
+        self.wait(lambda: place() >= 0, PATIENCE, f"{name} offered {wanted}")
         box.setCurrentIndex(place())
         box.activated.emit(box.currentIndex())  # as the mouse would; setCurrentIndex alone does not say it
 
@@ -108,7 +110,7 @@ class Driver:
                     return i
             return -1
 
-        self.wait(lambda: row() >= 0, 10.0, f"{name} listed {wanted}")
+        self.wait(lambda: row() >= 0, PATIENCE, f"{name} listed {wanted}")
         index = view.model().index(row(), 0)
         view.scrollTo(index)
         spot = view.visualRect(index).center()
@@ -138,7 +140,7 @@ class Driver:
         look.timeout.connect(enter)
         look.start()
         act()
-        self.wait(lambda: bool(answered), 5.0, "a file dialog opened")
+        self.wait(lambda: bool(answered), PATIENCE, "a file dialog opened")
 
     def press(self, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
         """Press a key in the window."""

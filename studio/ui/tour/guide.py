@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.errors import StudioError
-from studio.ui.tour.driver import Driver
+from studio.ui.tour.driver import PATIENCE, Driver
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -92,7 +92,7 @@ class Guide:
         self._driver = Driver(self._window, self.pictures)
         self._driver.files = earlier
         self._window.show()
-        self.driver.wait(self._window.isVisible, 10, "the window was visible")
+        self.driver.wait(self._window.isVisible, PATIENCE, "the window was visible")
 
     def show_room(self, name: str) -> None:
         """Go to a tab by clicking it."""
@@ -104,7 +104,7 @@ class Guide:
         tabs = self.window.tabs
         spot = tabs.tabRect(NAMES.index(name)).center()
         QTest.mouseClick(tabs, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, spot)
-        self.driver.wait(lambda: self.window.shown_room == name, 10, f"the tab {name} was shown")
+        self.driver.wait(lambda: self.window.shown_room == name, PATIENCE, f"the tab {name} was shown")
 
     def close_window(self) -> None:
         """Close the window as its cross does."""

@@ -9,6 +9,7 @@ from studio.errors import StudioError
 from studio.take.motion_file import read_motion
 from studio.take.sound import read_sound
 from studio.take.take import Take
+from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 
 SLATE = "Hello"
@@ -25,8 +26,8 @@ def start_the_performer(guide: Guide) -> None:
     """The practice performer's motion arrives over UDP and its voice through the sound device."""
     guide.show_room("record")
     guide.driver.click("practice_button", seconds=30)
-    guide.driver.wait(lambda: _figure_in(guide, "motion") >= LEAST_RATE, 90, "motion arrived")
-    guide.driver.wait(lambda: _figure_in(guide, "sound") >= QUIETEST_DBFS, 30, "a voice was heard")
+    guide.driver.wait(lambda: _figure_in(guide, "motion") >= LEAST_RATE, PATIENCE, "motion arrived")
+    guide.driver.wait(lambda: _figure_in(guide, "sound") >= QUIETEST_DBFS, PATIENCE, "a voice was heard")
 
 
 def record_takes(guide: Guide) -> None:
@@ -44,21 +45,21 @@ def record_takes(guide: Guide) -> None:
 def stop_the_performer(guide: Guide) -> None:
     """The performer stops, and the window says that motion no longer arrives."""
     guide.driver.click("practice_button")
-    guide.driver.wait(lambda: _figure_in(guide, "motion") == 0, 20, "the motion ended")
+    guide.driver.wait(lambda: _figure_in(guide, "motion") == 0, PATIENCE, "the motion ended")
 
 
 def _roll(guide: Guide, picture: str) -> None:
     driver, before = guide.driver, len(guide.project.takes)
     driver.click("record_button")
-    driver.wait(lambda: guide.window.session.rolling, 20, "the recording ran")
+    driver.wait(lambda: guide.window.session.rolling, PATIENCE, "the recording ran")
     elapsed = driver.find("elapsed", QLabel)
-    driver.wait(lambda: _clock(elapsed.text()) >= TAKE_SECONDS / 2, 60, "the recording went on")
+    driver.wait(lambda: _clock(elapsed.text()) >= TAKE_SECONDS / 2, PATIENCE, "the recording went on")
     if picture:
         driver.picture(picture)
-    driver.wait(lambda: _clock(elapsed.text()) >= TAKE_SECONDS, 60, "the recording went on")
+    driver.wait(lambda: _clock(elapsed.text()) >= TAKE_SECONDS, PATIENCE, "the recording went on")
     driver.click("record_button")
-    driver.wait(lambda: len(guide.project.takes) > before, 60, "the take was saved")
-    driver.wait(lambda: driver.is_ready("record_button"), 20, "the next take could be recorded")
+    driver.wait(lambda: len(guide.project.takes) > before, PATIENCE, "the take was saved")
+    driver.wait(lambda: driver.is_ready("record_button"), PATIENCE, "the next take could be recorded")
 
 
 def _inspect(take: Take) -> None:

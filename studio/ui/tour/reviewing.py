@@ -12,6 +12,7 @@ from studio import formats
 from studio.errors import StudioError
 from studio.formats import Imported
 from studio.ui.tour.curating import THIRD
+from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 from studio.ui.tour.listener import Listener
 from studio.ui.widgets.timeline import Timeline
@@ -32,9 +33,9 @@ def review_the_prediction(guide: Guide) -> None:
     timeline = _timeline(guide)
     driver.click("play_button")
     start = timeline.playhead
-    driver.wait(lambda: timeline.playhead > start + 1.0, 30, "the sound played and the figure followed")
+    driver.wait(lambda: timeline.playhead > start + 1.0, PATIENCE, "the sound played and the figure followed")
     driver.picture("review")
-    driver.wait(lambda: timeline.playhead != start, 10, "it played on")
+    driver.wait(lambda: timeline.playhead != start, PATIENCE, "it played on")
 
 
 def send_it(guide: Guide) -> None:
@@ -51,7 +52,9 @@ def send_it(guide: Guide) -> None:
             listener.read()
             return listener.frames >= LEAST_FRAMES and bool(listener.moving)
 
-        driver.wait(received, 60, f"{LEAST_FRAMES} frames with a moving face arrived at the other program")
+        driver.wait(
+            received, PATIENCE, f"{LEAST_FRAMES} frames with a moving face arrived at the other program"
+        )
         driver.click("send_button")
     finally:
         listener.close()
@@ -77,6 +80,9 @@ def _export(guide: Guide, format_name: str, name: str) -> list[Path]:
     driver.choose("export_format", format_name)
     driver.type_into("export_name", name)
     driver.type_into("export_folder", str(folder))
+    for path, _ in _files(folder):
+        if path.stem == name:  # an earlier tour's: the window would ask before it wrote over it
+            path.unlink()
     before = _files(folder)
     driver.click("export_button")
     driver.wait(lambda: driver.is_ready("show_export_folder"), 120, f"the {format_name} export was done")
@@ -94,7 +100,7 @@ def _read(path: Path, format_name: str, bones: int) -> None:
 
 
 def _files(folder: Path) -> set[tuple[Path, int]]:
-    """Files with their times of writing: an earlier tour's export of the same name is written anew."""
+    """Files with their times of writing."""
     found = folder.rglob("*") if folder.is_dir() else ()
     return {(path, path.stat().st_mtime_ns) for path in found if path.is_file()}
 
@@ -103,7 +109,7 @@ def _show_tool(guide: Guide, place: int) -> None:
     tabs = guide.driver.find("review_tabs", QTabWidget)
     spot = tabs.tabBar().tabRect(place).center()
     QTest.mouseClick(tabs.tabBar(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, spot)
-    guide.driver.wait(lambda: tabs.currentIndex() == place, 10, "the tool was shown")
+    guide.driver.wait(lambda: tabs.currentIndex() == place, PATIENCE, "the tool was shown")
 
 
 def _play_from_start(guide: Guide) -> None:

@@ -8,13 +8,14 @@ from PySide6.QtWidgets import QLabel
 
 from studio.errors import StudioError
 from studio.ui.tour import curating, recording, reviewing, training
+from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 
 
 def open_the_window(guide: Guide) -> None:
     """The welcome page is there and can be used."""
     guide.open_window([])
-    guide.driver.wait(lambda: guide.driver.is_ready("new_project"), 10, "the welcome page was shown")
+    guide.driver.wait(lambda: guide.driver.is_ready("new_project"), PATIENCE, "the welcome page was shown")
     guide.driver.picture("welcome")
 
 
@@ -33,7 +34,7 @@ def check_the_machine(guide: Guide) -> None:
 def make_a_project(guide: Guide) -> None:
     """A project folder is made through the dialog and opened."""
     guide.driver.answer_file_dialog(guide.project_folder, lambda: guide.driver.click("new_project"))
-    guide.driver.wait(lambda: guide.window.session.project is not None, 10, "the new project was open")
+    guide.driver.wait(lambda: guide.window.session.project is not None, PATIENCE, "the new project was open")
     assert guide.project.folder == guide.project_folder
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from PySide6.QtWidgets import QProgressBar
 
 from studio.errors import StudioError
+from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 
 EPOCHS = 6
-PATIENCE = 240.0
+TRAINING_PATIENCE = 600.0
 """Seconds the toy-length training may take on a slow and busy machine."""
 
 
@@ -19,7 +20,7 @@ def start_training(guide: Guide) -> None:
     guide.driver.click("advanced")
     guide.driver.type_into("epochs", str(EPOCHS))
     guide.driver.click("start_training")
-    guide.driver.wait(lambda: _epochs(guide) >= 1, PATIENCE, "the first epoch was trained")
+    guide.driver.wait(lambda: _epochs(guide) >= 1, TRAINING_PATIENCE, "the first epoch was trained")
 
 
 def work_meanwhile(guide: Guide) -> None:
@@ -27,7 +28,7 @@ def work_meanwhile(guide: Guide) -> None:
     guide.show_room("curate")
     guide.driver.rest(0.5)
     guide.show_room("train")
-    guide.driver.wait(lambda: _epochs(guide) >= 3, PATIENCE, "the training went on")
+    guide.driver.wait(lambda: _epochs(guide) >= 3, TRAINING_PATIENCE, "the training went on")
     guide.driver.picture("train")
 
 
@@ -36,12 +37,16 @@ def finish_training(guide: Guide) -> None:
 
     def done() -> bool:
         runs = guide.project.runs
-        return bool(runs) and runs[-1].has_weights and runs[-1].report is not None
+        return bool(runs) and runs[-1].has_weights and (runs[-1].report or {}).get("status") == "done"
 
-    guide.driver.wait(done, PATIENCE, "the run had its weights and its report")
+    guide.driver.wait(done, TRAINING_PATIENCE, "the run had its weights and its report")
     bar = guide.driver.find("train_bar", QProgressBar)
-    guide.driver.wait(lambda: not bar.isVisible() or bar.value() == bar.maximum(), 30, "the window said so")
-    guide.driver.wait(lambda: guide.driver.is_ready("start_training"), 30, "another training could start")
+    guide.driver.wait(
+        lambda: not bar.isVisible() or bar.value() == bar.maximum(), PATIENCE, "the window said so"
+    )
+    guide.driver.wait(
+        lambda: guide.driver.is_ready("start_training"), PATIENCE, "another training could start"
+    )
     run = guide.project.runs[-1]
     guide.run_id = run.id
     losses = [float(event["train_loss"]) for event in run.epochs() if "train_loss" in event]
