@@ -6,6 +6,7 @@ Everything that reads files here runs on the thread pool.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,10 +20,12 @@ from studio.project import Project, Run
 from studio.take import Take
 from studio.take.motion_file import read_motion
 from studio.take.peaks import Peaks, peaks
+from studio.take.safe_file import safe_name
+from studio.training.styles import AVERAGE
 from studio.ui.review.comparing import Comparison, compare
 
-GENERATED = "generated"
-"""Folder of a run that keeps what it generated, one motion file a sound."""
+GENERATED = Path(".cache") / "generated"
+"""Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,49 @@ class Source:
     sound: Path | None
     take: Take | None = None
     duration: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to make the motion.
+
+    Args:
+        run: the run's id, "" for no run.
+        style: one that it knows, "" for the one chosen on validation.
+    """
+
+    run: str = ""
+    style: str = ""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What `saia generate` is told besides the run and the sound."""
+        return (f"--style={self.style}",) if self.style else ()
+
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return f"{self.run} ({self.style})" if self.style else self.run
+
+    @property
+    def name(self) -> str:
+        """Part of a file's name."""
+        return safe_name(f"{self.run}_{self.style}") if self.style else self.run
+
+
+@dataclass(frozen=True)
+class RunChoice:
+    """A run that can generate.
+
+    Args:
+        id: its id.
+        styles: what it can be asked for, "average" among them; empty where it learnt none.
+        style: the one used unless another is asked for.
+    """
+
+    id: str
+    styles: tuple[str, ...] = ()
+    style: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,14 +171,38 @@ def lively(*motions: Motion | None) -> list[str]:
     return sorted(spread, key=lambda name: (not is_mouth_shape(name), -spread[name]))
 
 
-def generated_path(run: Run, sound: Path) -> Path:
-    """Where a run keeps the motion it made for a sound; another name once sound or weights change."""
+def run_choice(run: Run) -> RunChoice:
+    """A run with the styles that its report names."""
+    report = run.report or {}
+    found = report.get("styles")
+    styles = tuple(str(name) for name in found) if isinstance(found, list) else ()
+    if not styles:
+        return RunChoice(run.id)
+    return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE))
+
+
+def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
+    """Where a run keeps the motion it made for a sound.
+
+    Args:
+        run: the run.
+        sound: the sound.
+        words: whatever else `saia generate` is told: another style is another motion.
+
+    Returns:
+        Another name once sound, weights or words change.
+    """
     stat = sound.stat()
     weights = run.folder / "best.safetensors"
     made = weights.stat().st_mtime_ns if weights.is_file() else 0
-    facts = f"{sound.absolute()}|{stat.st_size}|{stat.st_mtime_ns}|{made}"
+    facts = "|".join((str(sound.absolute()), str(stat.st_size), str(stat.st_mtime_ns), str(made), *words))
     digest = hashlib.sha256(facts.encode()).hexdigest()[:12]
-    return run.folder / GENERATED / f"{digest}.arrow"
+    return generated_folder(run) / f"{digest}.arrow"
+
+
+def generated_folder(run: Run) -> Path:
+    """Where everything that a run made is kept."""
+    return run.folder.parent.parent / GENERATED / run.id
 
 
 def world_of(motion: Motion, t: float) -> tuple[np.ndarray, dict[str, float]]:

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio import formats
 from studio.ui import theme
 from studio.ui.widgets.card import label
 
@@ -43,6 +44,16 @@ class ExportWish:
     format: FormatChoice
     fps: float
     folder: Path
+
+    @property
+    def path(self) -> Path:
+        """The file to write; a format of several files puts them near it."""
+        return self.folder / f"{self.name}{self.format.suffix}"
+
+    @property
+    def files_there(self) -> tuple[Path, ...]:
+        """Files that would be written over."""
+        return tuple(path for path in formats.targets(self.path) if path.exists())
 
 
 class ExportPanel(QWidget):
@@ -142,6 +153,12 @@ class ExportPanel(QWidget):
         for choice in formats:
             self.format.addItem(f"{choice.title} ({choice.suffix})", choice.name)
         self._show_note()
+
+    def show_fps(self, fps: float) -> None:
+        """Choose a frame rate; one that is not offered is added."""
+        if self.fps.findData(fps) < 0:
+            self.fps.addItem(self.tr("{0} frames/s").format(f"{fps:g}"), fps)
+        self.fps.setCurrentIndex(self.fps.findData(fps))
 
     def show_target(self, name: str, folder: Path | None, ready: bool, body: bool = True) -> None:
         """What would be exported and where to.

@@ -14,12 +14,12 @@ from PySide6.QtGui import QDesktopServices
 
 from studio import formats
 from studio.motion import Motion
-from studio.project import Project
 from studio.take.motion_file import write_motion
 from studio.take.sound import read_span, write_sound
 from studio.ui import background, messages
 from studio.ui.jobs import Job
 from studio.ui.review.export_panel import ExportPanel, ExportWish, FormatChoice
+from studio.ui.session import Session
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,21 +40,17 @@ class Exporting(QObject):
     Args:
         panel: its layout.
         exhibit: gives what is on screen, None where there is nothing.
-        project: gives the open project.
+        session: the open project, and the frame rate of the last time.
     """
 
-    def __init__(
-        self,
-        panel: ExportPanel,
-        exhibit: Callable[[], Exhibit | None],
-        project: Callable[[], Project | None],
-    ) -> None:
+    def __init__(self, panel: ExportPanel, exhibit: Callable[[], Exhibit | None], session: Session) -> None:
         super().__init__(panel)
-        self._panel, self._exhibit, self._project = panel, exhibit, project
+        self._panel, self._exhibit, self._session = panel, exhibit, session
         self._job: Job | None = None
         self._scratch: Path | None = None
         self._files: list[Path] = []
         panel.show_formats(_choices())
+        panel.show_fps(session.settings.export_fps)
         panel.export_requested.connect(self._on_export)
         panel.cancel_requested.connect(self._on_cancel)
         panel.folder_requested.connect(self._on_folder)
@@ -71,20 +67,36 @@ class Exporting(QObject):
         self._clean()
 
     def _on_export(self, wish: ExportWish) -> None:
-        exhibit, project = self._exhibit(), self._project()
-        if exhibit is None or project is None or self.busy:
+        exhibit, project = self._exhibit(), self._session.project
+        if exhibit is None or project is None or self.busy or not self._may_write(wish):
             return
+        if wish.fps != self._session.settings.export_fps:
+            self._session.change_settings(export_fps=wish.fps)
+        replaces = bool(wish.files_there)
         self._scratch = scratch = Path(tempfile.mkdtemp(prefix="saia-review-"))
         self._panel.show_busy(-1.0)
 
         def prepared(sound: Path | None) -> None:
-            words = ["export", str(project.folder), str(scratch / "motion.arrow")]
-            words += ["-o", str(wish.folder / f"{wish.name}{wish.format.suffix}")]
+            words = ["export", str(project.folder), str(scratch / "motion.arrow"), "--force"]
+            words += ["-o", str(wish.path)]
             words += ["--audio", str(sound)] if sound else []
             words += ["--fps", f"{wish.fps:g}"] if wish.fps else []
+            words += ["--force"] if replaces else []
             self._start(words)
 
         background.run(lambda: _prepare(exhibit, scratch), prepared, self._on_error, owner=self)
+
+    def _may_write(self, wish: ExportWish) -> bool:
+        """Whether nothing is in the way, or a person wants it replaced."""
+        there = wish.files_there
+        if not there:
+            return True
+        return messages.ask(
+            self._panel,
+            self.tr("{0} is there already. Replace it?").format(there[0].name),
+            self.tr("What is in {0} now is lost.").format(str(there[0].parent)),
+            self.tr("Replace"),
+        )
 
     def _start(self, words: list[str]) -> None:
         job = self._job = Job(self)

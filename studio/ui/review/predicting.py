@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +40,11 @@ class Predicting(QObject):
         """Whether a child process is making motion."""
         return self._job is not None
 
-    def request(self, project: Project, run: Run, sound: Path) -> None:
-        """Ask for what a run makes of a sound."""
+    def request(self, project: Project, run: Run, sound: Path, words: Sequence[str] = ()) -> None:
+        """Ask for what a run makes of a sound; the words are further ones for `saia generate`."""
         self.cancel()
         try:
-            path = generated_path(run, sound)
+            path = generated_path(run, sound, words)
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             remedy = self.tr("Choose another sound, or add it again.")
@@ -52,7 +53,7 @@ class Predicting(QObject):
         if path.is_file():
             self._read(path)
         else:
-            self._generate(project.folder, run.id, sound, path)
+            self._generate([str(project.folder), run.id, str(sound), *words], run.id, path)
 
     def cancel(self) -> None:
         """Ask for nothing any more; a child process is ended."""
@@ -82,13 +83,13 @@ class Predicting(QObject):
 
         background.run(lambda: read_motion(path), done, failed, owner=self)
 
-    def _generate(self, folder: Path, run_id: str, sound: Path, path: Path) -> None:
+    def _generate(self, words: list[str], run_id: str, path: Path) -> None:
         job = self._job = Job(self)
         job.event_received.connect(lambda event: self._on_event(job, event))
         job.done.connect(lambda _: self._on_generated(job, path))
         job.failed.connect(lambda what, remedy: self._on_failed(job, what, remedy))
         job.ended.connect(lambda: self._on_ended(job))
-        job.start(["generate", str(folder), run_id, str(sound), "-o", str(path)])
+        job.start(["generate", *words, "--force", "-o", str(path)])
         self.progressed.emit(self.tr("{0} listens").format(run_id), -1.0)
 
     def _on_event(self, job: Job, event: dict[str, Any]) -> None:

@@ -91,6 +91,7 @@ class TargetRow(QFrame):
         self._lay_out()
         self._show_preset(address.title)
         self.preset.currentIndexChanged.connect(self._on_preset)
+        self.send.toggled.connect(self._show_send)
         self.send.toggled.connect(self.send_toggled)
         self.wave.clicked.connect(self.wave_requested)
         self.remove.clicked.connect(self.removed)
@@ -107,6 +108,7 @@ class TargetRow(QFrame):
         """Show the Send button down or up without saying so."""
         with QSignalBlocker(self.send):
             self.send.setChecked(sending)
+        self._show_send(sending)
 
     def show_state(self, state: TargetState, rate: float) -> None:
         """Show how the target is doing; rate is frames per second lately."""
@@ -126,6 +128,11 @@ class TargetRow(QFrame):
             icon = "mdi6.circle" if state.light is not Light.OFF else "mdi6.circle-outline"
             self._light.setPixmap(theme.icon(icon, token).pixmap(12, 12))
         self._light.setAccessibleName(words)
+
+    def _show_send(self, sending: bool) -> None:
+        """The button says what it would do."""
+        self.send.setText(self.tr("Stop sending") if sending else self.tr("Send"))
+        theme.set_icon(self.send, "mdi6.stop" if sending else "mdi6.broadcast", "muted", "accent")
 
     def _lay_out(self) -> None:
         grid = QGridLayout(self)

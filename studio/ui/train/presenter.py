@@ -16,6 +16,7 @@ from studio.take import safe_file
 from studio.training import recipe as recipes
 from studio.ui import messages
 from studio.ui.jobs import Job
+from studio.ui.review.clip import generated_folder
 from studio.ui.session import Session
 from studio.ui.train.data_facts import data_facts, one_for_validation
 from studio.ui.train.run_facts import RunFacts, curves, run_facts
@@ -379,7 +380,9 @@ class TrainPresenter(QObject):
         question = self.tr("Delete {0}?").format(run_id)
         details = self.tr("Its weights, figures and generated motions are removed for good.")
         if messages.ask(self._view, question, details, self.tr("Delete")):
-            shutil.rmtree(project.run(run_id).folder, ignore_errors=True)
+            run = project.run(run_id)
+            for folder in (generated_folder(run), run.folder):
+                shutil.rmtree(folder, ignore_errors=True)
             if self._shown == run_id:
                 self._shown = ""
                 self._show_shown()

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QLabel, QMessageBox
 from pytestqt.qtbot import QtBot
 
 from studio.cli import main
 from studio.formats import bvh
 from studio.project import Project
 from studio.settings import Settings
+from studio.ui.messages import Toast
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
@@ -44,7 +45,7 @@ def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[ReviewView, ReviewPres
 
 
 def _loaded(qtbot: QtBot, presenter: ReviewPresenter) -> None:
-    qtbot.waitUntil(lambda: presenter._tuned is not None, timeout=MINUTE)
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None, timeout=MINUTE)
 
 
 def _text(view: ReviewView, name: str) -> str:
@@ -71,12 +72,14 @@ def test_playing_moves_the_playhead_and_the_figure(
     _loaded(qtbot, presenter)
     qtbot.mouseClick(view.play, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: view.timeline.playhead > 0.3, timeout=MINUTE)
-    qtbot.keyClick(view, Qt.Key.Key_Space)
+    if presenter.scene.player is not None and presenter.scene.player.playing:
+        qtbot.keyClick(view, Qt.Key.Key_Space)
     qtbot.waitUntil(lambda: view.play.accessibleName() == "Play", timeout=MINUTE)
-    held = view.timeline.playhead
+    view.seek_requested.emit(1.0)  # a busy machine may have let it play to the end
+    qtbot.waitUntil(lambda: view.timeline.playhead == 1.0, timeout=MINUTE)
     qtbot.keyClick(view, Qt.Key.Key_Right)
-    qtbot.waitUntil(lambda: view.timeline.playhead > held, timeout=MINUTE)
-    assert view.timeline.playhead == pytest.approx(held + 1 / 30, abs=0.02)
+    qtbot.waitUntil(lambda: view.timeline.playhead > 1.0, timeout=MINUTE)
+    assert view.timeline.playhead == pytest.approx(1.0 + 1 / 30, abs=0.02)
 
 
 def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
@@ -84,14 +87,14 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
 ) -> None:
     view, presenter = tab
     _loaded(qtbot, presenter)
-    assert presenter._tuned is not None
-    before = presenter._tuned.shapes.max()
+    assert presenter.scene.tuned is not None
+    before = presenter.scene.tuned.shapes.max()
     view.tune._fields["face"][1].setValue(0.5)
     qtbot.waitUntil(
-        lambda: presenter._tuned.shapes.max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
+        lambda: presenter.scene.tuned.shapes.max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
     )
     view.tune.reset.click()
-    qtbot.waitUntil(lambda: presenter._tuned.shapes.max() == pytest.approx(before), timeout=MINUTE)
+    qtbot.waitUntil(lambda: presenter.scene.tuned.shapes.max() == pytest.approx(before), timeout=MINUTE)
 
 
 def test_sending_reaches_a_listener_and_the_light_says_so(
@@ -107,8 +110,10 @@ def test_sending_reaches_a_listener_and_the_light_says_so(
         qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
         qtbot.waitUntil(lambda: _text(view, "target_state").startswith("sending"), timeout=MINUTE)
         assert b"/VMC/Ext/" in listener.recv(65536)
+        assert row.send.text() == "Stop sending"
         qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
         qtbot.waitUntil(lambda: not presenter._sending.sending, timeout=MINUTE)
+        assert row.send.text() == "Send"
 
 
 def test_an_export_is_a_real_file_that_reads_back(
@@ -128,15 +133,77 @@ def test_an_export_is_a_real_file_that_reads_back(
     assert np.ptp(motion.rotations[:, head, 0]) > 0.1
 
 
-def test_a_sound_that_cannot_be_read_is_a_sentence(
+@pytest.mark.parametrize("replace", [False, True])
+def test_an_export_asks_before_it_writes_over_a_file(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session, replace: bool
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    assert session.project is not None
+    there = session.project.exports_folder / "Blendshapes" / "toy_003.csv"
+    there.parent.mkdir(parents=True)
+    there.write_text("mine", encoding="utf-8")
+    view.export.format.setCurrentIndex(view.export.format.findData("saia_csv"))
+    asked = []
+
+    def answer() -> None:
+        box = view.findChild(QMessageBox, "question")
+        if box is None or not box.isVisible():
+            return
+        look.stop()
+        asked.append(box.text())
+        wanted = "Replace" if replace else "Cancel"
+        next(button for button in box.buttons() if button.text() == wanted).click()
+
+    look = QTimer()
+    look.timeout.connect(answer)
+    look.start(50)
+    view.export.export.click()
+    assert asked == ["toy_003.csv is there already. Replace it?"]
+    if replace:
+        qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
+        assert there.read_text(encoding="utf-8").startswith("Time,")
+    else:
+        assert not presenter._exporting.busy
+        assert there.read_text(encoding="utf-8") == "mine"
+
+
+def _told(view: ReviewView) -> str:
+    toast = view.findChild(Toast)
+    return f"{toast.text.text()} {toast.remedy.text()}" if toast is not None else ""
+
+
+def test_a_sound_that_is_none_is_told_of_and_does_not_get_into_the_list(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], tmp_path: Path
 ) -> None:
     view, presenter = tab
     _loaded(qtbot, presenter)
-    broken = tmp_path / "壊れた.wav"
+    broken, good = tmp_path / "壊れた.wav", tmp_path / "good.wav"
     broken.write_bytes(b"this is no sound at all")
-    presenter.add_sounds([broken])
-    qtbot.waitUntil(lambda: "壊れた.wav" in view.stage.predicted.figure._empty_text, timeout=MINUTE)
+    soundfile.write(good, np.random.default_rng(1).normal(0, 0.1, 16_000).astype(np.float32), 16_000)
+    presenter.add_sounds([broken, good])
+    qtbot.waitUntil(lambda: "壊れた.wav" in _told(view), timeout=MINUTE)
+    qtbot.waitUntil(lambda: _titles(view)[0].startswith("good"), timeout=MINUTE)
+    assert len(_titles(view)) == 4, "the good one came in, the broken one did not"
+
+
+def test_a_kept_sound_that_broke_goes_to_the_trash(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    project = session.project
+    assert project is not None
+    (project.folder / "sounds").mkdir()
+    (project.folder / "sounds" / "壊れた.wav").write_bytes(b"no sound any more")
+    session.project_opened.emit()
+    qtbot.waitUntil(lambda: "壊れた" in _titles(view), timeout=MINUTE)
+    _loaded(qtbot, presenter)
+    view.sources.setCurrentRow(_titles(view).index("壊れた"))
+    qtbot.waitUntil(lambda: "壊れた" not in _titles(view), timeout=MINUTE)
+    assert (project.folder / ".trash" / "sounds" / "壊れた.wav").is_file()
+    assert "壊れた.wav is in the project's trash." in _told(view)
+    _loaded(qtbot, presenter)
 
 
 def _titles(view: ReviewView) -> list[str]:
@@ -174,9 +241,9 @@ def test_a_take_that_went_is_no_longer_on_the_stage(
     _loaded(qtbot, presenter)
     session.remove_take("toy_003")
     assert not any(title.startswith("toy_003") for title in _titles(view))
-    qtbot.waitUntil(lambda: presenter._player is not None, timeout=MINUTE)
-    assert presenter._source is not None
-    assert presenter._source.key != "take:toy_003"
+    qtbot.waitUntil(lambda: presenter.scene.player is not None, timeout=MINUTE)
+    assert presenter.scene.source is not None
+    assert presenter.scene.source.key != "take:toy_003"
 
 
 @pytest.mark.slow
@@ -191,20 +258,20 @@ def test_a_run_is_shown_beside_the_capture_and_kept(
     session.runs_changed.emit()
     presenter.deactivate()
     presenter.activate()
-    assert view.run.currentData() == "quick_001", "the newest run comes up where none was chosen"
-    qtbot.waitUntil(lambda: presenter._predicted is not None, timeout=2 * MINUTE)
+    assert view.bar.first.run.currentData() == "quick_001", "the newest run comes up where none was chosen"
+    qtbot.waitUntil(lambda: presenter.scene.predicted is not None, timeout=2 * MINUTE)
     qtbot.waitUntil(lambda: "error" in _text(view, "review_metrics"), timeout=MINUTE)
     assert view.stage.captured.isVisible()
     assert view.stage.predicted.isVisible()
-    kept = list((project.runs_folder / "quick_001" / "generated").glob("*.arrow"))
+    kept = list((project.folder / ".cache" / "generated" / "quick_001").glob("*.arrow"))
     assert len(kept) == 1
-    view.ghost.click()
+    view.bar.ghost.click()
     assert not view.stage.captured.isVisible()
     sound = tmp_path / "другой звук.flac"
     soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 32_000).astype(np.float32), 16_000)
     presenter.add_sounds([sound])
     qtbot.waitUntil(
-        lambda: presenter._tuned is not None and presenter._captured.motion is None, timeout=MINUTE
+        lambda: presenter.scene.tuned is not None and presenter.scene.captured.motion is None, timeout=MINUTE
     )
-    assert presenter._tuned.duration == pytest.approx(2.0, abs=0.2)
+    assert presenter.scene.tuned.duration == pytest.approx(2.0, abs=0.2)
     assert _text(view, "review_metrics") == ""

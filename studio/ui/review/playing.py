@@ -1,0 +1,109 @@
+"""Review's transport: plays, seeks, steps and loops, and brings the picture to where the sound is."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Qt, QTimer
+
+from studio.ui.review.scene import Scene
+from studio.ui.review.showing import Showing
+from studio.ui.review.view import ReviewView
+
+FRAME_MS = 16
+
+
+class Playing(QObject):
+    """The transport's thought.
+
+    Args:
+        view: the tab.
+        scene: what is on the stage; its player leads.
+        showing: draws the picture of a moment.
+    """
+
+    def __init__(self, view: ReviewView, scene: Scene, showing: Showing) -> None:
+        super().__init__(view)
+        self._view, self._scene, self._showing = view, scene, showing
+        self._span: tuple[float, float] | None = None
+        self._frames = QTimer(self)
+        self._frames.setTimerType(Qt.TimerType.PreciseTimer)
+        self._frames.setInterval(FRAME_MS)
+        self._frames.timeout.connect(self._show_frame)
+        view.play_toggled.connect(self._on_play)
+        view.seek_requested.connect(self.seek)
+        view.step_requested.connect(self._on_step)
+        view.loop_toggled.connect(self._on_loop)
+        view.timeline.span_selected.connect(self._on_span)
+
+    def activate(self) -> None:
+        """The tab is shown."""
+        self._frames.start()
+
+    def deactivate(self) -> None:
+        """Another tab is shown: the sound rests."""
+        self._frames.stop()
+        if self._scene.player is not None:
+            self._scene.player.pause()
+
+    def close(self) -> None:
+        """The window closes."""
+        self._frames.stop()
+
+    def begin(self) -> None:
+        """Another recording is on the stage: stand at the start of what is used of it."""
+        self._span = None
+        start, _ = self._scene.used
+        if start > 0:
+            self.seek(start)
+        self._on_loop(self._view.loop.isChecked())
+
+    def seek(self, t: float) -> None:
+        """Go to a moment."""
+        if self._scene.player is not None:
+            self._scene.player.seek(min(t, self._scene.player.duration))
+            self._showing.dirty = True
+
+    def _on_play(self) -> None:
+        player = self._scene.player
+        if player is not None:
+            player.toggle()
+            self._view.show_notice(player.problem.what if player.problem else "")
+
+    def _on_step(self, frames: int) -> None:
+        if self._scene.player is not None:
+            motion = self._scene.tuned
+            fps = motion.fps if motion is not None and motion.fps > 0 else 60.0
+            self.seek(self._scene.player.position + frames / fps)
+
+    def _on_span(self, span: tuple[float, float] | None) -> None:
+        self._span = span
+        self._view.timeline.set_span(span)
+        self._on_loop(self._view.loop.isChecked())
+
+    def _on_loop(self, on: bool) -> None:
+        player = self._scene.player
+        if player is None:
+            return
+        loop = (self._span or self._scene.used) if on else None
+        player.set_loop(loop)
+        self._view.timeline.set_loop(player.loop)
+        if loop is not None and not loop[0] <= player.position < loop[1]:
+            self.seek(loop[0])
+
+    def _show_frame(self) -> None:
+        """Bring the stage to where the sound is. Runs at the display's pace while the tab is shown."""
+        player, showing = self._scene.player, self._showing
+        if player is None:
+            if showing.dirty:
+                showing.dirty = False
+                self._view.show_transport(False, 0.0, 0.0)
+            return
+        playing = player.playing
+        if not playing and not showing.dirty:
+            return
+        showing.dirty = playing  # one more picture after the last moving one
+        t = player.position
+        self._view.show_transport(playing, t, player.duration)
+        self._view.timeline.set_playhead(t, follow=playing)
+        showing.show_pose(t)
+        if player.problem is not None and playing:
+            self._view.show_notice(player.problem.what)

@@ -1,0 +1,133 @@
+"""Draws the scene: figures, faces, curves, heat and the figures of the comparison."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from studio.ui.review import clip
+from studio.ui.review.clip import world_of
+from studio.ui.review.comparing import Comparison
+from studio.ui.review.scene import Scene
+from studio.ui.review.view import ReviewView
+
+CAPTURED_COLOUR, PREDICTED_COLOUR = 1, 0
+
+
+class Showing(QObject):
+    """Brings the view up to the scene.
+
+    Attributes:
+        dirty: the picture is to be drawn again although nothing plays.
+        busy: motion is being made.
+    """
+
+    def __init__(self, view: ReviewView, scene: Scene) -> None:
+        super().__init__(view)
+        self._view, self._scene = view, scene
+        self.dirty, self.busy = True, False
+
+    def clear(self) -> None:
+        """Nothing is on the stage."""
+        view = self._view
+        view.timeline.set_duration(0.0)
+        view.show_metrics("", "")
+        view.meters.set_names(())
+        view.export.show_target("", None, False)
+        self.dirty = True
+
+    def show_motion(self) -> None:
+        """Everything that follows from the motions on the stage."""
+        view, scene = self._view, self._scene
+        names = clip.lively(scene.tuned, scene.captured.motion)
+        view.meters.set_names(names)
+        chosen = view.curve.currentText()
+        view.show_curve_choices(names, chosen if chosen in names else (names[0] if names else ""))
+        self.show_layout()
+        self.show_curves()
+        comparison = None if scene.blind else scene.comparison  # figures would give away which is which
+        view.timeline.set_heat(
+            comparison.times if comparison else None, comparison.heat if comparison else None
+        )
+        view.show_metrics(*self._metrics(comparison))
+        main = scene.tuned
+        view.tune.show_available(
+            face=main is not None and bool(main.shape_names), bones=main is not None and bool(main.bone_names)
+        )
+        self.dirty = True
+
+    def show_layout(self) -> None:
+        """Which panes are seen and what they are called."""
+        view, scene, stage = self._view, self._scene, self._view.stage
+        predicted, captured = scene.predicted, scene.captured.motion
+        both = predicted is not None and captured is not None
+        ghostly = both and bool(predicted and predicted.bone_names) and bool(captured and captured.bone_names)
+        bones = any(motion is not None and motion.bone_names for motion in (predicted, captured))
+        view.bar.show_ghost_choice(ghostly, bones)
+        view.show_legend(both)
+        stage.set_layout(captured is not None, predicted is not None, ghostly and view.bar.ghost.isChecked())
+        stage.predicted.set_caption(self._caption())
+        stage.captured.set_caption(self.tr("Captured"))
+        if predicted is None and captured is None:
+            sentence = self.tr("The motion is being made.") if self.busy else self.tr(
+                "Choose a run to see what it makes of this sound."
+            )  # fmt: skip
+            stage.predicted.show_nothing(sentence)
+        self.dirty = True
+
+    def show_curves(self) -> None:
+        """The chosen channel on the timeline."""
+        scene = self._scene
+        name, curves = self._view.curve.currentText(), {}
+        for words, motion, colour in (
+            (self.tr("captured"), scene.captured.motion, CAPTURED_COLOUR),
+            (self.tr("predicted"), scene.tuned if scene.predicted is not None else None, PREDICTED_COLOUR),
+        ):
+            if motion is not None and name in motion.shape_names:
+                values = motion.shapes[:, motion.shape_names.index(name)]
+                curves[words] = (motion.times, np.asarray(values, dtype=np.float64), colour)
+        self._view.timeline.set_curves(curves)
+
+    def show_pose(self, t: float) -> None:
+        """The stage at a moment of the sound."""
+        scene, stage = self._scene, self._view.stage
+        truth = predicted = None
+        shown = scene.predicted is not None
+        captured = scene.captured.motion if shown else scene.tuned
+        world = None
+        if captured is not None and len(captured):
+            world, truth = world_of(captured, t)
+            if stage.captured.isVisible():
+                stage.captured.show_pose(captured.skeleton, world, truth)
+        tuned = scene.tuned
+        if shown and tuned is not None and len(tuned):
+            guess, predicted = world_of(tuned, t)
+            stage.predicted.show_pose(tuned.skeleton, guess, predicted)
+            if stage.ghost and captured is not None and world is not None:
+                stage.predicted.figure.show_ghost(world, captured.skeleton)
+        self._view.meters.show_values(predicted, truth)
+
+    def _caption(self) -> str:
+        scene = self._scene
+        if scene.blind:
+            return self.tr("Predicted {0}").format(self._view.bar.shown_number)
+        words = self.tr("Predicted by {0}").format(scene.side.wanted.title)
+        return f"{'AB'[scene.front]}  {words}" if scene.two else words
+
+    def _metrics(self, c: Comparison | None) -> tuple[str, str]:
+        if c is None:
+            return "", ""
+        parts = []
+        if c.rmse is not None:
+            parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))
+        if c.pearson is not None:
+            parts.append(self.tr("r {0}").format(f"{c.pearson:.2f}"))
+        if c.motion_ratio is not None:
+            parts.append(self.tr("motion {0}").format(f"{c.motion_ratio:.2f}"))
+        if c.degrees is not None:
+            parts.append(self.tr("bones {0}°").format(f"{c.degrees:.1f}"))
+        tip = self.tr(
+            "Root mean square error, correlation and amount of motion of the blend shapes, and mean angle "
+            "of the bones, of what is on screen against what was captured."
+        )
+        return "   ".join(parts), tip

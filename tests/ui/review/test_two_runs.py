@@ -1,0 +1,167 @@
+"""Styles, A/B and the blind vote, on motions that the runs had made before."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QPushButton
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.settings import Settings
+from studio.take.motion_file import read_motion, write_motion
+from studio.ui.review import clip, votes
+from studio.ui.review.clip import RunChoice, Wanted
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+MINUTE = 60_000
+STYLES = ("toy_001", "友: 静か")
+
+
+def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths: float) -> None:
+    """A run that has made its motions already: the captured one, stronger or weaker for each style."""
+    folder = project.runs_folder / name
+    folder.mkdir()
+    (folder / "best.safetensors").write_bytes(b"weights")
+    report = {"version": 1, "status": "done", "styles": list(styles), "style": styles[0] if styles else ""}
+    (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    for take in project.takes:
+        assert take.motion_path is not None
+        assert take.audio_path is not None
+        truth = read_motion(take.motion_path)
+        for style, strength in strengths.items():
+            words = Wanted(name, "" if style == "own" else STYLES[1]).words
+            path = clip.generated_path(project.run(name), take.audio_path, words)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_motion(path, replace(truth, shapes=(truth.shapes * strength).astype(np.float32)))
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, toy_project: Project) -> Iterator[tuple[ReviewView, ReviewPresenter]]:
+    _run(toy_project, "quick_001", own=0.5)
+    _run(toy_project, "styled_001", STYLES, own=0.8, other=0.2)
+    session = Session(Settings())
+    session.project = toy_project
+    session.wanted_run = "styled_001"
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.8, abs=0.01), timeout=MINUTE)
+    yield view, presenter
+    presenter.close()
+
+
+def _peak(presenter: ReviewPresenter) -> float:
+    tuned = presenter.scene.tuned
+    return float(tuned.shapes.max()) if tuned is not None and presenter.scene.predicted is not None else 0.0
+
+
+def _text(view: ReviewView, name: str) -> str:
+    found = view.findChild(QLabel, name)
+    assert found is not None
+    return found.text()
+
+
+def test_a_run_offers_its_styles_and_the_validated_one_first(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    box = view.bar.first.styles
+    assert [box.itemText(i) for i in range(box.count())] == ["toy_001 (best)", "average", "友: 静か"]
+    box.setCurrentIndex(2)
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.2, abs=0.01), timeout=MINUTE)
+    assert presenter.scene.name == "toy_003_styled_001_友_ 静か"
+    view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("quick_001"))
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.5, abs=0.01), timeout=MINUTE)
+    assert not box.isVisible(), "a run without styles has no menu"
+
+
+def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_path: Path) -> None:
+    _run(toy_project, "quick_001")
+    run, sound = toy_project.run("quick_001"), toy_project.takes[0].audio_path
+    assert sound is not None
+    words = [(), Wanted("", "a").words, Wanted("", "b").words, ("--seed=1",), ("--style=a", "--seed=1")]
+    assert len({clip.generated_path(run, sound, word) for word in words}) == 5
+    assert clip.run_choice(run) == RunChoice("quick_001")
+
+
+def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:
+    view.bar.two.click()
+    assert presenter.scene.sides[1].wanted == Wanted("quick_001"), "the other run stands beside it"
+    qtbot.waitUntil(lambda: presenter.scene.both_ready, timeout=MINUTE)
+
+
+def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
+    view, presenter = tab
+    _two(qtbot, view, presenter)
+    a, b = view.bar.vote.sides
+    figures = _text(view, "review_metrics")
+    qtbot.mouseClick(b, Qt.MouseButton.LeftButton)
+    assert _peak(presenter) == pytest.approx(0.5, abs=0.01)
+    assert _text(view, "review_metrics") != figures
+    qtbot.keyClick(view, Qt.Key.Key_B)
+    assert _peak(presenter) == pytest.approx(0.8, abs=0.01)
+    assert a.isChecked()
+    view.bar.two.click()
+    qtbot.waitUntil(lambda: not presenter.scene.both_ready, timeout=MINUTE)
+    assert not view.bar.vote.isVisible()
+
+
+def test_sliders_tune_both_runs(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
+    view, presenter = tab
+    _two(qtbot, view, presenter)
+    view.tune._fields["face"][1].setValue(0.5)
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.4, abs=0.01), timeout=MINUTE)
+    qtbot.mouseClick(view.bar.vote.sides[1], Qt.MouseButton.LeftButton)
+    assert _peak(presenter) == pytest.approx(0.25, abs=0.01)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_blind_vote_hides_the_names_keeps_the_answer_and_tells_after(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project, number: int
+) -> None:
+    view, presenter = tab
+    _two(qtbot, view, presenter)
+    qtbot.mouseClick(view.bar.vote.begin_button, Qt.MouseButton.LeftButton)
+    assert presenter.scene.blind
+    assert not view.bar.first.run.isVisible()
+    assert not view.bar.second.isVisible()
+    assert _text(view, "review_metrics") == "", "figures would give it away"
+    assert presenter.scene.name == "toy_003"
+    hidden = presenter._voting._order
+    qtbot.mouseClick(view.bar.vote.sides[number - 1], Qt.MouseButton.LeftButton)
+    assert presenter.scene.front == hidden[number - 1]
+    answer = view.findChild(QPushButton, f"vote_{number}")
+    assert answer is not None
+    qtbot.mouseClick(answer, Qt.MouseButton.LeftButton)
+    (vote,) = votes.kept(toy_project)
+    better = "ab"[hidden[number - 1]]
+    assert vote.better == better
+    assert (vote.a.run, vote.b.run, vote.sound) == ("styled_001", "quick_001", "toy_003")
+    count = ("1", "0") if better == "a" else ("0", "1")
+    told = f"You chose {better.upper()}. So far A {count[0]}, B {count[1]}, neither 0."
+    assert _text(view, "vote_result") == told
+    assert view.bar.first.run.isVisible()
+
+
+def test_a_vote_ends_without_an_answer_when_another_sound_comes(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
+) -> None:
+    view, presenter = tab
+    _two(qtbot, view, presenter)
+    qtbot.mouseClick(view.bar.vote.begin_button, Qt.MouseButton.LeftButton)
+    view.sources.setCurrentRow(0)
+    assert not presenter.scene.blind
+    qtbot.waitUntil(lambda: presenter.scene.both_ready, timeout=MINUTE)
+    assert votes.kept(toy_project) == ()
