@@ -78,7 +78,17 @@ def _sound(out: Output) -> Iterator[None]:
     with stage.virtual_sound() as environment:
         out.event("note", "There is no sound device: using a virtual one.", **environment)
         os.environ.update(environment)
-        yield
+        try:
+            yield
+        finally:
+            _let_devices_go()
+
+
+def _let_devices_go() -> None:
+    """Close PortAudio while its server still runs: it complains at length where the server went first."""
+    import sounddevice
+
+    sounddevice._terminate()
 
 
 def _has_microphone() -> bool:
