@@ -10,12 +10,14 @@ Spoken on stdout: pickled (rows as batches, Heard), one at a time.
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import pickle
 import signal
 import socket
 import sys
 import threading
+from collections import deque
 from typing import Any, BinaryIO
 
 from studio.capture import clock
@@ -26,39 +28,98 @@ WORD = "_listen"
 """The command line that leads here."""
 _TURN_S = 0.004
 _TELL_S = 0.05
+_UNTOLD = 20_000
+"""Turns kept for a parent that is held up: minutes."""
+_HIGH_PRIORITY = 0x80
 
 
 def main() -> int:
     """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the parent, which ends the take well
-    if hasattr(os, "nice"):
-        with contextlib.suppress(OSError):  # before everything else, where this user may
-            os.nice(-10)
+    _come_first()
     given: list[Any] = pickle.load(sys.stdin.buffer)
     sockets = [_opened(one) for one in given]
-    told = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
-    sys.setswitchinterval(0.0005)  # decoding must never make the threads that stamp wait
+    teller = Teller(os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0))
     ended = threading.Event()
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
     receiver = Receiver(sockets)
+    gc.freeze()  # what is there by now stays, and need never be looked through
     with contextlib.suppress(OSError, KeyboardInterrupt):
-        _tell(receiver, told, ended)
+        _listen(receiver, teller, ended)
     receiver.close()
     return 0
 
 
-def _tell(receiver: Receiver, told: BinaryIO, ended: threading.Event) -> None:
+def _come_first() -> None:
+    """Run before everything else, as far as this user may."""
+    if sys.platform == "win32":
+        import ctypes
+
+        kernel = ctypes.windll.kernel32
+        kernel.SetPriorityClass(kernel.GetCurrentProcess(), _HIGH_PRIORITY)
+        return
+    with contextlib.suppress(OSError):
+        os.nice(-10)
+    if hasattr(os, "sched_setscheduler"):
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+
+
+def _listen(receiver: Receiver, teller: Teller, ended: threading.Event) -> None:
     names: Names | None = None
     told_at = 0.0
-    while not ended.wait(_TURN_S):
+    while not ended.is_set() and not teller.broken:
+        receiver.wait(_TELL_S)
+        if receiver.stamped:
+            ended.wait(_TURN_S)  # let some gather; without stamps, reading at once is the stamp
         now = clock.now()
         rows = receiver.take_in(now)
         if not rows and now - told_at < _TELL_S:
             continue
+        if teller.full:
+            receiver.leave_out(len(rows))
+            continue
         told_at = now
         said = batches(rows, names)
         names = rows[-1].names if rows else names
-        write(told, (said, receiver.heard(now)))
+        teller.tell((said, receiver.heard(now)))
+
+
+class Teller:
+    """Writes into the pipe on a thread of its own: a parent that is held up must not stop the listening.
+
+    Attributes:
+        broken: the parent is gone.
+    """
+
+    def __init__(self, pipe: BinaryIO) -> None:
+        self.broken = False
+        self._pipe = pipe
+        self._waiting: deque[object] = deque()
+        self._more = threading.Event()
+        threading.Thread(target=self._write, daemon=True).start()
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing more is kept until the parent reads on."""
+        return len(self._waiting) >= _UNTOLD
+
+    def tell(self, content: object) -> None:
+        """Have something written."""
+        self._waiting.append(content)
+        self._more.set()
+
+    def _write(self) -> None:
+        """Runs on a thread of its own."""
+        try:
+            while True:
+                self._more.wait()
+                self._more.clear()
+                with contextlib.suppress(IndexError):
+                    while True:
+                        write(self._pipe, self._waiting.popleft())
+        except OSError:
+            self.broken = True
 
 
 def _wait_for_end(ended: threading.Event) -> None:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
+import select
 import socket
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.capture import clock
 from studio.capture.assembler import FrameAssembler, Source
-from studio.capture.osc import DatagramInput
+from studio.capture.osc import Datagram, DatagramInput
 from studio.capture.rows import Names, Packer, Row
 from studio.capture.watch import FrameWatch, RateWatch
 
-_FLUSH_LAG = 0.015
-"""A datagram may wait this long in the kernel while its thread is not run, so silence is judged later."""
+_ON_THE_WAY = 0.005
+"""A datagram that is stamped may take this long to where it can be read, so silence is judged later."""
+_PORTION, _MOST_A_TURN = 1_000, 20_000
+"""Datagrams decoded between two readings, and before what they said is told."""
+_BACKLOG = 60_000
+"""Datagrams kept undecoded; past that, the kernel keeps what it has room for and counts the rest."""
 MOST_FRAMES_PER_S = 500
 """Frames beyond this are no motion but a flood: they are counted, and not kept."""
 
@@ -32,6 +39,7 @@ class Heard:
         frames, frames_lost, late, last_arrival, last_moved: see FrameWatch.
         sender: who sent last. senders: everyone heard lately. sources: who gives what.
         ok, avatar: the last of their messages.
+        missing: bones that a sender has left out lately.
     """
 
     until: float = -math.inf
@@ -51,6 +59,7 @@ class Heard:
     sources: tuple[Source, ...] = ()
     ok: tuple[int, ...] = ()
     avatar: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 Batch = tuple[Names | None, NDArray[np.float64], NDArray[np.float32]]
@@ -73,10 +82,20 @@ class Receiver:
         self._packets_per_s = 0.0
         self._sender = ""
         self._second, self._in_second, self._thinned = 0, 0, 0
-        self._present = -math.inf
-        self._quiet_turns = 0
+        self._backlog: deque[tuple[Datagram, int]] = deque()
+        self._present = self._read_until = -math.inf
         for port in self._inputs:
             port.start()
+
+    @property
+    def stamped(self) -> bool:
+        """Whether what comes in is stamped by the kernel, so that it may wait to be read."""
+        return all(port.stamped for port in self._inputs)
+
+    def wait(self, seconds: float) -> None:
+        """Sleep until something comes in, or that long."""
+        opened = [port.socket for port in self._inputs if port.socket is not None]
+        select.select(opened, (), (), seconds)
 
     def take_in(self, now: float) -> list[Row]:
         """Whatever came, as rows.
@@ -85,14 +104,20 @@ class Receiver:
             now: the present, from before this call.
         """
         frames = []
-        come = [(datagram, port.port) for port in self._inputs for datagram in port.drain()]
-        if len(self._inputs) > 1:
-            come.sort(key=lambda one: one[0].arrival)
-        for datagram, port_number in come:
-            frames += self._assembler.feed(*datagram, port_number)
-        if come:
-            self._sender = come[-1][0].sender
-        self._catch_up(now, come[-1][0].arrival if come else None)
+        decoded = 0
+        while decoded < _MOST_A_TURN:
+            # All that waits is read before any of it is decoded: memory has more room than the kernel.
+            self._read()
+            portion = [self._backlog.popleft() for _ in range(min(_PORTION, len(self._backlog)))]
+            for datagram, port_number in portion:
+                frames += self._assembler.feed(*datagram, port_number)
+            if portion:
+                self._sender = portion[-1][0].sender
+            decoded += len(portion)
+            if not self._backlog:
+                break
+        until = self._backlog[0][0].arrival if self._backlog else self._read_until
+        self._present = max(self._present, until)
         frames += self._assembler.flush(self._present)
         rows = []
         for frame in frames:
@@ -104,11 +129,15 @@ class Receiver:
         self._packets_per_s = self._rate.rate(now, sum(port.received for port in self._inputs))
         return rows
 
+    def leave_out(self, rows: int) -> None:
+        """Count rows that came in and could not be told."""
+        self._thinned += rows
+
     def heard(self, now: float) -> Heard:
         """How it stands."""
         watch, assembler = self._watch, self._assembler
         return Heard(
-            self._present - 2 * _FLUSH_LAG,
+            self._assembler.whole_until(self._present),
             sum(port.received for port in self._inputs),
             assembler.packets_bad,
             sum(port.dropped for port in self._inputs),
@@ -125,6 +154,7 @@ class Receiver:
             assembler.sources,
             assembler.ok,
             assembler.avatar,
+            assembler.missing(self._present),
         )
 
     def close(self) -> None:
@@ -132,14 +162,26 @@ class Receiver:
         for port in self._inputs:
             port.stop()
 
-    def _catch_up(self, now: float, last_arrival: float | None) -> None:
-        """Move the moment that silence is judged at: while packets of a backlog still come in, that is the
-        last one's arrival, or frames would be cut in two for being old; the clock's when all is quiet."""
-        self._quiet_turns = 0 if last_arrival is not None else self._quiet_turns + 1
-        present = last_arrival if last_arrival is not None else self._present
-        if self._quiet_turns > 1:
-            present = now - _FLUSH_LAG
-        self._present = max(self._present, present)
+    def _read(self) -> None:
+        """Fetch what waits, in the order of its arrival.
+
+        Silence is judged at the moment before which all that arrived is in: while a port has more than is
+        read at once, that is its last datagram's arrival.
+        """
+        if len(self._backlog) >= _BACKLOG:
+            return
+        begun = clock.now()
+        come: list[tuple[Datagram, int]] = []
+        known_until = begun
+        for port in self._inputs:
+            found = port.read()
+            if not port.emptied:
+                known_until = min(known_until, found[-1].arrival if found else self._present + _ON_THE_WAY)
+            come += [(datagram, port.port) for datagram in found]
+        if len(self._inputs) > 1:
+            come.sort(key=lambda one: one[0].arrival)
+        self._backlog.extend(come)
+        self._read_until = known_until - _ON_THE_WAY
 
     def _in_time(self, arrival: float) -> bool:
         """Whether a frame is one of those a second that may be kept."""

@@ -206,6 +206,159 @@ def test_a_stall_before_trailing_bones_tears_and_shifts_nothing(part: int) -> No
         assert frame.bones["LeftHand"][0][0] == pytest.approx(frame.shapes["A"] * 10, abs=1e-5)
 
 
+def held_up(frames: list[list[bytes]], at: int, part: int, seconds: float, fps: float = 60.0) -> list[Frame]:
+    """Feed frames with silence looked for all the time; the sender stops before a part of one, and all that
+    follows is later."""
+    assembler, found, t = FrameAssembler(), [], 0.0
+    for k, datagrams in enumerate(frames):
+        for i, datagram in enumerate(datagrams):
+            if k == at and i == part:
+                for step in range(1, int(seconds / 0.004)):
+                    found += assembler.flush(t + step * 0.004)
+                t += seconds
+            found += assembler.feed(t, datagram)
+            t += 0.0002
+        t += 1 / fps - len(datagrams) * 0.0002
+        found += assembler.flush(t - 1e-4)
+    return found + assembler.flush(t + 99.0)
+
+
+OK = message("/VMC/Ext/OK", 1, 3, 0, 1)
+HABITS = {
+    "virtual motion capture": lambda k: [
+        bundle(*bones(k)[:2]), bundle(*bones(k)[2:]), bundle(shape("A", k / 100), APPLY),
+        bundle(root(), OK, sender_time(k / 60)),
+    ],
+    "unbundled": lambda k: [
+        OK, root(), *bones(k), shape("A", k / 100), shape("I", 0.5), APPLY, sender_time(k / 60),
+    ],
+    "saia client": lambda k: [*bones(k), shape("A", k / 100), shape("I", 0.5), APPLY],
+    "time first": lambda k: [sender_time(k / 60), *bones(k), shape("A", k / 100), APPLY],
+    "time first, no apply": lambda k: [sender_time(k / 60), *bones(k)],
+    "body alone": lambda k: [*bones(k), sender_time(k / 60)],
+    "bones after apply": lambda k: [shape("A", k / 100), shape("I", 0.5), APPLY, *bones(k)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("seconds", [0.02, 0.3, 3.0])
+@pytest.mark.parametrize("habit", HABITS)
+def test_a_sender_held_up_anywhere_in_a_frame_tears_none(habit: str, seconds: float) -> None:
+    """Whole frames before, the held-up one and after; at most the T of the one is lost where it came last."""
+    frames = [HABITS[habit](k) for k in range(30)]
+    for part in range(1, len(frames[0])):
+        found = held_up(frames, 15, part, seconds)
+        assert len(found) == 30, part
+        for k, frame in enumerate(found):
+            places = {round(position[0] * 10) for position, _ in frame.bones.values()}
+            assert places == {k}, (part, k)
+            assert not frame.shapes or frame.shapes["A"] == pytest.approx(k / 100, abs=1e-6)
+            assert frame.fresh_bones == 4
+            if frame.sender_time is not None and k > 2:
+                assert frame.sender_time == pytest.approx(k / 60, abs=1e-5)
+        if "time" in habit or seconds < 0.25:
+            timed = [frame.sender_time is not None for frame in found[3:]]
+            assert all(timed) or habit in ("saia client", "bones after apply")
+
+
+def test_a_lost_apply_freezes_nothing() -> None:
+    """What came is given as soon as the next frame begins; and soon where there is no next."""
+    assembler, given = FrameAssembler(), []
+    for k in range(40):
+        frame = [*bones(k), shape("A", k / 100), *([] if k in (20, 39) else [APPLY])]
+        for i, datagram in enumerate(frame):
+            given += [(k, f) for f in assembler.feed(k / 60 + i * 1e-4, datagram)]
+        given += [(k, f) for f in assembler.flush(k / 60 + 0.015)]
+    assert [k for k, frame in given if frame.arrival == pytest.approx(20 / 60)] == [21]
+    assert len(given) == 39
+    (last,) = assembler.flush(39 / 60 + 0.3)
+    assert last.arrival == pytest.approx(39 / 60)
+
+
+def test_a_frame_whose_rest_never_comes_is_given_in_the_end() -> None:
+    assembler = FrameAssembler()
+    for k in range(5):
+        for i, datagram in enumerate([*bones(k), shape("A", 0.1), APPLY]):
+            assembler.feed(k / 60 + i * 1e-4, datagram)
+        assembler.flush(k / 60 + 0.012)
+    assembler.feed(1.0, bones(5)[0])
+    assert assembler.flush(2.0) == []
+    assert assembler.whole_until(1.1) == 1.0
+    assert assembler.whole_until(2.0) == 2.0  # who is held up is not waited for at the end of a take
+    (frame,) = assembler.flush(99.0)
+    assert frame.fresh_bones == 1
+
+
+def test_a_sender_that_marks_no_more_is_known_by_its_gaps_again() -> None:
+    assembler, found = FrameAssembler(), []
+    for k in range(300):
+        for datagram in [*bones(k), *([APPLY] if k < 50 else [])]:
+            found += assembler.feed(k / 60, datagram)
+        found += assembler.flush(k / 60 + 0.012)
+    assert len(found) == 300
+    assert assembler.whole_until(6.0) == 6.0
+
+
+def churning(steps: Iterable[tuple[float, bytes, str]]) -> tuple[FrameAssembler, list[Frame]]:
+    assembler, found = FrameAssembler(), []
+    for t, datagram, sender in steps:
+        found += assembler.feed(t, datagram, sender, 39539)
+    return assembler, found + assembler.flush(99.0)
+
+
+def test_a_sender_with_a_new_socket_for_every_packet_is_one_sender() -> None:
+    numbers = iter(range(30_000, 60_000))
+    steps = [
+        (k / 60 + i * 1e-4, datagram, f"192.168.0.7:{next(numbers)}")
+        for k in range(200)
+        for i, datagram in enumerate([*bones(k), shape("A", k / 1000), APPLY])
+    ]
+    assembler, found = churning(steps)
+    assert assembler.packets_bad == 0
+    assert assembler.senders == ("192.168.0.7:*",)
+    assert 195 <= len(found) <= 202
+    assert all(frame.fresh_bones == 4 for frame in found[5:])
+    (source,) = assembler.sources
+    assert source.title == "VMC :39539 192.168.0.7"
+    assert set(source.bones) == set(BODY)
+
+
+def test_two_programs_of_one_computer_stay_two() -> None:
+    steps = []
+    for k in range(200):
+        steps.append((k / 60, bundle(*bones(k), sender_time(k / 60)), "127.0.0.1:5000"))
+        steps.append((k / 60 + 0.003, bundle(shape("JawOpen", 0.1), APPLY), "127.0.0.1:5001"))
+    assembler, found = churning(steps)
+    assert assembler.senders == ("127.0.0.1:5000", "127.0.0.1:5001")
+    assert len(found) == pytest.approx(200, abs=3)
+
+
+def test_a_program_that_keeps_its_port_is_itself_again_beside_one_that_does_not() -> None:
+    numbers = iter(range(30_000, 60_000))
+    steps = []
+    for k in range(240):
+        steps.append((k / 60, bundle(*bones(k), sender_time(k / 60)), "127.0.0.1:5000"))
+        for i, part in enumerate((shape("JawOpen", 0.1), APPLY)):
+            steps.append((k / 60 + 0.003 + i * 1e-4, part, f"127.0.0.1:{next(numbers)}"))
+    assembler, _ = churning(steps)
+    assert assembler.packets_bad == 0
+    assert set(assembler.senders) == {"127.0.0.1:5000", "127.0.0.1:*"}
+    assert {source.sender: len(source.bones) for source in assembler.sources} == {
+        "127.0.0.1:5000": 4, "127.0.0.1:*": 0,
+    }  # fmt: skip
+
+
+def test_bones_that_stop_coming_are_known() -> None:
+    assembler = FrameAssembler()
+    for k in range(240):
+        for datagram in [*bones(k)[: 4 if k < 60 else 3], APPLY]:
+            assembler.feed(k / 60, datagram)
+        assembler.flush(k / 60 + 0.012)
+        if k == 60:
+            assert assembler.missing(1.0) == ()
+    assert assembler.missing(4.0) == ("LeftHand",)
+    assert assembler.missing(9.0) == ()  # when nothing comes at all, that is what is wrong
+
+
 @pytest.mark.parametrize(
     ("sent", "kept"),
     [("hips", "Hips"), ("LEFTHAND", "LeftHand"), ("tail_01", "tail_01")],

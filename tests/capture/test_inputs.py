@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import socket
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -75,15 +76,17 @@ def taken(motion: MotionInput, enough: Callable[[list[Row]], bool]) -> list[Row]
 
 
 def test_rows_keep_their_arrival_across_the_processes(motion: MotionInput) -> None:
-    sent = []
+    before, after = [], []
     for k in range(50):
-        sent.append(clock.now())
+        before.append(clock.now())
         send(motion.port, *body(k))
+        after.append(clock.now())
         time.sleep(0.01)
     rows = taken(motion, lambda rows: len(rows) == 50)
-    late = np.array([row.arrival for row in rows]) - np.array(sent)
-    assert late.min() > -0.001
-    assert np.median(late) < 0.02
+    stamps = np.array([row.arrival for row in rows])
+    assert (stamps > np.array(before) - 0.005).all()
+    if sys.platform == "linux":  # others have no stamp of the kernel's: it is when it was read
+        assert (stamps < np.array(after) + 0.005).all()
     assert {len(row.names.bones) for row in rows} == {54}
     assert len({id(row.names) for row in rows}) == 1
 
