@@ -13,6 +13,7 @@ from studio.cli._output import Output
 from studio.cli._run import as_request
 from studio.cli._source import check_sound
 from studio.cli._target import add_force, check_free
+from studio.cli.generate import add_manner
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ EXAMPLE = "saia export MyProject Hello_001 -o hello.bvh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT TAKE|RUN:TAKE|FILE.arrow -o OUT."""
+    """PROJECT TAKE|RUN:TAKE|FILE.arrow [--style NAME] -o OUT."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument(
         "what",
@@ -39,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_force(parser)
     parser.add_argument("--fps", type=float, default=0.0, help="frame rate; the motion's own where not given")
+    add_manner(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -57,6 +59,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_free(targets(target), args.force, project)
     run_id, _, name = args.what.rpartition(":")
     # A take's name may hold no colon, a run's neither, so the last one divides them.
+    if args.style is not None and not run_id:
+        raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
     progress = _Progress(out)
     progress.report(0.0)
     with tempfile.TemporaryDirectory(prefix="saia-export-") as folder:
@@ -67,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             clip = _clip(*_selection(project, name), Path(folder))
         motion = clip.motion
         if run_id:
-            motion = _generated(project, run_id, clip, progress)
+            motion = _generated(project, run_id, clip, progress, args)
         if motion is None and writer.SUFFIX != ".wav":
             raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
         if motion is not None and args.fps and len(motion):
@@ -138,14 +142,18 @@ def _file_clip(path: Path, audio: Path | None) -> _Clip:
         return _Clip(mended(read_motion(path))[0], audio)
 
 
-def _generated(project: Project, run_id: str, clip: _Clip, progress: _Progress) -> Motion:
+def _generated(
+    project: Project, run_id: str, clip: _Clip, progress: _Progress, args: argparse.Namespace
+) -> Motion:
     run = project.run(run_id)
     if not run.has_weights:
         raise RequestError(f"{run.id} has no trained weights yet.", "Train it first, or choose another run.")
     if clip.audio is None:
         raise RequestError("There is no sound to generate motion from.", "Choose a take with sound.")
-    from studio.generate import load_predictor
+    from studio.generate import chance_of, load_predictor
 
-    predictor = load_predictor(run.folder)
-    motion: Motion = predictor.generate(clip.audio, on_progress=progress.report, cancelled=lambda: False)
+    predictor, chance = load_predictor(run.folder), chance_of(args.seed, args.liveliness)
+    motion: Motion = predictor.generate(
+        clip.audio, on_progress=progress.report, style=args.style, chance=chance
+    )
     return motion

@@ -24,6 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, help="file to write; its ending says the format (exports/NAME.arrow)"
     )
     add_force(parser)
+    add_manner(parser)
+
+
+def add_manner(parser: argparse.ArgumentParser) -> None:
+    """How a run is to move: --style NAME, --liveliness X and --seed N."""
     parser.add_argument(
         "--style",
         metavar="NAME",

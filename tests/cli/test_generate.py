@@ -113,6 +113,15 @@ def test_a_style_is_chosen_by_name(
     assert capsys.readouterr().err == (
         "quick_001 knows no style called Toy_009. Choose one of: average, Toy_001, Toy_002.\n"
     )
+    made_of = {}
+    for style in ("Toy_001", "Toy_002"):
+        out = made.folder / "exports" / f"{style}.bvh"
+        words = ("export", str(made.folder), "quick_001:Toy_003", "-o", str(out), "--style", style)
+        assert outcome(capsys, *words)[0] == 0
+        made_of[style] = out.read_bytes()
+    assert made_of["Toy_001"] != made_of["Toy_002"]
+    assert cli.main(["export", str(made.folder), "Toy_003", "-o", "x.bvh", "--style", "Toy_001"]) == 2
+    assert capsys.readouterr().err == "A take has no style to choose. Leave --style out, or name RUN:TAKE.\n"
 
 
 def test_seed_and_liveliness_are_as_asked(
