@@ -81,6 +81,8 @@ class Settings:
     recent_projects: tuple[str, ...] = ()
     sync_offsets: tuple[str, ...] = ()
     """What the sync test measured for pairs of microphone and sender; see capture/sync_test.py."""
+    sound_picture: str = "waveform"
+    """How Curate draws sound: "waveform" or "spectrogram"."""
     label_words: tuple[str, ...] = ()
     """The person's own words to label with, each as "tier=word"."""
 

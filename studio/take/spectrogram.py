@@ -139,15 +139,20 @@ class Spectrogram:
         return result
 
 
-def spectrogram(path: Path, stop: Callable[[], bool] = lambda: False) -> Spectrogram:
+def spectrogram(path: Path, on_progress: Callable[[float], bool] = lambda _: True) -> Spectrogram:
     """The spectrogram of a sound file, measured the first time and kept. Runs on the thread pool.
+
+    Args:
+        path: the sound.
+        on_progress: is told how much of it is done, 0..1, and gives whether to go on.
 
     Raises:
         StudioError: the file is missing or holds no sound.
-        Stopped: `stop` became true.
+        Stopped: it was not to go on.
     """
     name = f"spectrum{VERSION}.npy"
-    rate = sound_info(path).sample_rate
+    info = sound_info(path)
+    rate, seconds, done = info.sample_rate, max(info.duration, HOP), 0
     place = kept.find(path, name)
     if place is not None:
         try:
@@ -158,7 +163,8 @@ def spectrogram(path: Path, stop: Callable[[], bool] = lambda: False) -> Spectro
             pass  # damaged: measured again
     parts = []
     for part in _measured(path, rate):
-        if stop():
+        done += len(part)
+        if not on_progress(min(done * HOP / seconds, 1.0)):
             raise Stopped
         parts.append(part)
     finest = np.concatenate(parts) if parts else np.zeros((0, BANDS), np.uint8)

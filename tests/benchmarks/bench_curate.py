@@ -20,6 +20,7 @@ from studio.motion import Motion
 from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.peaks import Peaks, peaks
+from studio.take.spectrogram import spectrogram
 from studio.ui import theme
 from studio.ui.curate.take_rows import COLUMNS, TakeRow, rows_of
 from studio.ui.widgets.timeline import Timeline
@@ -95,14 +96,44 @@ def timeline(app: QApplication, folder: Path) -> dict[str, Any]:
         shown.repaint(shown._playhead_strip(t))
 
     playing = _median(play, 300)
+    pitches = _spectrum(shown, sound)
     shown.close()
     return {
+        **pitches,
         "two_hours_first_look_s": first_s,
         "two_hours_later_look_ms": again_ms,
         "two_hours_whole_frame_ms": whole_ms,
         "zoom_frame_ms": zoom,
         "pan_frame_ms": pan,
         "playhead_frame_ms": playing,
+    }
+
+
+def _spectrum(shown: Timeline, sound: Path) -> dict[str, float]:
+    """The same two hours as a spectrogram: measured once, then frames while zooming and panning."""
+    first_s = _milliseconds(lambda: spectrogram(sound)) / 1000
+    again_ms = _median(lambda: spectrogram(sound), 5)
+    found = spectrogram(sound)
+    shown.set_spectrum(found)
+    shown.fit()
+    shown.repaint()
+    whole = _median(lambda: (shown._repaint_all(), shown.repaint()), 10)
+    zoom = _median(lambda: (shown.zoom(0.75), shown.repaint()), 50)
+    shown.show_span(3000.0, 3060.0)
+    pan = _median(lambda: (shown.show_span(shown.view.start + 1, shown.view.end + 1), shown.repaint()), 60)
+    for index in found.part(3000.0, 3010.0, 1900).finer:
+        found.measure_tile(index)
+    shown.show_span(3000.0, 3005.0)
+    close = _median(
+        lambda: (shown.show_span(shown.view.start + 0.05, shown.view.end + 0.05), shown.repaint()), 60
+    )
+    return {
+        "spectrogram_first_look_s": first_s,
+        "spectrogram_later_look_ms": again_ms,
+        "spectrogram_whole_frame_ms": whole,
+        "spectrogram_zoom_frame_ms": zoom,
+        "spectrogram_pan_frame_ms": pan,
+        "spectrogram_close_pan_frame_ms": close,
     }
 
 

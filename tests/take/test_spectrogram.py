@@ -128,8 +128,16 @@ def test_the_shortest_sounds_do_no_harm(tmp_path: Path, seconds: float) -> None:
 def test_measuring_stops_when_asked_and_keeps_nothing(tmp_path: Path) -> None:
     path = _write(tmp_path / "a.wav", _sine(440, 1.0))
     with pytest.raises(Stopped):
-        spectrogram(path, lambda: True)
+        spectrogram(path, lambda _: False)
     assert kept.find(path, f"spectrum{spectra.VERSION}.npy") is None
+
+
+def test_progress_rises_to_the_end(tmp_path: Path) -> None:
+    told: list[float] = []
+    spectrogram(_write(tmp_path / "a.wav", _sine(440, 70.0)), lambda done: not told.append(done))
+    assert len(told) >= 3
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(1.0, abs=0.01)
 
 
 def test_a_missing_file_is_a_sentence(tmp_path: Path) -> None:

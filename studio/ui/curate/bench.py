@@ -81,6 +81,15 @@ class Bench(Card):
         set_icon(self.play, "mdi6.pause" if playing else "mdi6.play", "on_accent")
         self.play.setText(self.tr("Pause") if playing else self.tr("Play"))
 
+    def show_measuring(self, fraction: float | None) -> None:
+        """How much of a spectrogram is measured, 0..1; None where nothing is being measured."""
+        text = (
+            self.tr("Spectrogram") if fraction is None else self.tr("Measuring {0}").format(f"{fraction:.0%}")
+        )
+        self.picture.setText(text)
+        self.picture.setToolTip(self.tr("Show which pitches sound in place of the waveform (P)"))
+        self.picture.setAccessibleName(self.tr("Spectrogram"))
+
     def show_history(self, undo: str, redo: str) -> None:
         """Names of what undo and redo would do; "" where there is nothing."""
         metrics = self.undo.fontMetrics()
@@ -173,6 +182,10 @@ class Bench(Card):
         self.curves.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.curves.setMenu(QMenu(self.curves))
         theme.as_role(self.curves, "quiet")
+        self.picture = self._tool("mdi6.chart-bar-stacked", "", "spectrogram_button")
+        self.picture.setCheckable(True)
+        self.picture.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.show_measuring(None)
         self.undo = self._named("undo_button", "mdi6.undo", self.undo_requested)
         self.redo = self._named("redo_button", "mdi6.redo", self.redo_requested)
         row = QHBoxLayout()
@@ -182,7 +195,7 @@ class Bench(Card):
         row.addSpacing(12)
         row.addWidget(self.time)
         row.addSpacing(12)
-        for widget in (self.wider, self.fit, self.closer, self.curves):
+        for widget in (self.wider, self.fit, self.closer, self.curves, self.picture):
             row.addWidget(widget)
         row.addStretch(1)
         row.addWidget(self.undo)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer
 from studio.dataset import Dataset, Label, edits
 from studio.errors import StudioError
 from studio.ui import messages
+from studio.ui.bone_fixing import BoneFixing
 from studio.ui.curate import marks
 from studio.ui.curate.aligning import Aligning
 from studio.ui.curate.card_making import CardMaking
@@ -20,6 +21,7 @@ from studio.ui.curate.labelling import Labelling
 from studio.ui.curate.loading import LoadedTake
 from studio.ui.curate.moving import Moving
 from studio.ui.curate.playing import Playing
+from studio.ui.curate.sound_picture import SoundPicture
 from studio.ui.curate.suggesting import Suggesting
 from studio.ui.curate.take_rows import TakeRow, rows_of
 from studio.ui.curate.trimming import Trimming
@@ -45,6 +47,7 @@ class CuratePresenter(QObject):
         self.labelling = Labelling(view.bench, self)
         self.aligning = Aligning(view.bench, self)
         self.cutting = Cutting(view.bench, self)
+        self.picture = SoundPicture(view.bench, session, self)
         self.moving = Moving(view, self.playing, self)
         self.trimming = Trimming(view, self)
         self.choosing = Choosing(view, session, self)
@@ -54,6 +57,8 @@ class CuratePresenter(QObject):
         self._connect_keys()
         self.suggesting = Suggesting(view.library, session, self)
         self.card = CardMaking(view.library, session, self)
+        self.bones = BoneFixing(session, view)
+        view.inspector.bones_requested.connect(self.bones.ask_of)
         self.suggesting.arrived.connect(self._on_problem)
         self._on_project_opened()
 
@@ -77,6 +82,7 @@ class CuratePresenter(QObject):
         self.grading.rest(True)
         self.suggesting.close()
         self.card.close()
+        self.picture.close()
         self.playing.close()
 
     # -- what the rest of the room's thought needs ----------------------------------------------
@@ -228,6 +234,7 @@ class CuratePresenter(QObject):
             return
         bench = self._view.bench
         bench.timeline.set_duration(take.info.duration if take else 0.0)
+        self.picture.leave()
         bench.timeline.set_sound(None, self.tr("Reading…"))
         bench.show_duration(take.info.duration if take else 0.0)
         bench.loop.setChecked(False)
@@ -237,7 +244,7 @@ class CuratePresenter(QObject):
         self._show_choices()
 
     def _on_loaded(self, loaded: LoadedTake) -> None:
-        self._view.bench.timeline.set_sound(loaded.peaks)
+        self.picture.show(loaded, loaded.take.audio_path)
         self.curves.show(loaded)
         self._show_choices()
         if self.row is not None and self.row.span[0] > 0:

@@ -20,7 +20,9 @@ from studio.dataset import Label, edits
 from studio.motion import Motion, rotation
 from studio.project import Project
 from studio.take import TakeInfo
+from studio.take.spectrogram import Spectrogram
 from studio.ui.curate.presenter import CuratePresenter
+from studio.ui.curate.sound_picture import Tiles
 from studio.ui.curate.take_rows import COLUMNS
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
@@ -28,7 +30,7 @@ from studio.ui.widgets.label_editor import LabelEditor
 from studio.ui.widgets.timeline import Timeline
 
 LEFT = Qt.MouseButton.LeftButton
-LONG = 15_000
+LONG = 30_000
 
 
 class Room:
@@ -498,3 +500,35 @@ def test_a_word_list_in_japanese_fills_the_keys_and_keeps_words_of_ones_own(room
     assert checked == ["演技（日本語）"]
     bar.vocabulary_chosen.emit("")
     assert [bar.word(number) for number in (1, 2)] == ["sleepy", "calm"]
+
+
+def _spectrum(room: Room) -> Spectrogram | None:
+    tiles = room.timeline.content.spectrum
+    return tiles._found if isinstance(tiles, Tiles) else None
+
+
+def test_the_sound_is_drawn_as_pitches_when_asked_and_the_choice_is_kept(room: Room) -> None:
+    before = room.timeline.grab().toImage()
+    room.key(Qt.Key.Key_P)
+    room.qtbot.waitUntil(lambda: _spectrum(room) is not None, timeout=LONG)
+    assert room.timeline.grab().toImage() != before
+    assert Session().settings.sound_picture == "spectrogram"
+    room.show("toy_002")
+    room.qtbot.waitUntil(lambda: _spectrum(room) is not None, timeout=LONG)
+    room.click("spectrogram_button")
+    assert room.timeline.content.spectrum is None
+    assert Session().settings.sound_picture == "waveform"
+
+
+def test_looking_close_at_pitches_measures_them_finer(room: Room) -> None:
+    room.click("spectrogram_button")
+    room.qtbot.waitUntil(lambda: _spectrum(room) is not None, timeout=LONG)
+    found = _spectrum(room)
+    assert found is not None
+    room.timeline.show_span(1.0, 1.5)
+
+    def seen() -> bool:
+        room.timeline.grab()
+        return len(found.part(1.0, 1.5, 800).data) > 100  # 32 columns are kept for half a second
+
+    room.qtbot.waitUntil(seen, timeout=LONG)

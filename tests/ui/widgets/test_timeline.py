@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import Label
+from studio.take.spectrogram import Part
 from studio.ui import theme
 from studio.ui.widgets.label_editor import LabelEditor
 from studio.ui.widgets.timeline import GUTTER, Timeline
@@ -244,3 +245,60 @@ def test_lanes_fill_the_height_without_overlapping() -> None:
     ]  # fmt: skip
     assert all(a.bottom <= b.top for a, b in pairwise(lanes))
     assert lanes[-1].bottom == 400
+
+
+class Tone:
+    """A spectrum with one loud band in the second half of ten seconds."""
+
+    top_db = -10.0
+    pitches_hz = np.geomspace(70, 8000, 96)
+
+    def part(self, start: float, end: float, count: int) -> Part:
+        data = np.zeros((count, 96), np.uint8)
+        data[np.linspace(start, end, count) > 5.0, 60:64] = 220
+        return Part(data, start, end)
+
+
+def test_a_spectrum_is_drawn_in_place_of_the_waveform(timeline: Timeline) -> None:
+    wave = timeline.grab().toImage()
+    timeline.set_spectrum(Tone())
+    image = timeline.grab().toImage()
+    lane = timeline.lane("sound")
+    assert lane is not None
+    y = lane.bottom - round(lane.height * 62 / 96)
+    loud, silent = (image.pixelColor(round(timeline.x_of(t)), y) for t in (8.0, 2.0))
+    assert loud.lightness() > 100
+    assert silent.lightness() < 40
+    timeline.set_spectrum(None)
+    assert timeline.grab().toImage() == wave
+
+
+def test_a_part_wider_than_the_view_is_drawn_at_its_own_time(timeline: Timeline) -> None:
+    class Wide(Tone):
+        def part(self, start: float, end: float, count: int) -> Part:
+            data = np.zeros((4, 96), np.uint8)
+            data[2:] = 220
+            return Part(data, 0.0, 10.0)
+
+    timeline.set_spectrum(Wide())
+    timeline.show_span(4.0, 6.0)
+    image = timeline.grab().toImage()
+    lane = timeline.lane("sound")
+    assert lane is not None
+    y = lane.top + lane.height // 2
+    assert image.pixelColor(round(timeline.x_of(5.9)), y).lightness() > 100
+    assert image.pixelColor(round(timeline.x_of(4.1)), y).lightness() < 100
+
+
+def test_a_preview_of_parts_shades_what_would_be_left_out(timeline: Timeline) -> None:
+    before = timeline.grab().toImage()
+    timeline.set_parts(((1.0, 3.0), (6.0, 9.0)))
+    image = timeline.grab().toImage()
+    lane = timeline.lane("sound")
+    assert lane is not None
+    y = lane.top + lane.height // 2
+    for t, same in ((2.0, True), (4.0, False), (7.5, True), (9.5, False)):
+        place = (round(timeline.x_of(t)), y)
+        assert (image.pixelColor(*place) == before.pixelColor(*place)) is same, t
+    timeline.set_parts(())
+    assert timeline.grab().toImage() == before
