@@ -41,8 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
-    from studio.cli._project import opened_or_made
     from studio.cli._bones import bone_tables
+    from studio.cli._project import opened_or_made
     from studio.formats._bone_tables import read_table
     from studio.formats._find import find_sources
 
@@ -89,8 +89,10 @@ def _import_all(
 
 
 def _save(project: Project, imported: Imported, format_name: str) -> Take:
+    from studio.formats._bone_tables import BONES_FROM
     from studio.take import TakeInfo
 
+    extra = imported.extra | ({BONES_FROM: str(imported.joints_from)} if imported.joints_from else {})
     slate, _, number = imported.name.rpartition("_")
     is_numbered = bool(slate) and number.isdigit() and len(number) >= 3
     info = TakeInfo(
@@ -99,7 +101,7 @@ def _save(project: Project, imported: Imported, format_name: str) -> Take:
         created=datetime.now().astimezone().isoformat(timespec="seconds"),
         source=f"imported ({format_name})",
         notes=imported.notes,
-        extra=imported.extra,
+        extra=extra,
     )
     with tempfile.TemporaryDirectory(prefix="saia-import-") as folder:
         audio = _kept_audio(imported.audio, Path(folder)) if imported.audio else None

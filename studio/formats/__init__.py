@@ -3,8 +3,9 @@
 TITLE: str      what a menu calls it
 SUFFIX: str     of the file it reads or writes, with the dot
 NOTE: str       what the format, or the programs that read it, leave out
-read(path, audio=None) -> Imported          what was guessed stands in its notes; one whose joints have names of
-                                            their own also takes tables: BoneTables | None
+read(path, audio=None) -> Imported          what was guessed stands in its notes
+read(path, audio=None, tables=None)         where joints have names of their own; tables: BoneTables | None
+joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
 recognises(path) -> bool                    only where several formats share a suffix
 WRITES: str                                 the suffix of what it writes, where another format owns SUFFIX

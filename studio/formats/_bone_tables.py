@@ -1,4 +1,4 @@
-"""Which joint of a skeleton is which bone, as a person corrected it; kept with a project, used by every import.
+"""Which joint of a skeleton is which bone, as a person corrected it: kept with a project for every import.
 
 The file bones.json holds one table a skeleton; a skeleton is known again by the names of its joints.
 """
@@ -16,7 +16,8 @@ from studio.take import safe_file
 
 FILE = "bones.json"
 FORMAT_VERSION = 1
-NEEDED = "Hips"
+BONES_FROM = "bones_from"
+"""Under this name a take's extra facts say which file its bones were read from."""
 
 Table = Mapping[str, str]
 """Bone by joint, both by name; "" is a joint that is no bone."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 import math
 import re
@@ -45,11 +46,19 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """A whole file: joints, seconds a frame, and one row of channel values a frame (T, channels)."""
+    """A whole file.
+
+    Args:
+        joints: parents before children.
+        frame_time: seconds a frame.
+        frames: one row of channel values a frame (T, channels).
+        decimal_commas: whether its numbers were written with commas.
+    """
 
     joints: tuple[Joint, ...]
     frame_time: float
     frames: Array
+    decimal_commas: bool = False
 
     def local(self) -> tuple[Array, Array]:
         """Local positions (T, J, 3) in the file's unit and rotations (T, J, 4), channels in their order."""
@@ -91,26 +100,65 @@ def read(path: Path) -> Bvh:
     Raises:
         StudioError: it is missing, no BVH, or cut short.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
-    found = re.search(rb"MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*([0-9.eE+-]+)[^\n]*\n?", data)
-    if not data.lstrip().upper().startswith(b"HIERARCHY") or not found:
-        raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
-    try:
-        joints = _joints(data[: found.start()].decode("utf-8", errors="replace").lstrip())
-        frame_time = float(found[2])
-    except (ValueError, IndexError) as error:
-        raise StudioError(f"The skeleton in {path.name} is damaged.", _AGAIN) from error
+    joints, found, data = _head(path)
+    frame_time = _frame_time(found, path)
     width = sum(len(joint.channels) for joint in joints)
     frames = _numbers(data[found.end() :], width, path)
     if len(frames) < int(found[1]):
         what = f"{path.name} ends after {len(frames)} of {int(found[1])} frames."
         raise StudioError(what, _AGAIN)
+    return Bvh(tuple(joints), frame_time, frames[: int(found[1])], b"," in found[2])
+
+
+def read_joints(path: Path) -> tuple[Joint, ...]:
+    """Only the skeleton of a file; raises as `read`."""
+    return tuple(_head(path)[0])
+
+
+def _head(path: Path) -> tuple[list[Joint], re.Match[bytes], bytes]:
+    """The joints, where the frames begin, and all of the file."""
+    try:
+        data = _as_ascii(path.read_bytes())
+    except OSError as error:
+        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+    found = re.search(rb"MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
+    if found and b"," in found[2]:
+        data = re.sub(rb"(?<=\d),(?=\d)", b".", data)  # of the same length, so that `found` still fits
+    if not data.lstrip().upper().startswith(b"HIERARCHY") or not found:
+        raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
+    try:
+        joints = _joints(_decoded(data[: found.start()]).lstrip())
+    except (ValueError, IndexError) as error:
+        raise StudioError(f"The skeleton in {path.name} is damaged.", _AGAIN) from error
+    return joints, found, data
+
+
+def _as_ascii(data: bytes) -> bytes:
+    """A file in UTF-16 as UTF-8; any other as it is, without a mark at its head."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace").encode()
+    return data.removeprefix(codecs.BOM_UTF8)
+
+
+def _decoded(data: bytes) -> str:
+    """Names of joints may be in UTF-8 or in Shift-JIS."""
+    for encoding in ("utf-8", "cp932"):
+        try:
+            return data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return data.decode("utf-8", errors="replace")
+
+
+def _frame_time(found: re.Match[bytes], path: Path) -> float:
+    try:
+        frame_time = float(found[2].replace(b",", b"."))
+    except ValueError:
+        frame_time = 0.0
     if not 1e-5 < frame_time < 10:
-        raise StudioError(f"{path.name} has a frame time of {frame_time:g} s.", _AGAIN)
-    return Bvh(tuple(joints), frame_time, frames[: int(found[1])])
+        what = f"{path.name} has a frame time of {found[2].decode(errors='replace')} s."
+        raise StudioError(what, _AGAIN)
+    return frame_time
 
 
 def _numbers(data: bytes, width: int, path: Path) -> Array:

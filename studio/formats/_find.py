@@ -36,14 +36,14 @@ class Source:
     note: str = ""
 
     def read(self, tables: BoneTables | None = None) -> Imported:
-        """Read it, joints matched as `tables` say; what was guessed about the pair comes first in the notes."""
+        """Read it, joints matched as `tables` say; what was guessed about the pair is its first note."""
         module = formats.load(self.format)
         if "tables" in inspect.signature(module.read).parameters:
             imported: Imported = module.read(self.path, self.audio, tables)
         else:
             imported = module.read(self.path, self.audio)
         notes = ((self.note,) if self.note else ()) + imported.notes
-        return replace(imported, notes=notes)
+        return replace(imported, notes=notes, joints_from=self.path if imported.joints else None)
 
 
 def find_sources(paths: Iterable[Path]) -> tuple[Source, ...]:

@@ -19,6 +19,7 @@ class Imported:
         notes: what was guessed or mended while reading, one sentence each.
         extra: facts kept as they came.
         joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
+        joints_from: the file they stand in; set by who reads many.
         guessed: whether any of that was a guess nobody has confirmed.
     """
 
@@ -29,3 +30,4 @@ class Imported:
     extra: dict[str, str] = field(default_factory=dict)
     joints: tuple[tuple[str, str], ...] = ()
     guessed: bool = False
+    joints_from: Path | None = None

@@ -81,19 +81,30 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     bvh = _bvh_text.read(path)
     if not len(bvh.frames):
         raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
-    joints = [joint.name for joint in bvh.joints]
-    said = tables.of(joints) if tables else {}
-    bones = corrected(joints, humanoid_names(joints), said)
+    names = [joint.name for joint in bvh.joints]
+    said = tables.of(names) if tables else {}
+    bones = corrected(names, humanoid_names(names), said)
     if "Hips" not in bones or len(bones) < 2:
-        raise UnknownSkeleton(path.name, pairs(joints, bones))
+        raise UnknownSkeleton(path.name, pairs(names, bones))
     notes = _name_notes(bvh, bones, path, frozenset(said))
     motion, guesses = to_humanoid(bvh, bones, _skeleton(bvh))
     notes += [f"{path.name}: {guess}." for guess in guesses]
     audio = audio or find_audio(path)
     if audio is None:
         notes.append(f"No sound was found for {path.stem}.")
-    guessed = any(_is_guess(bone, joints[j]) and joints[j] not in said for bone, j in bones.items())
-    return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(joints, bones), guessed)
+    guessed = any(_is_guess(bone, names[j]) and names[j] not in said for bone, j in bones.items())
+    return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(names, bones), guessed)
+
+
+def joints(path: Path) -> tuple[str, ...]:
+    """Names of a file's joints, parents before children; StudioError where it is no BVH."""
+    return tuple(joint.name for joint in _bvh_text.read_joints(path))
+
+
+def matched(path: Path, tables: BoneTables | None = None) -> tuple[tuple[str, str], ...]:
+    """(joint, the bone it would be taken for or "") of a file; StudioError where it is no BVH."""
+    names = joints(path)
+    return pairs(names, corrected(names, humanoid_names(names), tables.of(names) if tables else {}))
 
 
 def _depth_first(skeleton: Skeleton) -> list[int]:
@@ -198,8 +209,9 @@ def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, said: frozenset[str
         pairs = ", ".join(f"{name} as {bone}" for bone, name in list(guessed.items())[:4])
         more = " and others" if len(guessed) > 4 else ""
         notes.append(f"{path.name}: joints were taken for bones by name: {pairs}{more}.")
+    if bvh.decimal_commas:
+        notes.append(f"{path.name} is written with decimal commas; they were read as such.")
     if said:
-        notes.append(
-            f"{path.name}: {counted(len(said), 'joint')} taken as the project's table of bones says."
-        )
+        what = f"{counted(len(said), 'joint')} taken as the project's table of bones says."
+        notes.append(f"{path.name}: {what}")
     return notes

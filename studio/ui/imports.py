@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from studio.errors import StudioError
 from studio.ui import messages
+from studio.ui.bone_fixing import BoneFixing, Skeleton
 from studio.ui.jobs import Job
 from studio.ui.session import Session
 
@@ -23,10 +24,13 @@ class Importer(QObject):
         self._window = window
         self._folder = Path()
         self._refused: list[tuple[str, str]] = []
+        self._skeleton: Skeleton | None = None
+        """One whose bones were guessed, or could not be: what the person may correct."""
+        self.bones = BoneFixing(session, window)
         self._job = Job(self)
         self._job.event_received.connect(self._on_event)
         self._job.done.connect(self._on_done)
-        self._job.failed.connect(lambda what, remedy: messages.show_failure(self._window, what, remedy))
+        self._job.failed.connect(self._on_failed)
         self._job.ended.connect(self._on_ended)
         session.import_cancelled.connect(self._job.cancel)
 
@@ -47,6 +51,7 @@ class Importer(QObject):
         else:
             self._folder = project.folder
             self._refused.clear()
+            self._skeleton = None
             self._tell(self.tr("Importing…"), None)
             self._job.start(["import", str(project.folder), *map(str, paths)])
 
@@ -56,6 +61,8 @@ class Importer(QObject):
 
     def _on_event(self, event: dict[str, Any]) -> None:
         take, kind = event.get("take"), event.get("event")
+        if kind == "bones" and self._skeleton is None:
+            self._skeleton = Skeleton.of_event(event)
         if kind == "problem":
             self._refused.append((str(event.get("what", "")), str(event.get("remedy", ""))))
         if kind in ("take", "problem"):
@@ -72,9 +79,28 @@ class Importer(QObject):
             told = self.tr("%n take(s) imported.", "", count)
             left = self.tr("%n file(s) could not be read.", "", len(self._refused))
             messages.show_failure(self._window, f"{told} {left}", f"{what} {remedy}")
+            self._offer_bones()
             return
         show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
-        messages.show_note(self._window, self.tr("%n take(s) imported.", "", count), "", show)
+        said = self.tr("%n take(s) imported.", "", count)
+        if self._skeleton is None:
+            messages.show_note(self._window, said, "", show)
+            return
+        guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
+        messages.show_note(self._window, said, guess, (self.tr("Check the bones"), self._show_bones))
+
+    def _on_failed(self, what: str, remedy: str) -> None:
+        messages.show_failure(self._window, what, remedy)
+        self._offer_bones()
+
+    def _offer_bones(self) -> None:
+        """Where a skeleton could not be recognised at all, ask at once which joint is which bone."""
+        if self._skeleton is not None and self._skeleton.take is None:
+            self._show_bones()
+
+    def _show_bones(self) -> None:
+        if self._skeleton is not None:
+            self.bones.ask(self._skeleton)
 
     def _on_ended(self) -> None:
         self._tell("", None)

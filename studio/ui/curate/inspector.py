@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPlainTextEdit,
+    QPushButton,
     QScrollArea,
     QToolButton,
     QVBoxLayout,
@@ -38,9 +39,11 @@ class Inspector(Card):
     Signals:
         choice_changed: (field, value, ids): "split", "stars", "performer", "tags", "note" or "locked" of
             these selections.
+        bones_requested: the Take whose bones are to be corrected.
     """
 
     choice_changed = Signal(str, object, object)
+    bones_requested = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -52,6 +55,11 @@ class Inspector(Card):
         self.facts = label("", "caption", "inspector_facts")
         self.facts.setWordWrap(True)
         self.findings = Findings()
+        self.bones = QPushButton(self.tr("Correct the bones…"))
+        self.bones.setObjectName("inspector_bones")
+        self.bones.setToolTip(self.tr("See which joint was taken for which bone, and import it again"))
+        theme.as_role(self.bones, "chip")
+        self.bones.clicked.connect(self._on_bones)
         self._build_fields()
         inside = QWidget()
         inside.setObjectName("scrolled")
@@ -71,6 +79,7 @@ class Inspector(Card):
         self._scroll = scroll
         self.body.addWidget(self.title)
         self.body.addWidget(self.facts)
+        self.body.addWidget(self.bones, 0, Qt.AlignmentFlag.AlignLeft)
         self.body.addWidget(scroll, 1)
 
     def show_rows(self, rows: Sequence[TakeRow], performers: Sequence[str]) -> None:
@@ -178,7 +187,13 @@ class Inspector(Card):
 
     # -- what it shows -------------------------------------------------------------------------
 
+    def _on_bones(self) -> None:
+        if len(self._rows) == 1 and self._rows[0].take is not None:
+            self.bones_requested.emit(self._rows[0].take)
+
     def _show_title(self) -> None:
+        take = self._rows[0].take if len(self._rows) == 1 else None
+        self.bones.setVisible(take is not None and "bones_from" in take.info.extra)
         if not self._rows:
             self.title.setText(self.tr("No take selected"))
             self.facts.setText(self.tr("Choose a take in the library to see and change it here."))
