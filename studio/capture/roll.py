@@ -222,6 +222,7 @@ def _info(told: journal.Told, fit: clock.ClockFit, folder: Path) -> TakeInfo:
     if facts.get("sources"):
         extra["sources"] = json.dumps(facts["sources"], ensure_ascii=False)
     extra |= {"shape_set": shape_set(names), "packets_lost": str(facts.get("packets_lost", 0))}
+    extra |= {"late": str(facts["late"])} if facts.get("late") else {}
     moved = 0.0
     if len(told.clock):
         extra["clock_residual_ms"] = f"{fit.residual_ms:.3f}"

@@ -15,6 +15,10 @@ STILL = 3.0
 """Seconds without any change from which motion counts as stuck."""
 GAP = 0.15
 """Seconds between frames from which it is a gap, and at least three intervals."""
+BONE_STILL = 5.0
+"""Seconds without any change from which a bone that else always moves counts as stuck."""
+_LIVELY = 0.6
+"""Part of the frames in which something changes that counts as always moving."""
 SPIN = 40.0
 """Radians a second that no neck or back turns."""
 _BODY = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
@@ -145,6 +149,7 @@ def _body(motion: Motion) -> Iterator[Finding]:
         return
     moving = [j for j, n in enumerate(names) if n in _MOVING]
     turned = rotation.angle_between(motion.rotations[:1], motion.rotations).max(axis=0)
+    yield from _stuck_bones(motion)
     if moving and turned[moving].max() < 0.005:
         what = "Head and back do not move."
         yield Finding(
@@ -165,6 +170,26 @@ def _body(motion: Motion) -> Iterator[Finding]:
         at = round(float(motion.times[jumps[0]]), 3)
         what = f"The body jumps at {len(jumps)} {'moment' if len(jumps) == 1 else 'moments'}."
         yield Finding("jump", "minor", what, "Exclude those moments; tracking was lost there.", at)
+
+
+def _stuck_bones(motion: Motion) -> Iterator[Finding]:
+    """Bones that move all the time, but for a stretch in which others still do: a tracker that was lost."""
+    held: dict[tuple[float, float], list[str]] = {}
+    anything = _changes(motion.rotations)
+    for j, name in enumerate(motion.bone_names):
+        moves = _changes(motion.rotations[:, j])
+        if moves.mean() < _LIVELY:
+            continue
+        edges = np.concatenate([[0], np.flatnonzero(moves) + 1, [len(moves)]])
+        longest = int(np.argmax(np.diff(motion.times[edges])))
+        first, last = int(edges[longest]), int(edges[longest + 1])
+        start, end = float(motion.times[first]), float(motion.times[last])
+        if end - start > BONE_STILL and anything[first : max(last - 1, first)].mean() > _LIVELY:
+            held.setdefault((round(start, 1), round(end, 1)), []).append(name)
+    for (start, end), names in sorted(held.items())[:3]:
+        what = f"{_some(names)} {'stands' if len(names) == 1 else 'stand'} still for {end - start:.1f} s."
+        remedy = "Exclude that part if it shows, and check that tracker before the next take."
+        yield Finding("stuck_bones", "minor", what, remedy, start, end)
 
 
 def _some(names: list[str]) -> str:

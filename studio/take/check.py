@@ -22,6 +22,7 @@ SURE = 0.5
 """Confidence of the alignment from which it is told."""
 LATE, VERY_LATE = 0.08, 0.3
 """Seconds between mouth and voice that matter, and that spoil a take."""
+_VOICE_ONLY = "As a sound it can be used in Review; it cannot be trained on."
 
 
 @dataclass(frozen=True)
@@ -96,8 +97,7 @@ def check_take(take: Take) -> Report:
 
 def _motion(take: Take, findings: list[Finding]) -> Motion | None:
     if take.motion_path is None:
-        remedy = "Use it to generate from; it cannot be trained on."
-        findings.append(Finding("no_motion", "note", "The take has no motion.", remedy))
+        findings.append(_nothing_of("motion", take.info, "major", _VOICE_ONLY))
         return None
     try:
         motion = read_motion(take.motion_path)
@@ -107,16 +107,22 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
     findings += value_findings(motion) if len(motion) else ()
     motion, _ = mended(motion)
     if len(motion) < 2:
-        what = "No motion arrived during the take."
-        findings.append(Finding("no_motion", "fatal", what, "Start the motion program before recording."))
+        findings.append(_nothing_of("motion", take.info, "fatal", _VOICE_ONLY))
         return None
     return motion
 
 
+def _nothing_of(part: str, info: TakeInfo, imported: str, use: str) -> Finding:
+    """A take without motion or sound; where it was recorded so, that was a mistake."""
+    if info.source != "recorded":
+        return Finding(f"no_{part}", imported, f"The take has no {part}.", use)
+    again = {"motion": "Start your tracking program", "sound": "Choose a microphone"}[part]
+    return Finding(f"no_{part}", "fatal", f"No {part} was recorded.", f"{again} and record it again. {use}")
+
+
 def _heard(take: Take, findings: list[Finding]) -> Heard | None:
     if take.audio_path is None:
-        remedy = "Choose a microphone and record it again; nothing can be learnt from it."
-        findings.append(Finding("no_sound", "fatal", "The take has no sound.", remedy))
+        findings.append(_nothing_of("sound", take.info, "fatal", "Nothing can be learnt from it."))
         return None
     try:
         return listen(take.audio_path)
@@ -180,8 +186,9 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         yield Finding("drift", severity, what, "It was corrected; use one computer for both if it shows.")
     late = info.extra.get("late", "")
     if late.isdigit() and int(late) > 0.01 * max(info.frames, 1):
-        what = f"{late} frames arrived late and out of order."
-        yield Finding("late", "minor", what, "Use a cable instead of Wi-Fi.")
+        what = f"The motion paused {late} times."
+        remedy = "Close other programs where the motion comes from, and use a cable instead of Wi-Fi."
+        yield Finding("late", "minor", what, remedy)
 
 
 def _graded(report: Report, findings: list[Finding]) -> Report:

@@ -495,12 +495,12 @@ def test_weights_are_held_between_zero_and_one() -> None:
 
 def test_hostile_names_do_not_make_memory_grow() -> None:
     assembler = FrameAssembler()
-    for i in range(20_000):
+    for i in range(5_000):
         assembler.feed(i * 1e-5, bundle(bone(f"b{i}"), shape(f"s{i}", 1.0)), f"sender{i % 1000}")
     assert len(assembler.bone_names) <= MAX_BONES
     assert len(assembler.shape_names) <= MAX_SHAPES
     assert len(assembler.senders) <= 8
-    assert assembler.packets_bad > 18_000
+    assert assembler.packets_bad > 3_500
 
 
 def test_names_in_every_case_do_not_make_memory_grow() -> None:

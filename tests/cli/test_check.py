@@ -35,7 +35,7 @@ def test_every_take_gets_a_grade_and_its_findings(folder: Path, capsys: pytest.C
     assert (first["kind"], first["severity"], first["what"]) == (
         "no_sound",
         "fatal",
-        "The take has no sound.",
+        "No sound was recorded.",
     )
     assert first["remedy"]
 
@@ -43,7 +43,7 @@ def test_every_take_gets_a_grade_and_its_findings(folder: Path, capsys: pytest.C
 def test_one_take_in_words(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["check", str(folder), "mute"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "D  mute: The take has no sound."
+    assert lines[0] == "D  mute: No sound was recorded."
     assert lines[-1] == "1 take checked."
 
 

@@ -222,4 +222,41 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
     assert found["lost"] == "100 frames of motion were lost (6.5%)."
     assert found["packets"] == "20 packets could not be understood."
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
-    assert found["late"] == "90 frames arrived late and out of order."
+    assert found["late"] == "The motion paused 90 times."
+
+
+def test_a_take_recorded_without_motion_is_no_a(tmp_path: Path) -> None:
+    report = check_take(take_of(tmp_path, None, voice()))
+    assert (report.grade, report.reason) == ("D", "No motion was recorded.")
+    assert report.findings[0].remedy == (
+        "Start your tracking program and record it again. "
+        "As a sound it can be used in Review; it cannot be trained on."
+    )
+
+
+def test_a_take_recorded_without_sound_is_no_a(tmp_path: Path) -> None:
+    report = check_take(take_of(tmp_path, motion()))
+    assert (report.grade, report.reason) == ("D", "No sound was recorded.")
+    assert report.findings[0].remedy == (
+        "Choose a microphone and record it again. Nothing can be learnt from it."
+    )
+
+
+def test_a_voice_that_was_imported_alone_is_told_what_it_is_for(tmp_path: Path) -> None:
+    take = take_of(tmp_path, None, voice())
+    report = check_take(replace(take, info=replace(take.info, source="imported (wav)")))
+    assert (report.grade, report.reason) == ("C", "The take has no motion.")
+    assert report.findings[0].remedy == "As a sound it can be used in Review; it cannot be trained on."
+
+
+def test_a_tracker_lost_in_mid_take_is_told_with_its_place(tmp_path: Path) -> None:
+    whole = motion()
+    held = np.where(
+        (whole.times > 5) & (whole.times < 12), np.searchsorted(whole.times, 5.0), np.arange(len(whole))
+    )
+    rotations = whole.rotations.copy()
+    rotations[:, 2] = rotations[:, 0][held]
+    report = check_take(take_of(tmp_path, replace(whole, rotations=rotations), voice()))
+    (finding,) = [f for f in report.findings if f.kind == "stuck_bones"]
+    assert finding.what == "Neck stands still for 7.0 s."
+    assert (finding.at, finding.until) == (pytest.approx(5.0, abs=0.1), pytest.approx(12.0, abs=0.1))
