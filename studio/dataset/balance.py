@@ -29,12 +29,11 @@ def balanced_split(
         takes = _takes(dataset, performer, durations)
         locked = {s.take for s in dataset.selections if s.locked and s.take in takes}
         where |= _divided(takes, locked, shares)
-    return Dataset(
-        tuple(
-            replace(s, split=where[s.take]) if s.split and not s.locked and s.take in where else s
-            for s in dataset.selections
-        )
+    divided = tuple(
+        replace(s, split=where[s.take]) if s.split and not s.locked and s.take in where else s
+        for s in dataset.selections
     )
+    return replace(dataset, selections=divided)
 
 
 def _takes(dataset: Dataset, performer: str, durations: Mapping[str, float]) -> dict[str, float]:

@@ -78,9 +78,16 @@ def overlap(spans: Iterable[tuple[float, float]], start: float, end: float) -> f
 
 @dataclass(frozen=True)
 class Dataset:
-    """All selections of a project, in the order shown."""
+    """All choices of a project.
+
+    Args:
+        selections: in the order shown.
+        found: files of takes that were missing and put back, as paths inside the project; undo takes them
+            away again.
+    """
 
     selections: tuple[Selection, ...] = ()
+    found: tuple[str, ...] = ()
 
     def __getitem__(self, selection_id: str) -> Selection:
         """The selection with this id; KeyError where there is none."""

@@ -20,19 +20,19 @@ def add(dataset: Dataset, selections: Iterable[Selection]) -> Dataset:
     """Selections appended; one whose id is there already takes its place."""
     new = {selection.id: selection for selection in selections}
     kept = tuple(new.pop(old.id, old) for old in dataset.selections)
-    return Dataset(kept + tuple(new.values()))
+    return replace(dataset, selections=kept + tuple(new.values()))
 
 
 def remove(dataset: Dataset, ids: Iterable[str]) -> Dataset:
     """Without these selections; the takes stay."""
     gone = set(ids)
     _known(dataset, gone)
-    return Dataset(tuple(s for s in dataset.selections if s.id not in gone))
+    return replace(dataset, selections=tuple(s for s in dataset.selections if s.id not in gone))
 
 
 def remove_take(dataset: Dataset, take: str) -> Dataset:
     """Without any selection of a take."""
-    return Dataset(tuple(s for s in dataset.selections if s.take != take))
+    return replace(dataset, selections=tuple(s for s in dataset.selections if s.take != take))
 
 
 def trim(dataset: Dataset, selection_id: str, in_point: float, out_point: float | None) -> Dataset:
@@ -185,7 +185,12 @@ def split_at(dataset: Dataset, selection_id: str, times: Sequence[float], end: f
     result: list[Selection] = []
     for selection in dataset.selections:
         result += parts if selection.id == selection_id else [selection]
-    return Dataset(tuple(result))
+    return replace(dataset, selections=tuple(result))
+
+
+def put_back(dataset: Dataset, paths: Iterable[str]) -> Dataset:
+    """With files of takes (paths inside the project) that were missing and were found again."""
+    return replace(dataset, found=tuple(dict.fromkeys((*dataset.found, *paths))))
 
 
 def update(dataset: Dataset, ids: Iterable[str], change: Callable[[Selection], Selection]) -> Dataset:
@@ -196,7 +201,8 @@ def update(dataset: Dataset, ids: Iterable[str], change: Callable[[Selection], S
     """
     chosen = set(ids)
     _known(dataset, chosen)
-    return Dataset(tuple(change(s) if s.id in chosen else s for s in dataset.selections))
+    changed = tuple(change(s) if s.id in chosen else s for s in dataset.selections)
+    return replace(dataset, selections=changed)
 
 
 def merged_spans(spans: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

@@ -17,7 +17,11 @@ CHANGES_KEPT = 5000
 
 def to_plain(dataset: Dataset) -> dict[str, Any]:
     """The content of dataset.json."""
-    return {"version": FORMAT_VERSION, "selections": [selection_to_plain(s) for s in dataset.selections]}
+    plain: dict[str, Any] = {"version": FORMAT_VERSION}
+    plain["selections"] = [selection_to_plain(s) for s in dataset.selections]
+    if dataset.found:
+        plain["found"] = list(dataset.found)
+    return plain
 
 
 def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
@@ -32,7 +36,7 @@ def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
         except (TypeError, ValueError, KeyError, AttributeError):
             continue
         found.setdefault(selection.id, selection)
-    return Dataset(tuple(found.values())), len(entries) - len(found)
+    return Dataset(tuple(found.values()), _paths(content.get("found"))), len(entries) - len(found)
 
 
 def selection_to_plain(selection: Selection) -> dict[str, Any]:
@@ -110,6 +114,8 @@ def _changes(value: Dataset, steps: list[Step[Dataset]]) -> list[dict[str, Any]]
         order = [s.id for s in step.value.selections]
         if order != list(here):
             change["order"] = order
+        if step.value.found != value.found:
+            change["found"] = list(step.value.found)
         size += len(put) + (len(order) if "order" in change else 0) // 10
         if size > CHANGES_KEPT:
             break
@@ -124,9 +130,24 @@ def _values(value: Dataset, changes: list[dict[str, Any]]) -> list[Step[Dataset]
         known = {s.id: s for s in value.selections}
         known |= {s.id: s for s in map(selection_from_plain, change["put"])}
         order = change.get("order", [s.id for s in value.selections])
-        value = Dataset(tuple(known[selection_id] for selection_id in order))
+        found = _paths(change["found"]) if "found" in change else value.found
+        value = Dataset(tuple(known[selection_id] for selection_id in order), found)
         steps.append(Step(_text(change["name"]), value))
     return steps[::-1]
+
+
+def _paths(value: object) -> tuple[str, ...]:
+    """Paths inside the project; what is no such path is left out."""
+    entries = value if isinstance(value, list) else []
+    return tuple(path for path in entries if isinstance(path, str) and is_inside(path))
+
+
+def is_inside(path: str) -> bool:
+    """Whether a path with slashes leads to something among a project's takes, and nowhere else."""
+    parts = path.split("/")
+    return (
+        parts[0] == "takes" and len(parts) > 1 and not any(p in ("", ".", "..") or "\\" in p for p in parts)
+    )
 
 
 def _text(value: object) -> str:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.dataset import edits, lock, store
+from studio.dataset import edits, lock, relink, store
 from studio.dataset.dataset import Dataset, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError
@@ -247,17 +247,21 @@ class Project:
     def undo(self) -> str:
         """Take the last edit back and save; gives its name, "" where there is none."""
         self._must_be_writable()
+        before = self.dataset
         name = self._history.undo()
         if name:
             self._bring_back()
+            self._settle(before)
             self.save()
         return name
 
     def redo(self) -> str:
         """Make the last undone edit again and save; gives its name, "" where there is none."""
         self._must_be_writable()
+        before = self.dataset
         name = self._history.redo()
         if name:
+            self._settle(before)
             gone = name.removeprefix("Remove ")
             if gone in self._takes and not edits.selections_of(self.dataset, gone):
                 self._put_away(self._takes[gone])
@@ -371,6 +375,11 @@ class Project:
         put_away(take, self._trash)
         del self._takes[take.id]
         self._seen.discard(take.id)
+
+    def _settle(self, before: Dataset) -> None:
+        """Files that were found and put back go and come with undo and redo."""
+        if relink.settle(self.folder, before, self.dataset):
+            self._load_takes()
 
     def _bring_back(self) -> None:
         """Takes out of the trash that undo gave a selection again."""
