@@ -6,25 +6,20 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, QUrl
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtCore import QObject, QTimer
 
 from studio.dataset import edits
 from studio.errors import StudioError
-from studio.project import Run
-from studio.take import safe_file
 from studio.training import recipe as recipes
 from studio.ui import messages
 from studio.ui.jobs import Job
-from studio.ui.review.clip import generated_folder
 from studio.ui.session import Session
 from studio.ui.train.data_facts import data_facts, one_for_validation
 from studio.ui.train.run_facts import RunFacts, curves, run_facts
-from studio.ui.train.runs_table import RunRow
+from studio.ui.train.run_keeping import Live, RunKeeping
 from studio.ui.train.view import Preset, TrainView, Wish
 from studio.ui.widgets.time_view import minutes
 
-NOTE_FILE = "note.txt"
 REFRESH_MS = 500
 """Epochs may come faster than anyone can read: the window follows at this pace."""
 
@@ -42,7 +37,6 @@ class TrainPresenter(QObject):
         self._events: list[dict[str, Any]] = []
         self._notes: list[str] = []
         self._shown = ""  # the run whose curves are seen
-        self._known: dict[Path, tuple[tuple[int, int], RunFacts]] = {}
         self._stopping = False
         self._active = False
         self._timer = QTimer(self)
@@ -50,6 +44,9 @@ class TrainPresenter(QObject):
         self._timer.timeout.connect(self._follow)
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
+        self._keeping = RunKeeping(view, session, self._live)
+        self._keeping.deleted.connect(self._on_deleted)
+        self._keeping.cancel_wished.connect(self._on_cancel)
         self._show_choices()
         view.start_requested.connect(self._on_start)
         view.stop_requested.connect(self._on_stop)
@@ -57,18 +54,14 @@ class TrainPresenter(QObject):
         view.mend_requested.connect(self._on_mend)
         view.record_requested.connect(lambda: session.tab_requested.emit("record"))
         view.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
-        view.review_requested.connect(self._on_review)
         view.resume_requested.connect(self._on_resume)
-        view.delete_requested.connect(self._on_delete)
-        view.folder_requested.connect(self._on_folder)
-        view.note_changed.connect(self._on_note)
         view.run_chosen.connect(self._on_run_chosen)
         view.preset_chosen.connect(self._on_preset)
         view.recipe_chosen.connect(self._on_recipe)
         session.project_opened.connect(self._on_project)
         session.takes_changed.connect(self._show_data)
         session.dataset_changed.connect(self._show_data)
-        session.runs_changed.connect(self._show_runs)
+        session.runs_changed.connect(self._keeping.show)
         view.show_running(False)
         self._on_project()
 
@@ -81,7 +74,7 @@ class TrainPresenter(QObject):
         """The tab is shown."""
         self._active = True
         self._show_data()
-        self._show_runs()
+        self._keeping.show()
         self._follow()
 
     def deactivate(self) -> None:
@@ -91,6 +84,7 @@ class TrainPresenter(QObject):
     def close(self) -> None:
         """The window closes: the child ends, keeping what it has."""
         self._timer.stop()
+        self._keeping.close()
         if self._job is not None:
             job, self._job = self._job, None
             job.close()
@@ -204,7 +198,7 @@ class TrainPresenter(QObject):
         run = str(facts.get("run") or self._run_id)
         stopped = bool(facts.get("stopped"))
         text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
-        action = (self.tr("Review it"), lambda: self._on_review(run))
+        action = (self.tr("Review it"), lambda: self._keeping.review(run))
         messages.show_note(self._view, text.format(run), action=action)
 
     def _on_failed(self, what: str, remedy: str) -> None:
@@ -250,7 +244,7 @@ class TrainPresenter(QObject):
         self._view.progress.show_log("\n".join([*self._notes, self._job.log]).strip())
         if self._shown in (self._run_id, ""):
             self._show_run_facts(self._run_id or self.tr("Preparing"), facts, self._events, live=True)
-        self._show_runs()
+        self._keeping.show()
 
     def _strip_text(self, facts: RunFacts) -> str:
         if not facts.of:
@@ -302,37 +296,6 @@ class TrainPresenter(QObject):
         if not empty:
             self._view.show_data(data_facts(project.dataset, project.takes))
 
-    def _show_runs(self) -> None:
-        project = self._session.project
-        if project is None:
-            self._view.show_runs([], set(), set())
-            return
-        runs = sorted(project.runs, key=_age, reverse=True)
-        rows = [RunRow(run.id, self._status(run), self._facts(run), _note(run)) for run in runs]
-        idle = {run.id for run in runs if run.id != self._run_id}
-        resumable = {r.id for r in runs if r.id in idle and r.status != "done" and _has_state(r)}
-        self._view.show_runs(rows, resumable, {r.id for r in runs if r.has_weights})
-
-    def _facts(self, run: Run) -> RunFacts:
-        """A run's figures; its epochs are read again only when they changed."""
-        if self._job is not None and run.id == self._run_id:
-            return run_facts(self._events)
-        try:
-            stat = (run.folder / "metrics.jsonl").stat()
-        except OSError:
-            return RunFacts()
-        state = (stat.st_mtime_ns, stat.st_size)
-        known = self._known.get(run.folder)
-        if known is None or known[0] != state:
-            known = self._known[run.folder] = (state, run_facts(run.epochs()))
-        return known[1]
-
-    def _status(self, run: Run) -> str:
-        if self._job is not None and run.id == self._run_id:
-            return "running"
-        # A run whose report still says so was killed in the middle.
-        return "unfinished" if run.status in ("running", "failed") else run.status
-
     def _on_run_chosen(self, run_id: str) -> None:
         if run_id and run_id != self._shown:
             self._shown = run_id
@@ -342,17 +305,24 @@ class TrainPresenter(QObject):
                 self._show_shown()
 
     def _on_project(self) -> None:
-        project = self._session.project
         if self._job is None:
-            runs = sorted(project.runs, key=_age, reverse=True) if project is not None else []
+            runs = self._keeping.newest_first()
             self._shown = runs[0].id if runs else ""
             self._show_shown()
         self._show_data()
-        self._show_runs()
+        self._keeping.show()
         if self._shown:
             self._view.runs.choose(self._shown)
 
     # -- runs --------------------------------------------------------------------------------------
+
+    def _live(self) -> Live | None:
+        return Live(self._run_id, self._events) if self._job is not None else None
+
+    def _on_deleted(self, run_id: str) -> None:
+        if self._shown == run_id:
+            self._shown = ""
+            self._show_shown()
 
     def _on_mend(self) -> None:
         project = self._session.project
@@ -365,62 +335,6 @@ class TrainPresenter(QObject):
         except StudioError as error:
             messages.show_error(self._view, error)
 
-    def _on_review(self, run_id: str) -> None:
-        if run_id:
-            self._session.wanted_run = run_id
-            self._session.tab_requested.emit("review")
-
-    def _on_delete(self, run_id: str) -> None:
-        project = self._session.project
-        if project is None or not run_id:
-            return
-        if self._job is not None and run_id == self._run_id:
-            self._on_cancel()
-            return
-        question = self.tr("Delete {0}?").format(run_id)
-        details = self.tr("Its weights, figures and generated motions are removed for good.")
-        if messages.ask(self._view, question, details, self.tr("Delete")):
-            run = project.run(run_id)
-            for folder in (generated_folder(run), run.folder):
-                shutil.rmtree(folder, ignore_errors=True)
-            if self._shown == run_id:
-                self._shown = ""
-                self._show_shown()
-            self._session.runs_changed.emit()
-
-    def _on_folder(self, run_id: str) -> None:
-        if self._session.project is not None and run_id:
-            folder = self._session.project.run(run_id).folder
-            QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
-
-    def _on_note(self, run_id: str, text: str) -> None:
-        project = self._session.project
-        if project is None:
-            return
-        try:
-            with safe_file.written(project.run(run_id).folder / NOTE_FILE) as beside:
-                beside.write_text(text.strip(), encoding="utf-8")
-        except StudioError as error:
-            messages.show_error(self._view, error)
-
 
 def _key(preset: str) -> str:
     return preset.lower().replace(" ", "_")
-
-
-def _age(run: Run) -> float:
-    try:
-        return run.folder.stat().st_ctime
-    except OSError:
-        return 0.0
-
-
-def _note(run: Run) -> str:
-    try:
-        return (run.folder / NOTE_FILE).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return ""
-
-
-def _has_state(run: Run) -> bool:
-    return any((run.folder / name).is_file() for name in ("last.safetensors", "last.pt", "state.safetensors"))

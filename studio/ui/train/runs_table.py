@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
@@ -56,7 +56,7 @@ class RunsTable(QTableWidget):
         self.setHorizontalHeaderLabels(list(titles))
         self._explain_columns()
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setShowGrid(False)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(30)
@@ -72,25 +72,45 @@ class RunsTable(QTableWidget):
 
     @property
     def chosen(self) -> str:
-        """The selected run's id, or ""."""
-        rows = self.selectionModel().selectedRows()
-        item = self.item(rows[0].row(), RUN) if rows else None
+        """The selected run's id, of several the one clicked last, or ""."""
+        rows = [index.row() for index in self.selectionModel().selectedRows()]
+        if not rows:
+            return ""
+        item = self.item(self.currentRow() if self.currentRow() in rows else rows[0], RUN)
         return item.text() if item is not None else ""
+
+    @property
+    def all_chosen(self) -> tuple[str, ...]:
+        """All selected runs' ids, in the order of the table."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
+        return tuple(item.text() for row in rows if (item := self.item(row, RUN)) is not None)
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Replace the list, keeping the selection and a note that is being written."""
         if self.state() == QAbstractItemView.State.EditingState:
             return
-        chosen = self.chosen
-        with QSignalBlocker(self):
+        chosen, selected = self.chosen, self.all_chosen
+        with QSignalBlocker(self), QSignalBlocker(self.selectionModel()):
             self.setRowCount(len(rows))
             for y, row in enumerate(rows):
                 self._show_row(y, row)
+            self._select([y for y, row in enumerate(rows) if row.id in selected])
             for y, row in enumerate(rows):
                 if row.id == chosen:
-                    self.selectRow(y)
+                    self._make_current(y)
         if self.chosen != chosen:
             self.run_chosen.emit(self.chosen)
+
+    def _select(self, rows: Sequence[int]) -> None:
+        selection = QItemSelection()
+        for y in rows:
+            selection.select(self.model().index(y, 0), self.model().index(y, self.columnCount() - 1))
+        self.selectionModel().select(selection, QItemSelectionModel.SelectionFlag.ClearAndSelect)
+        self.viewport().update()
+
+    def _make_current(self, y: int) -> None:
+        index = self.model().index(y, max(self.currentColumn(), 0))
+        self.selectionModel().setCurrentIndex(index, QItemSelectionModel.SelectionFlag.NoUpdate)
 
     def choose(self, run_id: str) -> None:
         """Select a run."""

@@ -25,6 +25,9 @@ from studio.ui.train.progress_card import ProgressCard
 from studio.ui.train.runs_table import RunRow, RunsTable
 from studio.ui.widgets.card import Card, EmptyState, label
 
+MOST_COMPARED = 6
+"""Runs held side by side: more than that are no comparison but a list."""
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -63,6 +66,7 @@ class TrainView(QWidget):
         mend_requested: set a take aside for validation.
         curate_requested, record_requested: go to that tab.
         review_requested, resume_requested, delete_requested, folder_requested: with the run's id.
+        compare_requested: ids of the runs to hold side by side.
         note_changed: (run id, text).
         run_chosen: id of the run whose curves to show.
         recipe_chosen: the recipe's name was changed by hand.
@@ -79,6 +83,7 @@ class TrainView(QWidget):
     resume_requested = Signal(str)
     delete_requested = Signal(str)
     folder_requested = Signal(str)
+    compare_requested = Signal(tuple)
     note_changed = Signal(str, str)
     run_chosen = Signal(str)
     recipe_chosen = Signal(str)
@@ -264,6 +269,7 @@ class TrainView(QWidget):
         self._run_buttons: dict[str, QPushButton] = {}
         for name, words, signal, icon in (
             ("review_run", self.tr("Review this run"), self.review_requested, "mdi6.eye-outline"),
+            ("compare_runs", self.tr("Compare"), None, "mdi6.chart-bar"),
             ("resume_run", self.tr("Resume"), self.resume_requested, "mdi6.play-circle-outline"),
             ("show_run_folder", self.tr("Show in folder"), self.folder_requested, "mdi6.folder-outline"),
             ("delete_run", self.tr("Delete"), self.delete_requested, "mdi6.trash-can-outline"),
@@ -272,9 +278,13 @@ class TrainView(QWidget):
             button.setObjectName(name)
             theme.set_icon(button, icon, "muted")
             theme.as_role(button, "quiet")
-            button.clicked.connect(lambda _=False, s=signal: s.emit(self.runs.chosen))
+            if signal is not None:
+                button.clicked.connect(lambda _=False, s=signal: s.emit(self.runs.chosen))
             self._run_buttons[name] = button
             card.head.addWidget(button)
+        self._run_buttons["compare_runs"].clicked.connect(
+            lambda: self.compare_requested.emit(self._comparable())
+        )
         none = label(
             self.tr("No run yet. Each training becomes one line here, to compare and to review."), "muted"
         )
@@ -294,8 +304,16 @@ class TrainView(QWidget):
         )
         self._run_buttons["review_run"].setEnabled(chosen in self._reviewable)
         self._run_buttons["resume_run"].setEnabled(chosen in self._resumable and not self._running)
+        self._run_buttons["compare_runs"].setEnabled(bool(self._comparable()))
+        self._run_buttons["compare_runs"].setToolTip(
+            self.tr("Hold the selected runs against each other and against simple guesses, on takes they "
+                    "have not learnt from; select several with Ctrl or Shift")
+        )  # fmt: skip
         self._run_buttons["show_run_folder"].setEnabled(bool(chosen))
         self._run_buttons["delete_run"].setEnabled(bool(chosen))
+
+    def _comparable(self) -> tuple[str, ...]:
+        return tuple(run for run in self.runs.all_chosen if run in self._reviewable)[:MOST_COMPARED]
 
     def _wish(self) -> Wish:
         preset = next((str(card.property("key")) for card in self._presets if card.isChecked()), "")

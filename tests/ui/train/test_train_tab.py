@@ -107,6 +107,14 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
     assert _text(view, "run_line").startswith("epoch 2 of 2")
     assert view.start.isEnabled()
     qtbot.waitUntil(lambda: len(view.progress.loss_plot._points.get("train_loss", ([], []))[0]) == 2)
+    compare = view.findChild(QPushButton, "compare_runs")
+    assert compare is not None
+    qtbot.mouseClick(compare, Qt.MouseButton.LeftButton)
+    dialog = presenter._keeping._comparing.dialog
+    assert dialog is not None
+    qtbot.waitUntil(lambda: dialog.table.rowCount() > 4, timeout=2 * MINUTE)
+    heads = [dialog.table.horizontalHeaderItem(x).text() for x in range(dialog.table.columnCount())]
+    assert heads == [run.id, "Simple guess", "Mean pose", "Rest pose", "Captured"]
 
 
 @pytest.mark.slow

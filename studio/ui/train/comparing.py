@@ -1,0 +1,96 @@
+"""Measures runs side by side in a child process, and shows what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
+
+from studio.project import Project
+from studio.ui.jobs import Job
+from studio.ui.train.compare_dialog import CompareDialog, Points
+from studio.ui.train.compare_facts import Compared, compared
+from studio.ui.train.run_facts import curves
+
+
+class Comparing(QObject):
+    """One comparison at a time, in a window of its own.
+
+    Args:
+        parent: the tab it belongs to.
+    """
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._parent = parent
+        self._job: Job | None = None
+        self._notes: list[str] = []
+        self._measured = 0
+        self.dialog: CompareDialog | None = None
+
+    def open(self, project: Project, runs: Sequence[str]) -> None:
+        """Compare some runs."""
+        self.close()
+        dialog = self.dialog = CompareDialog(runs, self._parent)
+        dialog.ground_chosen.connect(lambda split: self._measure(project, runs, split))
+        dialog.finished.connect(lambda _: self._on_closed(dialog))
+        dialog.show_curves(_points(project, runs, "rmse"), _points(project, runs, "motion_ratio"))
+        dialog.show()
+        self._measure(project, runs, "test")
+
+    def close(self) -> None:
+        """End it; nothing is measured any more."""
+        self._end_job()
+        if self.dialog is not None:
+            self.dialog.close()
+
+    def _on_closed(self, dialog: CompareDialog) -> None:
+        if dialog is self.dialog:
+            self.dialog = None
+            self._end_job()
+
+    def _end_job(self) -> None:
+        job, self._job = self._job, None
+        if job is not None:
+            job.close()
+            job.deleteLater()
+
+    def _measure(self, project: Project, runs: Sequence[str], split: str) -> None:
+        self._end_job()
+        self._notes, self._measured = [], 0
+        job = self._job = Job(self)
+        job.event_received.connect(lambda event: self._on_event(job, event))
+        job.done.connect(lambda facts: self._on_done(job, facts))
+        job.failed.connect(lambda what, remedy: self._on_failed(job, f"{what} {remedy}"))
+        job.start(["compare", str(project.folder), *runs, "--split", split])
+        if self.dialog is not None:
+            self.dialog.show_busy(0, self.tr("The runs listen to takes that they have not learnt from."))
+
+    def _on_event(self, job: Job, event: dict[str, Any]) -> None:
+        if job is not self._job or self.dialog is None:
+            return
+        if event.get("event") == "measured":
+            self._measured += 1
+            self.dialog.show_busy(self._measured, self.tr("{0} is measured.").format(event.get("run", "")))
+        elif event.get("text"):
+            self._notes.append(str(event["text"]))
+
+    def _on_done(self, job: Job, facts: dict[str, Any]) -> None:
+        if job is self._job and self.dialog is not None:
+            found = compared(facts)
+            self.dialog.show_compared(found, self._told(found))
+
+    def _on_failed(self, job: Job, sentence: str) -> None:
+        if job is self._job and self.dialog is not None:
+            self.dialog.show_failure(sentence)
+
+    def _told(self, found: Compared) -> str:
+        takes = ", ".join(found.ground[:4]) + ("…" if len(found.ground) > 4 else "")
+        words = [takes, self.tr("✓ nearest to the captured motion, whose value is the tick on each bar")]
+        return "   ".join([*words, *self._notes])
+
+
+def _points(project: Project, runs: Sequence[str], metric: str) -> Points:
+    return {run: curves(project.run(run).epochs()).get(metric, []) for run in runs}

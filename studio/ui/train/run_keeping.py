@@ -1,0 +1,161 @@
+"""The list of runs, and what is done with them: review, compare, note, show, take along, delete."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+
+from studio.errors import StudioError
+from studio.project import Run
+from studio.take import safe_file
+from studio.ui import messages
+from studio.ui.review.clip import generated_folder
+from studio.ui.session import Session
+from studio.ui.train.comparing import Comparing
+from studio.ui.train.run_facts import RunFacts, run_facts
+from studio.ui.train.runs_table import RunRow
+from studio.ui.train.view import TrainView
+
+NOTE_FILE = "note.txt"
+
+
+@dataclass(frozen=True)
+class Live:
+    """The training under way: its run's id and its epochs so far."""
+
+    run: str
+    events: Sequence[dict[str, Any]]
+
+
+class RunKeeping(QObject):
+    """Thought of the card of runs.
+
+    Args:
+        view: the tab.
+        session: the open project.
+        live: gives the training under way, None where there is none.
+
+    Signals:
+        deleted: id of a run that is gone.
+        cancel_wished: the run under way was to be deleted.
+    """
+
+    deleted = Signal(str)
+    cancel_wished = Signal()
+
+    def __init__(self, view: TrainView, session: Session, live: Callable[[], Live | None]) -> None:
+        super().__init__(view)
+        self._view, self._session, self._live = view, session, live
+        self._known: dict[Path, tuple[tuple[int, int], RunFacts]] = {}
+        self._comparing = Comparing(view)
+        view.review_requested.connect(self.review)
+        view.compare_requested.connect(self._on_compare)
+        view.delete_requested.connect(self._on_delete)
+        view.folder_requested.connect(self._on_folder)
+        view.note_changed.connect(self._on_note)
+
+    def close(self) -> None:
+        """The window closes."""
+        self._comparing.close()
+
+    def show(self) -> None:
+        """Bring the list up to what is on the disk."""
+        project, live = self._session.project, self._live()
+        if project is None:
+            self._view.show_runs([], set(), set())
+            return
+        runs = self.newest_first()
+        rows = [RunRow(run.id, self._status(run, live), self._facts(run, live), _note(run)) for run in runs]
+        idle = {run.id for run in runs if live is None or run.id != live.run}
+        resumable = {r.id for r in runs if r.id in idle and r.status != "done" and _has_state(r)}
+        self._view.show_runs(rows, resumable, {r.id for r in runs if r.has_weights})
+
+    def newest_first(self) -> list[Run]:
+        """The project's runs."""
+        project = self._session.project
+        return sorted(project.runs, key=_age, reverse=True) if project is not None else []
+
+    def review(self, run_id: str) -> None:
+        """Show a run in Review."""
+        if run_id:
+            self._session.wanted_run = run_id
+            self._session.tab_requested.emit("review")
+
+    def _facts(self, run: Run, live: Live | None) -> RunFacts:
+        """A run's figures; its epochs are read again only when they changed."""
+        if live is not None and run.id == live.run:
+            return run_facts(live.events)
+        try:
+            stat = (run.folder / "metrics.jsonl").stat()
+        except OSError:
+            return RunFacts()
+        state = (stat.st_mtime_ns, stat.st_size)
+        known = self._known.get(run.folder)
+        if known is None or known[0] != state:
+            known = self._known[run.folder] = (state, run_facts(run.epochs()))
+        return known[1]
+
+    def _status(self, run: Run, live: Live | None) -> str:
+        if live is not None and run.id == live.run:
+            return "running"
+        # A run whose report still says so was killed in the middle.
+        return "unfinished" if run.status in ("running", "failed") else run.status
+
+    def _on_compare(self, runs: tuple[str, ...]) -> None:
+        if self._session.project is not None and runs:
+            self._comparing.open(self._session.project, runs)
+
+    def _on_delete(self, run_id: str) -> None:
+        project, live = self._session.project, self._live()
+        if project is None or not run_id:
+            return
+        if live is not None and run_id == live.run:
+            self.cancel_wished.emit()
+            return
+        question = self.tr("Delete {0}?").format(run_id)
+        details = self.tr("Its weights, figures and generated motions are removed for good.")
+        if messages.ask(self._view, question, details, self.tr("Delete")):
+            run = project.run(run_id)
+            for folder in (generated_folder(run), run.folder):
+                shutil.rmtree(folder, ignore_errors=True)
+            self.deleted.emit(run_id)
+            self._session.runs_changed.emit()
+
+    def _on_folder(self, run_id: str) -> None:
+        if self._session.project is not None and run_id:
+            folder = self._session.project.run(run_id).folder
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+    def _on_note(self, run_id: str, text: str) -> None:
+        project = self._session.project
+        if project is None:
+            return
+        try:
+            with safe_file.written(project.run(run_id).folder / NOTE_FILE) as beside:
+                beside.write_text(text.strip(), encoding="utf-8")
+        except StudioError as error:
+            messages.show_error(self._view, error)
+
+
+def _age(run: Run) -> float:
+    try:
+        return run.folder.stat().st_ctime
+    except OSError:
+        return 0.0
+
+
+def _note(run: Run) -> str:
+    try:
+        return (run.folder / NOTE_FILE).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _has_state(run: Run) -> bool:
+    return any((run.folder / name).is_file() for name in ("last.safetensors", "last.pt", "state.safetensors"))
