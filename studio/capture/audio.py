@@ -215,6 +215,11 @@ class AudioInput:
                 self._stream.close()
             self._stream = None
 
+    def let_go(self) -> None:
+        """Close a device that is gone already; it stays so."""
+        self.stop()
+        self.ended = True
+
     def drain(self) -> list[Block]:
         """Everything heard since the last call, oldest first."""
         taken = []

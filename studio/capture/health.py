@@ -109,12 +109,12 @@ def _sound(s: Signs) -> list[Problem]:
     if s.gone:
         what = f"{s.device} is gone."
         goes_on = "The motion is still being recorded; " if s.rolling and s.port is not None else ""
-        return [(what, f"{goes_on}plug it in again and choose it anew.".capitalize())]
+        return [(what, f"{goes_on}plug it in again, then its sound goes on by itself.".capitalize())]
     if s.soundless_for > 1:
         return [
             (
                 f"No sound has come from {s.device} for {s.soundless_for:.0f} s.",
-                "Check its plug and the sound settings, or choose it anew.",
+                "Check its plug and the sound settings; it is opened again by itself.",
             )
         ]
     found: list[Problem] = []

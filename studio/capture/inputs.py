@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from studio.capture import clock, listener
-from studio.capture.audio import AudioInput, Block
+from studio.capture.audio import AudioInput, Block, input_devices
 from studio.capture.health import is_quiet
 from studio.capture.meter import LevelMeter
 from studio.capture.osc import bind
@@ -26,6 +26,8 @@ from studio.capture.receiver import Batch, Heard, Receiver, unpacked
 from studio.capture.rows import Names, Row
 
 _REFIT_S = 2.0
+_LOST_S = 5.0
+"""Seconds without a block after which a microphone that said nothing of leaving counts as gone."""
 _POINTS = 2000
 _PATIENCE_S = 5.0
 """How long the listener may take to end; on a busy machine it may just be starting."""
@@ -174,13 +176,15 @@ class SoundInput:
 
     Args:
         device: a name, a number, or None for the default one.
+        form: sample rate and channels it has to have; None takes its own.
 
     Raises:
         StudioError: it cannot be opened.
     """
 
-    def __init__(self, device: str | int | None) -> None:
-        self.audio = AudioInput(device)
+    def __init__(self, device: str | int | None, form: tuple[int, int] | None = None) -> None:
+        self._wanted = device
+        self.audio = AudioInput(device, *(form or ()))
         self.audio.start()
         assert self.audio.device is not None
         self.name = self.audio.device.name
@@ -207,6 +211,28 @@ class SoundInput:
             points = np.array(self._points)
             self.fit = clock.fit(points[:, 0], points[:, 1])
         return blocks
+
+    @property
+    def lost(self) -> bool:
+        """Whether it vanished, or has been silent in a way that no microphone is."""
+        return self.audio.ended or self.audio.silent_for > _LOST_S
+
+    def again(self, refresh: bool) -> SoundInput:
+        """The same microphone, opened anew in the form it had; this one is let go.
+
+        Args:
+            refresh: look for what was plugged in first; other streams of this process would be cut off.
+
+        Raises:
+            StudioError: it is not there.
+        """
+        form = self.audio.sample_rate, self.audio.channels
+        self.audio.let_go()
+        if refresh:
+            input_devices(refresh=True)
+        found = SoundInput(self._wanted, form)
+        found.seconds = self.seconds
+        return found
 
     @property
     def delay_ms(self) -> float | None:

@@ -9,15 +9,17 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from studio.capture import clock, journal, look, roll
+from studio.capture import clock, look, roll
 from studio.capture.audio import Block
 from studio.capture.inputs import MotionInput, SoundInput
+from studio.capture.recovery import recover
+from studio.capture.reopen import SoundWatch
 from studio.capture.rows import Row
 from studio.capture.snapshot import Problem, Snapshot, State
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.take.folder import next_number
-from studio.take.safe_file import cannot_write, safe_name
+from studio.take.safe_file import safe_name
 from studio.take.sound import Sound
 from studio.take.take import Take
 
@@ -69,6 +71,7 @@ class Recorder:
         self._closing = threading.Event()
         self._pump = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._pump.start()
+        self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
 
     def open_motion(self, port: int = 39539, host: str = "127.0.0.1", *, also: Sequence[int] = ()) -> None:
         """Listen for motion on a port, or on several at once; others that were open are closed first.
@@ -118,6 +121,32 @@ class Recorder:
             self._settle()
         if sound is not None:
             sound.close()
+
+    def _sound_is_lost(self) -> bool:
+        sound = self._sound
+        return sound is not None and sound.lost
+
+    def _reopen_sound(self, refresh: bool) -> None:
+        """Open a microphone that vanished again; a take that rolls goes on with it, silent in between.
+
+        Runs on a thread of its own, and holds the recorder up for nothing.
+
+        Raises:
+            StudioError: it is not back yet, or is not what it was.
+        """
+        lost = self._sound
+        if lost is None:
+            return
+        found = lost.again(refresh)
+        with self._lock:
+            if self._sound is not lost:  # another one was chosen meanwhile
+                found.close()
+                return
+            if self._roll is not None:
+                self._roll.notes.append(f"{found.name} was back at {clock.now() - self._roll.start:.1f} s.")
+            self._sound = found
+            self._told_silent = False
+            self._settle()
 
     def clear_clip(self) -> None:
         """Reset the level meter and its clip latch."""
@@ -214,6 +243,7 @@ class Recorder:
                 self.stop()
             except StudioError as error:
                 _log.warning("closing while rolling: %s", error)
+        self.sound_watch.stop()
         self.close_motion()
         self.close_audio()
         self._closing.set()
@@ -382,43 +412,3 @@ class Recorder:
             extra,
             until,
         )
-
-
-def recover(takes_folder: Path) -> tuple[Take, ...]:
-    """Make takes of what a program that was killed left; journals still being written are let be.
-
-    Returns:
-        The takes, each with a note that says so. Folders that hold nothing are removed.
-
-    Raises:
-        StudioError: takes were left but none could be written (disk full); their journals stay.
-    """
-    found: list[Take] = []
-    failed: StudioError | None = None
-    for folder in sorted(takes_folder.iterdir()) if takes_folder.is_dir() else ():
-        try:
-            take = _recovered(folder)
-        except StudioError as error:
-            _log.warning("%s was not recovered: %s", folder, error)
-            failed = error
-        else:
-            found += [take] if take is not None else []
-    if failed is not None and not found:
-        raise failed
-    return tuple(found)
-
-
-def _recovered(folder: Path) -> Take | None:
-    """The take of one folder, None where there is nothing to recover or nothing may be touched."""
-    try:
-        if not folder.is_dir() or not journal.abandoned(folder):
-            return None
-        if roll.is_take(folder):
-            roll.forget(folder)
-            return None
-        if not roll.holds_anything(folder):
-            shutil.rmtree(folder, ignore_errors=True)
-            return None
-    except OSError as error:
-        raise cannot_write(folder, error) from error
-    return roll.complete(folder, "The studio ended while this was recorded; it was recovered.")

@@ -83,17 +83,17 @@ def test_when_all_is_well_nothing_is_said() -> None:
         (
             replace(WELL, soundless_for=3),
             "No sound has come from USB Microphone for 3 s.",
-            "Check its plug and the sound settings, or choose it anew.",
+            "Check its plug and the sound settings; it is opened again by itself.",
         ),
         (
             replace(WELL, gone=True, rolling=True),
             "USB Microphone is gone.",
-            "The motion is still being recorded; plug it in again and choose it anew.",
+            "The motion is still being recorded; plug it in again, then its sound goes on by itself.",
         ),
         (
             replace(WELL, gone=True),
             "USB Microphone is gone.",
-            "Plug it in again and choose it anew.",
+            "Plug it in again, then its sound goes on by itself.",
         ),
         (
             replace(WELL, overruns=1),

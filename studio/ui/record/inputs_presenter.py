@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QThreadPool
+from PySide6.QtCore import QObject, QThreadPool, QTimer
 
 from studio.errors import StudioError
 from studio.ui import background, messages
@@ -15,6 +15,10 @@ from studio.ui.session import Session
 if TYPE_CHECKING:
     from studio.capture.audio import AudioDevice
     from studio.capture.recorder import Recorder
+
+
+RETRY_MS = 3_000
+"""What could not be opened is tried again this often: a port that another program lets go, a microphone."""
 
 
 class InputsPresenter(QObject):
@@ -30,6 +34,13 @@ class InputsPresenter(QObject):
         self._devices: tuple[AudioDevice, ...] = ()
         self.problems: dict[str, tuple[str, str]] = {}
         """What could not be opened: "motion" or "sound" -> (sentence, remedy)."""
+        self.may_refresh = True
+        """Whether looking for microphones anew would cut off no sound that is being played."""
+        self._trying: set[str] = set()
+        self._retry = QTimer(self)
+        self._retry.setInterval(RETRY_MS)
+        self._retry.timeout.connect(self._on_retry)
+        self._retry.start()
         settings = session.settings
         card.show_choices(settings.vmc_port, settings.vmc_host)
         self._show_devices()
@@ -46,12 +57,14 @@ class InputsPresenter(QObject):
         """Open the chosen inputs of a new recorder."""
         self._recorder = recorder
         if recorder is not None:
+            recorder.sound_watch.may_refresh = lambda: self.may_refresh
             self._open_motion()
             self._open_sound()
             self._list_devices(refresh=False)
 
     def close(self) -> None:
         """Wait until nothing is being opened any more."""
+        self._retry.stop()
         self._recorder = None
         self._in_order.waitForDone(5_000)
 
@@ -60,6 +73,15 @@ class InputsPresenter(QObject):
         recorder = self._recorder
         if recorder is not None and not self._session.rolling:
             self.later(recorder.close_audio, lambda _r: self._list_devices(refresh=True))
+
+    def _on_retry(self) -> None:
+        """Once more what could not be opened, while nothing is recorded."""
+        if self._recorder is None or self._session.rolling:
+            return
+        if "motion" in self.problems and "motion" not in self._trying:
+            self._open_motion(again=True)
+        if "sound" in self.problems and "sound" not in self._trying:
+            self._open_sound(again=True)
 
     def _list_devices(self, refresh: bool) -> None:
         from studio.capture.audio import input_devices
@@ -91,7 +113,7 @@ class InputsPresenter(QObject):
         self._session.change_settings(audio_device=name)
         self._open_sound()
 
-    def _open_motion(self) -> None:
+    def _open_motion(self, again: bool = False) -> None:
         recorder = self._recorder
         if recorder is None:
             return
@@ -106,24 +128,44 @@ class InputsPresenter(QObject):
                 recorder.close_motion()  # not the one before: the card names the port that was asked for
                 raise
 
-        self._open("motion", work)
+        self._open("motion", work, again)
 
-    def _open_sound(self) -> None:
+    def _open_sound(self, again: bool = False) -> None:
         recorder = self._recorder
         if recorder is None:
             return
         device = self._session.settings.audio_device
+        refresh = again and self.may_refresh
 
         def work() -> None:
+            from studio.capture.audio import input_devices
+
             recorder.close_audio()
-            if device != NO_MICROPHONE:
-                recorder.open_audio(device or None)
+            if device == NO_MICROPHONE:
+                return
+            if refresh:
+                input_devices(refresh=True)
+            recorder.open_audio(device or None)
 
-        self._open("sound", work)
+        self._open("sound", work, again)
 
-    def _open(self, which: str, work: Callable[[], None]) -> None:
-        self.problems.pop(which, None)
-        self.later(work, lambda _r: None, lambda error: self._note(which, error))
+    def _open(self, which: str, work: Callable[[], None], again: bool) -> None:
+        """Open an input; the sentence of one that is tried again stays until it is open."""
+        if not again:
+            self.problems.pop(which, None)
+        self._trying.add(which)
+
+        def done(_result: object) -> None:
+            self._trying.discard(which)
+            had = self.problems.pop(which, None)
+            if again and had is not None and which == "sound":
+                self._list_devices(refresh=False)
+
+        def failed(error: BaseException) -> None:
+            self._trying.discard(which)
+            self._note(which, error)
+
+        self.later(work, done, failed)
 
     def _note(self, which: str, error: BaseException) -> None:
         """Keep a problem on the health card; only what is unexpected pops up."""

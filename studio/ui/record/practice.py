@@ -26,6 +26,7 @@ class Practice(QObject):
         super().__init__(parent)
         self._job = Job(self)
         self._wanted = False
+        self._port = 0
         self._again: tuple[int, str] | None = None
         self.speaking = ""
         """The sentence it is saying, or said last."""
@@ -54,6 +55,7 @@ class Practice(QObject):
         if on == self._wanted:
             return
         self._wanted = on
+        self._port = port
         if not on:
             self._again = None
             self._job.stop()
@@ -62,6 +64,12 @@ class Practice(QObject):
             self._again = (port, device)  # the one before is still leaving
         else:
             self._start(port, device)
+
+    def redirect(self, port: int, device: str = "") -> None:
+        """Begin anew, sending to another port; nothing is done where it sends there already."""
+        if self._wanted and port != self._port:
+            self.set_on(False)
+            self.set_on(True, port, device)
 
     def close(self) -> None:
         """Stop, and wait for it."""

@@ -252,6 +252,7 @@ class RecordPresenter(QObject):
         if self.rolling and not self._busy and snap.state != State.ROLLING:
             self._stop()  # the recorder ended the take by itself, and said why among its problems
         shown = self._view.isVisible()
+        self.inputs.may_refresh = shown and self.takes.hearing is None
         self._ticks += 1
         if not shown or self._ticks % SLOW_EVERY == 0:
             self._show_words(snap)
@@ -338,6 +339,11 @@ class RecordPresenter(QObject):
         self.practice.set_on(on, settings.vmc_port, settings.audio_output)
         self._view.inputs.show_practice(self.practice.on, self.practice.busy)
 
+    def _on_port_chosen(self, port: int) -> None:
+        """Whoever performs here performs for the port that is listened to."""
+        if self.practice.on:
+            self.practice.redirect(port, self._session.settings.audio_output)
+
     def _on_practice_failed(self, error: BaseException) -> None:
         messages.show_error(self._view, error)
 
@@ -353,6 +359,7 @@ class RecordPresenter(QObject):
         view.slate_bar.countdown_chosen.connect(lambda s: session.change_settings(countdown=s))
         view.slate_bar.pre_roll_chosen.connect(lambda s: session.change_settings(pre_roll=s))
         view.inputs.practice_toggled.connect(self._on_practice_toggled)
+        view.inputs.port_chosen.connect(self._on_port_chosen)
         view.figure.empty_clicked.connect(lambda: self._on_practice_toggled(True))
         view.inputs.clip_reset_requested.connect(self._on_clip_reset)
         self._countdown.ended.connect(self._start)

@@ -20,6 +20,7 @@ from studio.take.motion_file import read_motion
 from studio.ui import background, theme
 from studio.ui.messages import Toast
 from studio.ui.record.inputs import NO_MICROPHONE
+from studio.ui.record.practice import Practice
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
@@ -219,6 +220,25 @@ def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> 
         room.view.inputs.port_chosen.emit(taken)
         wanted = f"Port {taken} is already in use."
         qtbot.waitUntil(lambda: any(wanted in s for s in room.view.health.sentences), timeout=30_000)
+        room.presenter.inputs._retry.setInterval(50)
+        room.presenter.inputs._on_retry()
+        assert any(wanted in s for s in room.view.health.sentences)  # it stays until it is no longer so
+    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().port == taken, timeout=30_000)
+    qtbot.waitUntil(lambda: not any(wanted in s for s in room.view.health.sentences), timeout=30_000)
+
+
+def test_a_microphone_that_is_not_there_is_looked_for_again(virtual_audio, room: Room, qtbot) -> None:
+    box = room.view.inputs.device
+    qtbot.waitUntil(lambda: box.count() > 2, timeout=30_000)
+    room.presenter.inputs.may_refresh = False
+    room.presenter.inputs._choose_device("Blue Parrot")
+    wanted = "There is no sound input called Blue Parrot."
+    qtbot.waitUntil(lambda: wanted in room.view.health.sentences, timeout=30_000)
+    room.session.change_settings(audio_device="default")  # as if it were plugged in under its name
+    room.presenter.inputs._retry.setInterval(50)
+    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: recorder.snapshot().audio_alive, timeout=30_000)
+    qtbot.waitUntil(lambda: wanted not in room.view.health.sentences, timeout=30_000)
 
 
 def test_the_network_choice_comes_with_a_sentence(room: Room) -> None:
@@ -328,6 +348,36 @@ def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, 
     room.view.inputs.practice.click()
     assert not room.presenter.practice.on
     qtbot.waitUntil(lambda: not room.presenter.practice._job.running, timeout=30_000)
+
+
+class Started:
+    """A job that only notes what it was asked."""
+
+    def __init__(self) -> None:
+        self.running, self.words = False, []
+
+    def start(self, words: list[str]) -> None:
+        self.running = True
+        self.words.append(words[2])
+
+    def stop(self) -> None:
+        pass  # it takes its time
+
+    def cancel(self) -> None:
+        self.running = False
+
+
+def test_the_practice_performer_follows_the_port(qtbot, qapp) -> None:
+    practice = Practice()
+    practice._job = Started()
+    practice.redirect(5000)
+    assert not practice.on
+    practice.set_on(True, 39539)
+    practice.redirect(39539)
+    practice.redirect(39540)
+    practice._on_ended()
+    assert practice.on
+    assert practice._job.words == ["127.0.0.1:39539", "127.0.0.1:39540"]
 
 
 @pytest.mark.slow
