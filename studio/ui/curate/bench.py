@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.curate.cut_question import CutQuestion
 from studio.ui.curate.word_bar import WordBar
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
@@ -36,7 +37,6 @@ class Bench(Card):
         align_requested: find the offset of sound and motion.
         offset_changed: milliseconds that motion is moved later, by hand.
         pauses_requested: show where the take would be cut in its pauses.
-        cut_requested, cut_dropped: cut there, or do not.
         curves_changed: keys of the channels to draw.
     """
 
@@ -50,20 +50,20 @@ class Bench(Card):
     align_requested = Signal()
     offset_changed = Signal(int)
     pauses_requested = Signal()
-    cut_requested = Signal()
-    cut_dropped = Signal()
     curves_changed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
         self.timeline = Timeline()
         self.words = WordBar()
+        self.question = CutQuestion()
         self._duration = 0.0
         self.body.addLayout(self._build_transport())
         self.body.addWidget(self.timeline, 1)
         self.body.addWidget(self.words)
         self.body.addWidget(self._build_tools())
-        self.body.addWidget(self._build_question())
+        self.body.addWidget(self.question)
+        self.question.hide()
 
     # -- what it shows -------------------------------------------------------------------------
 
@@ -108,13 +108,11 @@ class Bench(Card):
         self.certainty.setText(sentence)
         theme.as_role(self.certainty, role)
 
-    def show_question(self, sentence: str, yes: str = "") -> None:
+    def show_question(self, sentence: str, yes: str = "", adjust: bool = False) -> None:
         """Ask below the timeline whether to cut; an empty sentence takes the question away."""
-        self._question_row.setVisible(bool(sentence))
+        self.question.setVisible(bool(sentence))
         self._tools.setVisible(not sentence)
-        self._question.setText(sentence)
-        self._yes.setText(yes)
-        self._yes.setVisible(bool(yes))
+        self.question.ask(sentence, yes, adjust)
 
     def show_channels(self, groups: Mapping[str, Sequence[tuple[str, str]]], chosen: Sequence[str]) -> None:
         """The channels that may be drawn: (key, title) by group, and the keys drawn now."""
@@ -243,30 +241,6 @@ class Bench(Card):
         row.addWidget(self.offset)
         row.addWidget(self.align)
         return self._tools
-
-    def _build_question(self) -> QWidget:
-        self._question_row = QWidget()
-        self._question_row.setObjectName("cut_question")
-        row = QHBoxLayout(self._question_row)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(theme.INSIDE)
-        self._question = label("", "", "cut_question_text")
-        self._yes = QPushButton()
-        self._yes.setObjectName("cut_button")
-        self._yes.setAccessibleName(self.tr("Cut at the dashed lines"))
-        theme.as_role(self._yes, "primary")
-        self._yes.clicked.connect(self.cut_requested)
-        no = QPushButton(self.tr("Leave it whole"))
-        no.setObjectName("cut_cancel_button")
-        no.clicked.connect(self.cut_dropped)
-        for button in (self._yes, no):
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        row.addWidget(self._question)
-        row.addStretch(1)
-        row.addWidget(no)
-        row.addWidget(self._yes)
-        self._question_row.hide()
-        return self._question_row
 
     def _add_channel(self, menu: QMenu, key: str, text: str, chosen: bool) -> None:
         action = QAction(text, menu)

@@ -16,6 +16,7 @@ from studio.ui.curate.card_making import CardMaking
 from studio.ui.curate.choosing import Choosing
 from studio.ui.curate.curves import Curves
 from studio.ui.curate.cutting import Cutting
+from studio.ui.curate.finding_media import FindingMedia
 from studio.ui.curate.grading import Grading
 from studio.ui.curate.labelling import Labelling
 from studio.ui.curate.loading import LoadedTake
@@ -46,7 +47,7 @@ class CuratePresenter(QObject):
         self.curves = Curves(view.bench, self)
         self.labelling = Labelling(view.bench, self)
         self.aligning = Aligning(view.bench, self)
-        self.cutting = Cutting(view.bench, self)
+        self.cutting = Cutting(view.bench, session, self)
         self.picture = SoundPicture(view.bench, session, self)
         self.moving = Moving(view, self.playing, self)
         self.trimming = Trimming(view, self)
@@ -58,6 +59,7 @@ class CuratePresenter(QObject):
         self.suggesting = Suggesting(view.library, session, self)
         self.card = CardMaking(view.library, session, self)
         self.bones = BoneFixing(session, view)
+        self.media = FindingMedia(view, session, self)
         view.inspector.bones_requested.connect(self.bones.ask_of)
         self.suggesting.arrived.connect(self._on_problem)
         self._on_project_opened()
@@ -82,6 +84,7 @@ class CuratePresenter(QObject):
         self.grading.rest(True)
         self.suggesting.close()
         self.card.close()
+        self.cutting.close()
         self.picture.close()
         self.playing.close()
 

@@ -28,6 +28,7 @@ from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
 from studio.ui.widgets.label_editor import LabelEditor
 from studio.ui.widgets.timeline import Timeline
+from tests.take.speech import RATE, talk
 
 LEFT = Qt.MouseButton.LeftButton
 LONG = 30_000
@@ -301,29 +302,60 @@ def test_nudges_become_one_step_of_undo(room: Room) -> None:
     assert room.view.bench.offset.value() == 0
 
 
-def test_a_take_is_cut_at_its_pauses_after_a_look(qtbot: QtBot, tmp_path: Path) -> None:
-    project = Project.create(tmp_path / "P")
-    t = np.arange(16_000 * 12) / 16_000
-    voice = ((t < 3) | ((t > 5) & (t < 8)) | (t > 9.5)) * np.random.default_rng(1).normal(size=len(t)) * 0.1
+@pytest.fixture
+def talk_room(qtbot: QtBot, tmp_path: Path) -> Iterator[Room]:
+    """A project of one take of three spoken sentences, shown."""
+    project = Project.create(tmp_path / "話")
+    samples, _ = talk(gap=1.2)
     sound = tmp_path / "a.wav"
-    soundfile.write(sound, voice.astype(np.float32), 16_000)
+    soundfile.write(sound, samples, RATE)
     project.add_take("talk", TakeInfo("talk"), None, sound)
     session = Session()
     session.project = project
-    room = Room(qtbot, session)
-    room.loaded("talk")
+    made = Room(qtbot, session)
+    made.loaded("talk")
+    yield made
+    made.presenter.close()
+
+
+def test_a_take_is_cut_at_its_pauses_after_a_look(talk_room: Room) -> None:
+    room = talk_room
+    project, question = room.session.project, room.view.bench.question
+    assert project is not None
     room.click("split_pauses_button")
     cut = room.view.findChild(QPushButton, "cut_button")
     assert cut is not None
-    qtbot.waitUntil(cut.isVisible, timeout=LONG)
+    room.qtbot.waitUntil(cut.isVisible, timeout=LONG)
     assert cut.text() == "Cut into 3"
+    assert len(room.timeline.content.parts) == 3
+    question.shortest.setValue(3.3)
+    assert cut.text() == "Cut into 2", "what is adjusted is shown at once"
+    question.pause.setValue(30.0)
+    assert not cut.isVisible()
+    question.pause.setValue(0.6)
+    question.shortest.setValue(2.0)
+    question.padding.setValue(0.1)
     assert len(project.dataset.selections) == 1, "a look changes nothing"
+    shown = room.timeline.content.parts
     room.click("cut_button")
     assert [s.id for s in project.dataset.selections] == ["talk.1", "talk.2", "talk.3"]
-    assert project.dataset["talk.1"].out_point == pytest.approx(4.0, abs=0.2)
+    assert room.timeline.content.parts == ()
+    assert [(s.in_point, s.out_point) for s in project.dataset.selections] == list(shown)
     room.click("undo_button")
     assert [s.id for s in project.dataset.selections] == ["talk"]
-    room.presenter.close()
+
+
+def test_a_cut_that_is_not_wanted_leaves_the_take_whole(talk_room: Room) -> None:
+    room = talk_room
+    room.click("split_pauses_button")
+    no = room.view.findChild(QPushButton, "cut_cancel_button")
+    assert no is not None
+    room.qtbot.waitUntil(lambda: len(room.timeline.content.parts) == 3, timeout=LONG)
+    room.click("cut_cancel_button")
+    assert room.timeline.content.parts == ()
+    assert not room.view.bench.question.isVisible()
+    assert room.session.project is not None
+    assert len(room.session.project.dataset.selections) == 1
 
 
 def test_removing_a_take_can_be_undone(room: Room) -> None:
