@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import faulthandler
+import gc
 import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,13 +26,46 @@ if TYPE_CHECKING:
     from studio.project import Project
 
 faulthandler.enable()
-# A busy machine is no failure; where the suite guards main, the same examples are tried each time.
+# A busy machine is no failure, and a run must not fail by its dice: the same examples are tried each time.
+# SAIA_EXPLORE=1 tries others, to look for what nobody thought of.
 settings.register_profile(
-    "studio", deadline=None, derandomize="CI" in os.environ, suppress_health_check=[HealthCheck.too_slow]
+    "studio",
+    deadline=None,
+    derandomize="SAIA_EXPLORE" not in os.environ,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("studio")
 
 _XDG = ("CONFIG", "DATA", "CACHE", "STATE")
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage after each test and at no other time.
+
+    What a test forgot to close is then told of that test, each time, and not now and then of another one;
+    and no widget is taken down on a thread that is not Qt's.
+    """
+    gc.collect()
+    gc.freeze()  # what is imported by now stays; without it a collection takes a moment, not a second
+    gc.disable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    """Fail the test that left something to be closed by the garbage collector, or that raised there."""
+    yield
+    getattr(item, "funcargs", {}).clear()
+    found: list[str] = []
+    before, sys.unraisablehook = sys.unraisablehook, lambda one: found.append(f"{one.exc_value!r}")
+    try:
+        gc.collect()
+    finally:
+        sys.unraisablehook = before
+    gc.disable()  # the window freezes and thaws what is alive, as its tests make it do
+    if gc.get_freeze_count() < 10_000:
+        gc.freeze()
+    if found:
+        pytest.fail(f"The test left behind: {', '.join(found)}", pytrace=False)
 
 
 @pytest.fixture(autouse=True)
