@@ -26,10 +26,11 @@ from studio.training import checkpoint, loop_run, metrics, styles
 from studio.training.checkpoint import BEST, LAST, Model, TrainingState
 from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, Status, Step, is_still
 from studio.training.gather import gather
-from studio.training.loop_predict import group_gains, part_errors, predict_styles, swapped
+from studio.training.loop_predict import enliven, part_errors, predict_styles, swapped
 from studio.training.loop_run import RunFolder
 from studio.training.loop_setup import learning_rate, leave_together, make_fabric, make_optimiser
 from studio.training.losses import Loss, column_weights
+from studio.training.preview import Previewing
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks, steps_per_epoch
 
@@ -139,6 +140,8 @@ class _Training:
         self.loss = Loss(recipe.loss, self.data.layout, self._shift(), fabric.device, self._balance())
         self.steps = steps_per_epoch(recipe.training, self.data.train)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
+        self.preview = Previewing(self.folder.path, recipe.training.epochs)
+        self.first_pair: metrics.Pair | None = None  # of the newest validation
 
     def run(self) -> Run:
         """All epochs, then the report."""
@@ -257,6 +260,9 @@ class _Training:
             STILL_ADVICE if alarm else "",
         )
         self._save_state()
+        if due and self.first_pair is not None:
+            take, pair = self.data.val[0].id, self.first_pair
+            self.preview.show(take, pair.truth, pair.predicted, progress.epoch, best)
         self.folder.append(event)
         self.tell(event)
         progress.told = time.monotonic()
@@ -272,6 +278,7 @@ class _Training:
             predictions = [p[best] for p in in_styles]
             losses = [self._take_loss(p, e) for p, e in zip(predictions, val, strict=True)]
         pairs = [self._pair(p, e) for p, e in zip(predictions, val, strict=True)]
+        self.first_pair = pairs[0] if pairs else None
         loss = float(np.average(losses, weights=[example.frames for example in val]))
         return loss, metrics.score(pairs), tried[best]
 
@@ -305,19 +312,10 @@ class _Training:
         return metrics.Pair(example.grid.motion, motion, example.grid.valid)
 
     def _enliven(self) -> None:
-        """Scale each group's deviation in the best model towards the capture's, by the training takes."""
-        wanted = self.recipe.training.liveliness
-        path = self.folder.path / BEST
-        if not wanted or not self.fabric.is_global_zero or not path.is_file():
-            return
-        made = checkpoint.load_model(path)
-        if not bool((made.network.gain == 1).all()):
-            return
-        gain = group_gains(
-            made.network, self.data.val or self.data.train, self.data.layout.groups, self.progress.best_style
-        )
-        made.network.gain.copy_(torch.from_numpy(1 + wanted * (gain - 1)).float())
-        checkpoint.save_model(path, made)
+        """Match how lively each region of the best model is to the capture, by the validation takes."""
+        wanted, path = self.recipe.training.liveliness, self.folder.path / BEST
+        if wanted and self.fabric.is_global_zero and path.is_file():
+            enliven(path, self.data.val or self.data.train, self.progress.best_style, wanted)
 
     def _fresh_model(self) -> Model:
         data, recipe = self.data, self.recipe

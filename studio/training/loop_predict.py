@@ -1,9 +1,9 @@
-"""Predicting whole takes while training, and the liveliness gain found from that."""
+"""Predicting whole takes while training, and how lively the best model comes out."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -12,11 +12,11 @@ from torch import Tensor
 from studio.features.audio import Floats
 from studio.features.examples import Example
 from studio.model._network import Network
+from studio.training import checkpoint
+from studio.training.gains import region_gains
 
 PIECE_FRAMES = 1024
 """Frames predicted at once."""
-_LIVELIEST = 1.6
-"""No group's deviation is scaled up further than this."""
 
 
 def predict(network: Network, example: Example, device: torch.device | str = "cpu", style: int = 0) -> Floats:
@@ -51,19 +51,23 @@ def part_errors(predicted: Floats, example: Example, parts: int) -> Floats:
     return errors
 
 
-def group_gains(
-    network: Network, examples: Sequence[Example], groups: np.ndarray[Any, Any], style: int = 0
-) -> Floats:
-    """For each column, by how much its group's deviation falls short of the captured one (1 to 1.6)."""
+def enliven(path: Path, takes: Sequence[Example], style: int, wanted: float) -> None:
+    """Give a kept model the gains that match how lively its regions are to the capture, once.
+
+    Args:
+        path: the model's file, rewritten.
+        takes: not learnt from.
+        style: it is measured in.
+        wanted: 1 for the whole gain, 0 for none.
+    """
+    made = checkpoint.load_model(path)
+    if not bool((made.network.gain == 1).all()):
+        return
     with torch.no_grad():
-        predicted = np.concatenate([predict(network, e, style=style)[e.grid.valid > 0] for e in examples])
-    captured = np.concatenate([e.values[e.grid.valid > 0] for e in examples])
-    gain = np.ones(len(groups), dtype=np.float32)
-    for group in np.unique(groups):
-        chosen = groups == group
-        p, t = predicted[:, chosen].var(axis=0).sum(), captured[:, chosen].var(axis=0).sum()
-        gain[chosen] = np.clip(np.sqrt(t / max(p, 1e-12)), 1.0, _LIVELIEST)
-    return gain
+        poses = [predict(made.network, example, style=style) for example in takes]
+    gain = region_gains(poses, takes, made.layout)
+    made.network.gain.copy_(torch.from_numpy(1 + wanted * (gain - 1)).float())
+    checkpoint.save_model(path, made)
 
 
 class swapped:  # noqa: N801 (used like a function)

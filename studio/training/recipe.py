@@ -86,7 +86,8 @@ class TrainingSettings:
         clip: gradients are scaled down to this norm; 0 leaves them.
         average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
         start_at_mean: the output begins at the training mean.
-        liveliness: 0 leaves predictions as they are, 1 scales each group's deviation up to the capture's.
+        liveliness: 0 leaves predictions as they are, 1 gives each region (face, head, torso, arms...) the
+            motion captured in the validation takes.
         validate_every: epochs between validations.
         style_by: what counts as a style: each "take", each "performer", "none", or "auto": performers
             where several are named with several takes each, else takes.
