@@ -58,7 +58,7 @@ SENDER = textwrap.dedent("""
     ready = [encode_frame(pose, ARKIT_SHAPES, BONES, 0.0, SendOptions("as_is", bundle, sender_time=False))
              for pose in cycle]
     head = b"/VMC/Ext/T\\0\\0,f\\0\\0"
-    due, sent, datagrams = [], [], 0
+    due, sent, left, datagrams = [], [], [], 0
     begin = time.monotonic() + 0.3
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         out.connect(("127.0.0.1", port))
@@ -66,12 +66,14 @@ SENDER = textwrap.dedent("""
             due.append(begin + k / fps)
             time.sleep(max(0.0, due[-1] - time.monotonic()))
             sent.append(time.monotonic())
-            for datagram in ready[k % 600]:
+            out.send(ready[k % 600][0])
+            left.append(time.monotonic())
+            for datagram in ready[k % 600][1:]:
                 out.send(datagram)
             out.send(head + np.array(k / fps, ">f4").tobytes())
             datagrams += len(ready[k % 600]) + 1
     with open(out_path, "w") as file:
-        json.dump({"due": due, "sent": sent, "datagrams": datagrams}, file)
+        json.dump({"due": due, "sent": sent, "left": left, "datagrams": datagrams}, file)
 """)
 
 FLOOD = textwrap.dedent("""
@@ -169,9 +171,26 @@ def recorded(window: Any, port: int, seconds: float, bundle: bool, told: Path) -
         **beats.figures(),
     }
     if len(times) == len(sent):
-        off = times - sent
-        found["stamp_error_p99_ms"] = float(np.percentile(np.abs(off - np.median(off)), 99)) * 1e3
+        found |= stamp_errors(times, sent, np.array(said["left"]))
     return found
+
+
+def stamp_errors(times: np.ndarray, sent: np.ndarray, left: np.ndarray) -> dict[str, float]:
+    """How far stamps lie outside what the sender knows of the true moment.
+
+    A frame's first datagram leaves between two readings of the sender's clock. Where the sender is held up
+    between them they lie apart, and nobody knows more: that is no error of the stamp, and is told beside it.
+
+    Args:
+        times: of the take's frames. sent, left: the sender's clock before and after, seconds (T,).
+    """
+    stamps = times - np.median(times - 0.5 * (sent + left))
+    errors = np.maximum(np.maximum(sent - stamps, stamps - left), 0.0)
+    return {
+        "stamp_error_p99_ms": float(np.percentile(errors, 99)) * 1e3,
+        "stamp_error_max_ms": float(errors.max()) * 1e3,
+        "sender_unsure_p99_ms": float(np.percentile(left - sent, 99)) * 1e3,
+    }
 
 
 def flooded(window: Any, port: int, seconds: float = 8.0) -> dict[str, Any]:
