@@ -31,7 +31,6 @@ from studio.training.loop_run import RunFolder
 from studio.training.loop_setup import learning_rate, leave_together, make_fabric, make_optimiser
 from studio.training.losses import Loss, column_weights
 from studio.training.preview import Previewing
-from studio.training.preview import Previewing
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks, steps_per_epoch
 
@@ -141,8 +140,6 @@ class _Training:
         self.loss = Loss(recipe.loss, self.data.layout, self._shift(), fabric.device, self._balance())
         self.steps = steps_per_epoch(recipe.training, self.data.train)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
-        self.preview = Previewing(self.folder.path, recipe.training.epochs)
-        self.first_pair: metrics.Pair | None = None  # of the newest validation
         self.preview = Previewing(self.folder.path, recipe.training.epochs)
         self.first_pair: metrics.Pair | None = None  # of the newest validation
 
@@ -281,7 +278,6 @@ class _Training:
             predictions = [p[best] for p in in_styles]
             losses = [self._take_loss(p, e) for p, e in zip(predictions, val, strict=True)]
         pairs = [self._pair(p, e) for p, e in zip(predictions, val, strict=True)]
-        self.first_pair = pairs[0] if pairs else None
         self.first_pair = pairs[0] if pairs else None
         loss = float(np.average(losses, weights=[example.frames for example in val]))
         return loss, metrics.score(pairs), tried[best]
