@@ -68,9 +68,8 @@ def missing_files(dataset: Dataset, takes: Mapping[str, Take]) -> tuple[Missing,
     gone = dict.fromkeys(s.take for s in dataset.selections if s.take not in takes)
     result = [Missing(take) for take in gone]
     for take in takes.values():
-        for path in (take.audio_path, take.motion_path):
-            if path is not None and not path.exists():
-                result.append(Missing(take.id, path.name))
+        paths = (take.audio_path, take.motion_path)
+        result += [Missing(take.id, path.name) for path in paths if path is not None and not path.exists()]
     return tuple(result)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
@@ -40,10 +40,12 @@ class Inspector(Card):
         choice_changed: (field, value, ids): "split", "stars", "performer", "tags", "note" or "locked" of
             these selections.
         bones_requested: the Take whose bones are to be corrected.
+        find_requested: ids of takes whose missing files are to be looked for.
     """
 
     choice_changed = Signal(str, object, object)
     bones_requested = Signal(object)
+    find_requested = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -60,6 +62,11 @@ class Inspector(Card):
         self.bones.setToolTip(self.tr("See which joint was taken for which bone, and import it again"))
         theme.as_role(self.bones, "chip")
         self.bones.clicked.connect(self._on_bones)
+        self.find_button = QPushButton(self.tr("Find it…"))
+        self.find_button.setObjectName("inspector_find")
+        self.find_button.setToolTip(self.tr("Choose a folder to look through for the missing files"))
+        self.find_button.clicked.connect(self._on_find)
+        self._missing: Mapping[str, tuple[str, ...]] = {}
         self._build_fields()
         inside = QWidget()
         inside.setObjectName("scrolled")
@@ -79,6 +86,7 @@ class Inspector(Card):
         self._scroll = scroll
         self.body.addWidget(self.title)
         self.body.addWidget(self.facts)
+        self.body.addWidget(self.find_button, 0, Qt.AlignmentFlag.AlignLeft)
         self.body.addWidget(self.bones, 0, Qt.AlignmentFlag.AlignLeft)
         self.body.addWidget(scroll, 1)
 
@@ -105,6 +113,11 @@ class Inspector(Card):
         self._show_note(_common([s.note for s in selections]))
         self.locked.setChecked(all(s.locked for s in selections) and bool(selections))
         self._showing = False
+
+    def show_missing(self, missing: Mapping[str, tuple[str, ...]]) -> None:
+        """Names of missing files by take id; a name is empty where the take's folder is missing."""
+        self._missing = missing
+        self._show_title()
 
     def set_editable(self, editable: bool) -> None:
         """Whether choices may be changed here."""
@@ -187,6 +200,10 @@ class Inspector(Card):
 
     # -- what it shows -------------------------------------------------------------------------
 
+    def _on_find(self) -> None:
+        takes = dict.fromkeys(row.selection.take for row in self._rows)
+        self.find_requested.emit(tuple(take for take in takes if take in self._missing))
+
     def _on_bones(self) -> None:
         if len(self._rows) == 1 and self._rows[0].take is not None:
             self.bones_requested.emit(self._rows[0].take)
@@ -194,6 +211,8 @@ class Inspector(Card):
     def _show_title(self) -> None:
         take = self._rows[0].take if len(self._rows) == 1 else None
         self.bones.setVisible(take is not None and "bones_from" in take.info.extra)
+        self.find_button.setVisible(any(row.selection.take in self._missing for row in self._rows))
+        self.find_button.setEnabled(self.note.isEnabled())
         if not self._rows:
             self.title.setText(self.tr("No take selected"))
             self.facts.setText(self.tr("Choose a take in the library to see and change it here."))
@@ -210,6 +229,9 @@ class Inspector(Card):
     def _facts(self, row: TakeRow, seconds: str) -> str:
         if row.take is None:
             return self.tr("The folder of this take is missing.")
+        if row.selection.take in self._missing:
+            names = ", ".join(self._missing[row.selection.take])
+            return self.tr("{0} of this take is missing.").format(names)
         info = row.take.info
         sound = self.tr("{0:.1f} kHz").format(info.sample_rate / 1000) if info.audio_file else ""
         motion = ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
@@ -74,6 +74,7 @@ class Library(Card):
         split_requested: divide the takes among train, val and test.
         import_cancelled: the running import is to end.
         card_requested: the data card is to be written.
+        find_requested: missing files are to be looked for.
     """
 
     current_changed = Signal(str)
@@ -83,6 +84,7 @@ class Library(Card):
     split_requested = Signal()
     import_cancelled = Signal()
     card_requested = Signal()
+    find_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -133,6 +135,13 @@ class Library(Card):
                 chip.setChecked(False)
             self._refilter()
         self.select([selection_id])
+
+    def show_missing(self, missing: Mapping[str, tuple[str, ...]]) -> None:
+        """Names of missing files by take id."""
+        self.model.set_missing(missing)
+        self.find_action.setEnabled(bool(missing) and self.import_button.isEnabled())
+        if self.filter.filtering:
+            self._refilter()
 
     def show_count(self, count: int) -> None:
         """How many things are worth a look."""
@@ -206,6 +215,10 @@ class Library(Card):
         card = self.more.addAction(self.tr("Data card…"))
         card.setObjectName("data_card_action")
         card.triggered.connect(self.card_requested)
+        self.find_action = self.more.addAction(self.tr("Find missing files…"))
+        self.find_action.setObjectName("find_missing_action")
+        self.find_action.triggered.connect(self.find_requested)
+        self.find_action.setEnabled(False)
         button = QToolButton()
         button.setObjectName("library_more")
         set_icon(button, "mdi6.dots-horizontal", "muted")

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from studio.ui import theme
 from studio.ui.curate.take_rows import COLUMNS, TakeRow
-from studio.ui.curate.take_table import ROW_ROLE, split_title
+from studio.ui.curate.take_table import MISSING_ROLE, ROW_ROLE, split_title
 from studio.ui.widgets.time_view import clock
 
 Index = QModelIndex | QPersistentModelIndex
@@ -52,7 +52,7 @@ class TakeDelegate(QStyledItemDelegate):
         self._paint_ground(painter, option)
         box = QRectF(option.rect).adjusted(8, 0, -6, 0)
         if column == "take":
-            _paint_name(painter, box, row)
+            _paint_name(painter, box, row, index)
         elif column == "length":
             painter.setFont(theme.figures_font())
             painter.setPen(theme.colour("muted"))
@@ -93,11 +93,11 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-def _paint_name(painter: QPainter, box: QRectF, row: TakeRow) -> None:
-    missing = row.take is None
+def _paint_name(painter: QPainter, box: QRectF, row: TakeRow, index: Index) -> None:
+    missing = index.data(MISSING_ROLE)
     painter.setFont(theme.ui_font())
     painter.setPen(theme.colour("bad" if missing else "text" if row.selection.split else "muted"))
-    _elided(painter, box, row.id)
+    _elided(painter, box, index.data())
 
 
 def _paint_stars(painter: QPainter, box: QRectF, stars: int) -> None:

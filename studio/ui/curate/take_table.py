@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from PySide6.QtCore import (
@@ -20,6 +20,8 @@ from studio.ui.widgets.time_view import clock
 
 Index = QModelIndex | QPersistentModelIndex
 ROW_ROLE = Qt.ItemDataRole.UserRole + 1
+MISSING_ROLE = Qt.ItemDataRole.UserRole + 2
+"""Whether a file of the take, or all of it, is missing."""
 EDITABLE = frozenset({"performer", "tags", "note"})
 _NOWHERE = QModelIndex()
 
@@ -37,6 +39,7 @@ class TakeTable(QAbstractTableModel):
         super().__init__(parent)
         self._rows: tuple[TakeRow, ...] = ()
         self._places: dict[str, int] = {}
+        self._missing: Mapping[str, tuple[str, ...]] = {}
 
     def set_rows(self, rows: Sequence[TakeRow]) -> bool:
         """Show these rows; whether the whole table was renewed (selections in views are lost then)."""
@@ -52,6 +55,17 @@ class TakeTable(QAbstractTableModel):
         self._places = {row.id: i for i, row in enumerate(new)}
         self.endResetModel()
         return True
+
+    def set_missing(self, missing: Mapping[str, tuple[str, ...]]) -> None:
+        """Names of missing files by take id; a name is empty where the take's folder is missing."""
+        if missing != self._missing:
+            self._missing = missing
+            if self._rows:
+                self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, len(COLUMNS) - 1))
+
+    def is_missing(self, row: TakeRow) -> bool:
+        """Whether anything of a row's take is not there."""
+        return row.take is None or row.selection.take in self._missing
 
     @property
     def rows(self) -> tuple[TakeRow, ...]:
@@ -93,6 +107,8 @@ class TakeTable(QAbstractTableModel):
         row, column = self._rows[index.row()], COLUMNS[index.column()]
         if role == ROW_ROLE:
             return row
+        if role == MISSING_ROLE:
+            return self.is_missing(row)
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
             return self._text(row, column)
         if role == Qt.ItemDataRole.AccessibleTextRole:
@@ -134,7 +150,7 @@ class TakeTable(QAbstractTableModel):
             return split_title(s.split)
         if column == "grade":
             return f"{row.grade}  {row.reason}".strip()
-        if column == "take" and row.take is None:
+        if column == "take" and self.is_missing(row):
             return self.tr("{0} (missing)").format(s.id)
         return {"take": s.id, "performer": s.performer, "tags": ", ".join(s.tags), "note": s.note}[column]
 
@@ -143,7 +159,10 @@ class TakeTable(QAbstractTableModel):
             found = "\n".join(f"• {f.what} {f.remedy}" for f in row.report.findings)
             return found or self.tr("Nothing is wrong with this take.")
         if column == "take" and row.take is None:
-            return self.tr("The folder of this take is missing. Put it back; its choices are kept.")
+            return self.tr("The folder of this take is missing: find it. Its choices are kept.")
+        if column == "take" and self.is_missing(row):
+            names = ", ".join(self._missing[row.selection.take])
+            return self.tr("{0} of this take is missing: find it. Its choices are kept.").format(names)
         return self._text(row, column)
 
 
@@ -179,7 +198,7 @@ class TakeFilter(QSortFilterProxyModel):
         row = self._table.rows[source_row]
         if self._splits and row.selection.split not in self._splits:
             return False
-        if self._troubled and not row.troubled:
+        if self._troubled and not row.troubled and not self._table.is_missing(row):
             return False
         if not self._words:
             return True
