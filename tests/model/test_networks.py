@@ -15,11 +15,13 @@ from studio.model._network import Network, Sizes
 
 SMALL: dict[str, dict[str, Any]] = {
     "audio2face": {"units": 8, "dense": 8},
+    "faceformer": {"width": 16, "heads": 2, "hearing": 2, "period": 10, "reach_s": 0.5},
     "recurrent": {"units": 8, "layers": 2},
     "saia": {"units": 8, "layers": 2, "reach": 3},
 }
 SIZES = {
     "audio2face": Sizes(5, 7, 1, 16, 30.0),
+    "faceformer": Sizes(5, 7, 4, 4, 30.0),
     "recurrent": Sizes(5, 7, 4, 4, 30.0),
     "saia": Sizes(5, 7, 4, 16, 30.0),
 }

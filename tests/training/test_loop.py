@@ -178,6 +178,8 @@ def test_the_best_weights_are_those_of_the_best_epoch(make_toy_project: MakeProj
     [
         ("audio2face", ["units=8", "dense=8"]),
         ("audio2face", ["form=learns", "units=8", "dense=8"]),
+        ("faceformer", ["width=16", "hearing=2", "steps=3"]),
+        ("faceformer", ["form=paper", "width=16", "hearing=2", "steps=3"]),
         ("saia", ["units=8"]),
         ("saia", ["form=reports", "units=8"]),
         ("saia", ["form=mixture", "units=8", "mixtures=3"]),
