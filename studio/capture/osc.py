@@ -53,11 +53,9 @@ def bind(port: int, host: str = "127.0.0.1") -> socket.socket:
         if _LINUX:
             with contextlib.suppress(OSError):  # past the system's limit, where this user may
                 opened.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, 4 * BUFFER_BYTES)
-            with contextlib.suppress(OSError):  # what comes while its reader is only starting is stamped too
-                opened.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+        stamp_arrivals(opened)  # before any comes: what waits while a reader gets ready has its true time too
         opened.bind((host, port))
         opened.setblocking(False)
-        stamp_arrivals(opened)  # at once: what waits while a reader gets ready has its true time too
     except OSError as error:
         opened.close()
         raise _explained(error, port, host) from error
