@@ -1,4 +1,4 @@
-"""What dropped files are: a project to open, a sound for Review, or material to import."""
+"""What dropped files are: a project to open, packed or not, a sound for Review, or material to import."""
 
 from __future__ import annotations
 
@@ -12,15 +12,17 @@ SOUNDS = frozenset(
 
 @dataclass(frozen=True)
 class Drop:
-    """What to do with dropped paths; only one of the three is filled.
+    """What to do with dropped paths; only one of the four is filled.
 
     Args:
         project: a project folder to open.
+        packed: a packed project to open.
         sound: a sound to generate motion for at once.
         imports: files and folders to bring into the project.
     """
 
     project: Path | None = None
+    packed: Path | None = None
     sound: Path | None = None
     imports: tuple[Path, ...] = ()
 
@@ -35,6 +37,8 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
     first = paths[0] if len(paths) == 1 else None
     if first is not None and (first.name == "project.json" or (first / "project.json").is_file()):
         return Drop(project=first.parent if first.name == "project.json" else first)
+    if first is not None and first.suffix.lower() == ".zip":
+        return Drop(packed=first)
     if first is not None and room == "review" and first.suffix.lower() in SOUNDS:
         return Drop(sound=first)
     return Drop(imports=paths)

@@ -33,6 +33,7 @@ from studio.ui import messages, rooms, theme, window_state
 from studio.ui.drops import sort_drop
 from studio.ui.imports import Importer
 from studio.ui.menus import Menus
+from studio.ui.packing import Packing
 from studio.ui.rooms import Presenter
 from studio.ui.session import Session
 from studio.ui.shortcuts import ShortcutsDialog
@@ -64,6 +65,7 @@ class MainWindow(QMainWindow):
         self.stack.addWidget(self.welcome)
         self.start = StartPresenter(self.welcome, session, self)
         self.importer = Importer(session, self)
+        self.packing = Packing(session, self, self.start.open_project)
         self.menus = Menus(self)
         self._build_frame()
         self._connect()
@@ -163,6 +165,7 @@ class MainWindow(QMainWindow):
             presenter.close()
         self.start.close()
         self.importer.close()
+        self.packing.close()
         if self.session.project is not None:
             self.session.project.close()
         event.accept()
@@ -185,6 +188,8 @@ class MainWindow(QMainWindow):
                 messages.show_note(self, self.tr("Stop the recording before opening another project."))
             else:
                 self.start.open_project(drop.project)
+        elif drop.packed is not None:
+            self.packing.ask_place(drop.packed)
         elif drop.sound is not None:
             self.session.sound_dropped.emit(drop.sound)
         else:

@@ -59,9 +59,15 @@ class Menus(QObject):
         menu.addSeparator()
         importing = self._add(menu, self.tr("Import files…"), window.import_files, "Ctrl+I", "mdi6.import")
         folder = self._add(menu, self.tr("Import a folder…"), window.import_folder)
+        menu.addSeparator()
+        pack = self._add(
+            menu, self.tr("Pack the project…"), window.packing.ask_pack, "", "mdi6.zip-box-outline"
+        )
+        self._add(menu, self.tr("Open a packed project…"), window.packing.ask_unpack)
+        menu.addSeparator()
         show = self._add(menu, self.tr("Show the project's folder"), window.show_project_folder)
         close = self._add(menu, self.tr("Close the project"), window.close_project, "Ctrl+W")
-        self._needs_project += [importing, folder, show, close]
+        self._needs_project += [importing, folder, pack, show, close]
         self._quit = self._add(menu, self.tr("Quit"), window.close, "Ctrl+Q")
         menu.removeAction(self._quit)  # it stands at the end of the whole menu
         window.addAction(self._quit)

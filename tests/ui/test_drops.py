@@ -20,3 +20,8 @@ def test_one_sound_dropped_in_review_is_generated_from(tmp_path: Path) -> None:
 def test_several_files_are_imported_everywhere(tmp_path: Path) -> None:
     both = (tmp_path / "a.wav", tmp_path / "a.csv")
     assert sort_drop(both, "review") == Drop(imports=both)
+
+
+def test_a_packed_project_is_opened_in_every_room(tmp_path: Path) -> None:
+    packed = tmp_path / "P.ZIP"
+    assert sort_drop((packed,), "review") == sort_drop((packed,), "") == Drop(packed=packed)
