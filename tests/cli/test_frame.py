@@ -51,6 +51,20 @@ def test_an_unknown_word_is_a_sentence(capsys: pytest.CaptureFixture[str]) -> No
     )
 
 
+def test_a_mistyped_command_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["exprot", "MyProject"]) == 2
+    assert capsys.readouterr().err == (
+        "There is no command and no project called exprot. "
+        "Did you mean `saia export`? Run `saia --help` to see the commands.\n"
+    )
+
+
+def test_two_projects_are_one_too_many(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([str(tmp_path), "more"]) == 2
+    expected = "The window opens one project at a time. Name one folder, in quotation marks.\n"
+    assert capsys.readouterr().err == expected
+
+
 def test_an_unknown_word_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["frobnicate", "--json"]) == 2
     assert [json.loads(line) for line in capsys.readouterr().out.splitlines()] == [
@@ -191,7 +205,7 @@ def test_every_fact_becomes_plain_json(
 def saia(*words: str) -> subprocess.CompletedProcess[str]:
     """A real `python -m studio` with some words."""
     command = [sys.executable, "-m", "studio", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
 def test_the_program_itself_ends_with_the_code() -> None:
@@ -203,7 +217,7 @@ def test_the_program_itself_ends_with_the_code() -> None:
 @pytest.mark.parametrize("words", ["--help", "train --help", "train --list"])
 def test_a_reader_that_leaves_is_no_traceback(words: str) -> None:
     command = f"{shlex.quote(sys.executable)} -m studio {words} | head -c 1"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=300)
     assert done.stderr == ""
 
 

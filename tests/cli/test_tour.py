@@ -38,7 +38,7 @@ def test_without_any_screen_the_tour_says_what_to_install(
 @pytest.mark.skipif(not stage.sound_available(), reason="needs a sound device that hears itself")
 def test_the_whole_job_happens(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "studio", "tour", "--out", str(tmp_path), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=280)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=850)
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert done.returncode == 0, f"{lines[-1]}\n{done.stderr}"
     last = lines[-1]
