@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.dataset.balance import leaking
 from studio.dataset.dataset import Dataset, Selection
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Suggestion:
 
     Args:
         selection: id of the selection it is about.
-        kind: a finding's kind, "unsure" or "error".
+        kind: a finding's kind, "unsure", "leak" or "error".
         weight: 0 to 1, how likely it spoils what is learnt.
         what, remedy: one sentence each.
         span: where, seconds on the take's clock; None for all of it.
@@ -89,7 +90,7 @@ def suggest(
         errors: spans of large error by selection id.
         run: what the run is called that made the errors.
     """
-    found: list[Suggestion] = []
+    found: list[Suggestion] = list(_leaks(dataset))
     for selection in dataset.selections:
         if not selection.split or selection.take not in durations:
             continue
@@ -123,6 +124,16 @@ def worst_spans(takes: Mapping[str, tuple[Floats, Floats]]) -> dict[str, tuple[W
         name: _spans_above(times, error, limit, max(usual, 1e-9)) for name, (times, error) in smooth.items()
     }
     return {name: found for name, found in spans.items() if found}
+
+
+def _leaks(dataset: Dataset) -> Iterator[Suggestion]:
+    """Parts that judge a training which has learnt from other parts of the same take."""
+    apart = set(leaking(dataset))
+    for selection in dataset.selections:
+        if selection.take in apart and selection.split in ("val", "test"):
+            what = f"It judges the training, yet other parts of {selection.take} are learnt from."
+            remedy = "Use all parts of a take for the same, or press Split for me."
+            yield Suggestion(selection.id, "leak", 0.8, what, remedy)
 
 
 def _of_report(selection: Selection, report: Report, duration: float) -> Iterator[Suggestion]:

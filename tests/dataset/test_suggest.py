@@ -102,3 +102,11 @@ def test_a_large_error_is_said_with_its_run_and_can_be_left_out() -> None:
     (found,) = suggest(dataset, TEN, {}, errors, "balanced_002")
     assert found.what == "balanced_002 is 3.4 times as far off here as usual."
     assert suggest(edits.exclude(dataset, "a", 2.0, 3.0), TEN, {}, errors, "balanced_002") == ()
+
+
+def test_a_part_that_judges_what_was_learnt_from_its_own_take_is_told() -> None:
+    dataset = edits.split_at(Dataset((Selection("a", "a"),)), "a", [5.0], 10.0)
+    assert suggest(dataset, TEN, {}) == ()
+    (found,) = suggest(edits.set_split(dataset, ["a.2"], "val"), TEN, {})
+    assert (found.selection, found.kind, found.span) == ("a.2", "leak", None)
+    assert found.what == "It judges the training, yet other parts of a are learnt from."

@@ -188,7 +188,7 @@ class Library(Card):
         self.split_button = QPushButton(self.tr("Split for me"))
         self.split_button.setObjectName("split_for_me_button")
         self.split_button.setToolTip(
-            self.tr("Divide the takes among train, val and test, balanced by length and performer")
+            self.tr("Divide the takes among train, val and test, balanced by length, performer and label")
         )
         self.split_button.clicked.connect(self.split_requested)
         self.fix_button = QToolButton()
