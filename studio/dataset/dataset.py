@@ -43,6 +43,8 @@ class Selection:
         emotion: how the whole of it is played; a label of the tier "emotion" says it for a span.
         tags, stars, note: for finding it again.
         locked: a test take that stays a test take.
+        clean: how its sound is cleaned before it is heard and learnt from: "" as recorded, "noise" with less
+            noise, "voice" the voice alone; see take/cleaned.py.
     """
 
     id: str
@@ -59,6 +61,7 @@ class Selection:
     stars: int = 0
     note: str = ""
     locked: bool = False
+    clean: str = ""
 
     def span(self, duration: float) -> tuple[float, float]:
         """In and out points in seconds inside a recording of this duration."""

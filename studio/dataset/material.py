@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from studio.dataset.dataset import Selection
 from studio.motion import Motion
 from studio.motion.mend import mended
+from studio.take.cleaned import clean
 from studio.take.motion_file import read_motion
 from studio.take.sound import Sound, read_span
 from studio.take.take import Take
@@ -45,7 +46,7 @@ class Material:
 
 
 def load_material(selection: Selection, take: Take, sample_rate: int | None = None) -> Material:
-    """Read the part of a take that a selection uses.
+    """Read the part of a take that a selection uses; cleaned sound that is not there yet is made first.
 
     Args:
         selection: in and out points, offset and excluded spans.
@@ -58,7 +59,7 @@ def load_material(selection: Selection, take: Take, sample_rate: int | None = No
     start = max(selection.in_point, 0.0)
     end = take.info.duration if selection.out_point is None else min(selection.out_point, take.info.duration)
     end = max(end, start)
-    sound = _sound(take, start, end, sample_rate)
+    sound = _sound(selection, take, start, end, sample_rate)
     motion = Motion.build([])
     if take.motion_path is not None:
         whole = mended(read_motion(take.motion_path))[0].shifted(selection.offset)
@@ -70,8 +71,8 @@ def load_material(selection: Selection, take: Take, sample_rate: int | None = No
     return Material(selection, sound.mono(), sound.sample_rate, motion, end - start, excluded)
 
 
-def _sound(take: Take, start: float, end: float, sample_rate: int | None) -> Sound:
+def _sound(selection: Selection, take: Take, start: float, end: float, sample_rate: int | None) -> Sound:
     if take.audio_path is None:
         return Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
-    sound = read_span(take.audio_path, start, end)
+    sound = read_span(clean(take.audio_path, selection.clean), start, end)
     return sound if sample_rate is None else sound.resampled(sample_rate)

@@ -7,6 +7,7 @@ from typing import Any
 
 from studio.dataset.dataset import SPLITS, Dataset, Label, Selection
 from studio.dataset.history import History, Step
+from studio.take.cleaned import WAYS
 
 FORMAT_VERSION = 1
 STEPS_KEPT = 50
@@ -42,7 +43,17 @@ def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
 def selection_to_plain(selection: Selection) -> dict[str, Any]:
     """One selection; what is at its default is left out."""
     plain: dict[str, Any] = {"id": selection.id, "take": selection.take, "split": selection.split}
-    for name in ("in_point", "out_point", "offset", "performer", "emotion", "stars", "note", "locked"):
+    for name in (
+        "in_point",
+        "out_point",
+        "offset",
+        "performer",
+        "emotion",
+        "stars",
+        "note",
+        "locked",
+        "clean",
+    ):
         value = getattr(selection, name)
         if value != getattr(_DEFAULT, name):
             plain[name] = value
@@ -79,6 +90,7 @@ def selection_from_plain(plain: dict[str, Any]) -> Selection:
         stars=int(plain.get("stars", 0)),
         note=_text(plain.get("note", "")),
         locked=bool(plain.get("locked", False)),
+        clean=clean if (clean := plain.get("clean", "")) in WAYS else "",
     )
 
 

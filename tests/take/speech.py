@@ -12,15 +12,17 @@ RATE = 16_000
 _CLIPS = ("clip_01.ogg", "clip_04.ogg", "clip_05.ogg")
 
 
-def talk(gap: float, noise: float = 0.0) -> tuple[NDArray[np.float32], list[tuple[float, float]]]:
-    """Three sentences, a gap in seconds before and after each.
+def talk(
+    gap: float, noise: float = 0.0, sentences: int = 3
+) -> tuple[NDArray[np.float32], list[tuple[float, float]]]:
+    """Up to three sentences, a gap in seconds before and after each.
 
     Returns:
         Samples at RATE (N,), and where the sentences lie, seconds.
     """
     parts: list[NDArray[np.float32]] = [np.zeros(int(gap * RATE), np.float32)]
     spans = []
-    for name in _CLIPS:
+    for name in _CLIPS[:sentences]:
         clip = read_sound(resource("performer", name), RATE).mono()
         loud = np.flatnonzero(np.abs(clip) > 0.02)
         clip = clip[loud[0] : loud[-1]]
