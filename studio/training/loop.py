@@ -91,12 +91,17 @@ def train(
         done = _Training(fabric, project, recipe, on_event, stop, resume, step_seconds).run()
         leave_together(fabric)
         return done
-    except torch.OutOfMemoryError as error:
+    except (MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
         raise _out_of_memory(recipe) from error
-    except RuntimeError as error:
-        if "out of memory" in str(error) or "can't allocate memory" in str(error):
-            raise _out_of_memory(recipe) from error
-        raise
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether numpy, torch or the device ran out of memory."""
+    if isinstance(error, MemoryError | torch.OutOfMemoryError):
+        return True
+    return "out of memory" in str(error) or "can't allocate memory" in str(error)
 
 
 def resumed_recipe(run: Run) -> Recipe:
@@ -394,7 +399,7 @@ class _Training:
         layout = self.data.layout
         values = np.concatenate([e.values[e.grid.valid > 0] for e in self.data.train])
         deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
-        return column_weights(deviation, torch.from_numpy(layout.groups), self.recipe.loss.balance)
+        return column_weights(deviation, torch.from_numpy(layout.groups), self.recipe.loss)
 
     def _should_stop(self) -> bool:
         asked = self.stop() if self.fabric.is_global_zero else False

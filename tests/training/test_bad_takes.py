@@ -1,0 +1,149 @@
+"""Takes that cannot be learnt from, and machines too small: one sentence, nothing lost, the rest goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+import torch
+
+from studio.dataset import edits
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.project import Project, Run
+from studio.take import TakeInfo
+from studio.training.events import Event, Note, Started
+from studio.training.loop import is_out_of_memory, resumed_recipe, train
+from studio.training.recipe import Recipe, load_recipe
+
+MakeProject = Callable[..., Project]
+
+
+def tiny(*overrides: str) -> Recipe:
+    return load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1", *overrides])
+
+
+def trained(project: Project, recipe: Recipe, resume: Run | None = None) -> tuple[Run, list[Event]]:
+    events: list[Event] = []
+    return train(project, recipe, on_event=events.append, resume=resume), events
+
+
+def added(project: Project, name: str, motion: Motion, sound: np.ndarray, folder: Path) -> None:
+    """A take for training of mono sound at 16 kHz."""
+    path = folder / f"{name}.wav"
+    soundfile.write(path, sound, 16000, subtype="FLOAT")
+    project.add_take(name, TakeInfo("x"), motion, path)
+    project.edit("Split", edits.set_split(project.dataset, [name], "train"))
+
+
+def waving(seconds: float, fps: float = 30.0) -> Motion:
+    t = np.arange(round(seconds * fps)) / fps
+    return Motion.build(t, ("A",), np.sin(3 * t)[:, None] ** 2)
+
+
+def notes(events: list[Event]) -> list[str]:
+    return [event.text for event in events if isinstance(event, Note)]
+
+
+def test_a_silent_take_is_named_and_the_rest_is_learnt(make_toy_project: MakeProject, tmp_path: Path) -> None:
+    project = make_toy_project()
+    added(project, "Quiet", waving(5.0), np.zeros(5 * 16000), tmp_path)
+    run, events = trained(project, tiny())
+    assert notes(events) == ["Quiet is silent; nothing can be learnt from its sound."]
+    assert all(math.isfinite(epoch["train_loss"]) for epoch in run.epochs())
+
+
+def test_sound_with_values_that_are_no_numbers_is_mended(
+    make_toy_project: MakeProject, tmp_path: Path
+) -> None:
+    project = make_toy_project()
+    sound = np.random.default_rng(0).normal(0, 0.1, 5 * 16000)
+    sound[1000:1010], sound[2000] = np.nan, np.inf
+    added(project, "Broken", waving(5.0), sound, tmp_path)
+    run, _ = trained(project, tiny())
+    assert all(math.isfinite(epoch["train_loss"]) for epoch in run.epochs())
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_a_take_of_a_few_frames_does_no_harm(
+    make_toy_project: MakeProject, tmp_path: Path, frames: int
+) -> None:
+    project = make_toy_project()
+    added(project, "Blip", waving(frames / 30), np.full(800 * frames, 0.1), tmp_path)
+    run, events = trained(project, tiny())
+    assert notes(events) == (["Blip has no motion and is left out."] if frames == 1 else [])
+    assert all(math.isfinite(epoch["train_loss"]) for epoch in run.epochs())
+
+
+def test_takes_in_which_nothing_moves_are_a_sentence(make_toy_project: MakeProject, tmp_path: Path) -> None:
+    project = make_toy_project(("val",))
+    t = np.arange(180) / 30
+    frozen = Motion.build(t, ("A", "Blink"), np.tile([0.3, 0.0], (180, 1)), ("Head",))
+    added(project, "Statue", frozen, np.random.default_rng(0).normal(0, 0.1, 6 * 16000), tmp_path)
+    with pytest.raises(StudioError) as caught:
+        trained(project, tiny())
+    assert str(caught.value) == (
+        "Nothing moves in the training takes. Check that the tracker was sending while they were recorded."
+    )
+    assert project.runs == ()
+
+
+def test_one_take_alone_is_enough_its_end_checks_the_rest(make_toy_project: MakeProject) -> None:
+    run, events = trained(make_toy_project(("train",)), tiny())
+    assert notes(events) == [
+        "No take is marked for validation: the last 0.9 s of Toy_001 are held back for it."
+    ]
+    started = next(event for event in events if isinstance(event, Started))
+    assert (started.train, started.val) == (("Toy_001",), ("Toy_001 (end)",))
+    assert run.has_weights
+
+
+@pytest.mark.parametrize("length", [0, 100, 5000])
+def test_a_run_whose_state_is_cut_short_keeps_its_best(make_toy_project: MakeProject, length: int) -> None:
+    project = make_toy_project(("train", "val"))
+    run, _ = trained(project, tiny("epochs=2"))
+    state, best = run.folder / "last.safetensors", (run.folder / "best.safetensors").read_bytes()
+    state.write_bytes(state.read_bytes()[:length])
+    with pytest.raises(StudioError) as caught:
+        trained(project, resumed_recipe(run), resume=run)
+    assert str(caught.value) == (
+        "last.safetensors of the run quick_001 is damaged. Train again, or restore it from a backup."
+    )
+    assert (run.folder / "best.safetensors").read_bytes() == best
+
+
+def test_a_resumed_run_of_a_newer_studio_says_so(make_toy_project: MakeProject) -> None:
+    from studio.training import checkpoint
+
+    project = make_toy_project(("train", "val"))
+    run, _ = trained(project, tiny())
+    path = run.folder / "last.safetensors"
+    state = checkpoint.load_state(path)
+    checkpoint.save_state(path, replace(state, facts=state.facts | {"version": 99}))
+    with pytest.raises(StudioError) as caught:
+        trained(project, resumed_recipe(run), resume=run)
+    assert caught.value.remedy == "Update Saia Studio to open it."
+
+
+def test_every_way_of_running_out_of_memory_is_known() -> None:
+    cpu = "[enforce fail at alloc_cpu.cpp:121] . DefaultCPUAllocator: can't allocate memory: you tried to"
+    assert is_out_of_memory(MemoryError())
+    assert is_out_of_memory(torch.OutOfMemoryError("CUDA out of memory. Tried to allocate 2 GiB."))
+    assert is_out_of_memory(RuntimeError(cpu))
+    assert is_out_of_memory(RuntimeError("MPS backend out of memory (MPS allocated: 8 GB)"))
+    assert not is_out_of_memory(RuntimeError("mat1 and mat2 shapes cannot be multiplied"))
+
+
+def test_too_little_memory_is_a_sentence_with_a_smaller_batch(make_toy_project: MakeProject) -> None:
+    # More rows than any machine has addresses for: the very first of them is refused, nothing is filled.
+    impossible = tiny("crops=8", "steps_per_frame=1000000000000")
+    with pytest.raises(StudioError) as caught:
+        trained(make_toy_project(("train", "val")), impossible)
+    assert str(caught.value) == (
+        "The memory of this machine was not enough for the training. Try again with training.crops=4."
+    )
