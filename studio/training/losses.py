@@ -14,7 +14,8 @@ from studio.features.motion import FACE, Layout
 from studio.training.recipe import LossSettings
 
 _TINY = 1e-8
-_QUIET_DEVIATION = 0.02
+_QUIET_SHAPE, _QUIET_BODY = 0.02, 0.002
+"""Added to deviations before they are balanced, so that what hardly moves does not count for too much."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Group:
 
     columns: Tensor
     weight: float
+    velocity: float
     variance: float
     cosine: float
     theta: float
@@ -61,14 +63,10 @@ class Loss:
         face, body = (groups == FACE).nonzero()[:, 0], (groups != FACE).nonzero()[:, 0]
         s = settings
         self._of_batch = s.variance_over == "batch"
-        self.groups = [
-            group
-            for group in (
-                Group(face.to(device), s.face, s.face_variance, s.face_cosine, s.face_theta),
-                Group(body.to(device), s.body, s.body_variance, s.body_cosine, s.body_theta),
-            )
-            if len(group.columns)
-        ]
+        slow = s.of_body("velocity")
+        of_face = Group(face.to(device), s.face, s.velocity, s.face_variance, s.face_cosine, s.face_theta)
+        of_body = Group(body.to(device), s.body, slow, s.body_variance, s.body_cosine, s.body_theta)
+        self.groups = [group for group in (of_face, of_body) if len(group.columns)]
 
     def __call__(self, predicted: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
         """The loss of a batch.
@@ -87,7 +85,7 @@ class Loss:
         return total
 
     def _group(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
-        s, plain = self.settings, y
+        plain = y
         balance = self.balance[group.columns]
         y, posed = y * balance, t
         t = t * balance
@@ -95,9 +93,9 @@ class Loss:
         if y.shape[1] < 2:
             return loss
         both = weight[:, 1:] * weight[:, :-1]
-        if s.velocity:
+        if group.velocity:
             change = self._point(y.diff(dim=1), t.diff(dim=1))
-            loss = loss + group.weight * s.velocity * _mean(change, both)
+            loss = loss + group.weight * group.velocity * _mean(change, both)
         if group.variance:
             loss = loss + group.weight * group.variance * self._narrowness(y, t, weight)
         if group.cosine:
@@ -124,19 +122,22 @@ class Loss:
         return _mean((theta - _cosine(y + shift, weight)).abs(), weight.amax(dim=-1))
 
 
-def column_weights(deviation: Tensor, groups: Tensor, balance: float) -> Tensor:
+def column_weights(deviation: Tensor, groups: Tensor, settings: LossSettings) -> Tensor:
     """What columns are multiplied by before errors are taken: small movements are seen as well as large ones.
 
-    w = (deviation + 0.02)^-balance, so that squared errors weigh w^2; the mean of w^2 in a group is 1.
+    w = (deviation + quiet)^-balance, so that squared errors weigh w^2; the mean of w^2 in a group is 1.
 
     Args:
         deviation: (C,) in training, natural units.
         groups: (C,) each column's group.
-        balance: 0 gives all ones.
+        settings: their balance; 0 gives all ones.
     """
-    weights = (deviation + _QUIET_DEVIATION) ** -balance
+    weights = torch.ones_like(deviation)
     for group in set(groups.tolist()):
         chosen = groups == group
+        balance = settings.balance if group == FACE else settings.of_body("balance")
+        quiet = _QUIET_SHAPE if group == FACE else _QUIET_BODY
+        weights[chosen] = (deviation[chosen] + quiet) ** -balance
         weights[chosen] /= weights[chosen].square().mean().sqrt()
     return weights
 

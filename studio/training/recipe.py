@@ -50,8 +50,10 @@ class LossSettings:
         face_cosine, body_cosine: weights of |theta - cos(y_{t-1}, y_t)|.
         face_theta, body_theta: the cosine wanted; 1 asks for no change.
         theta: "fixed" uses those numbers, "capture" the cosine of the captured neighbours.
-        balance: columns are weighted by 1 / (deviation + 0.02)^balance before errors are taken, so that
+        balance: columns are weighted by 1 / (deviation + a little)^balance before errors are taken, so that
             small movements count too; 0 leaves them.
+        body_velocity, body_balance: those of bones where they differ; below 0 the same as of shapes. A body
+            sways more slowly than lips move: a high velocity weight keeps it from trembling.
         variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
     """
 
@@ -67,7 +69,14 @@ class LossSettings:
     body_theta: float = 1.0
     theta: str = "fixed"
     balance: float = 0.0
+    body_velocity: float = -1.0
+    body_balance: float = -1.0
     variance_over: str = "crop"
+
+    def of_body(self, name: str) -> float:
+        """The "velocity" or "balance" that holds for bones."""
+        own = float(getattr(self, f"body_{name}"))
+        return own if own >= 0 else float(getattr(self, name))
 
 
 @dataclass(frozen=True)
@@ -86,8 +95,8 @@ class TrainingSettings:
         clip: gradients are scaled down to this norm; 0 leaves them.
         average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
         start_at_mean: the output begins at the training mean.
-        liveliness: 0 leaves predictions as they are, 1 gives each region (face, head, torso, arms...) the
-            motion captured in the validation takes.
+        liveliness: 0 leaves predictions as they are, 1 gives each region of the body (head, torso, arms...)
+            the motion captured in the validation takes.
         validate_every: epochs between validations.
         style_by: what counts as a style: each "take", each "performer", "none", or "auto": performers
             where several are named with several takes each, else takes.
@@ -408,6 +417,7 @@ _LIMITS = {
     "training.average": (0, 0.99999), "training.liveliness": (0, 2), "training.validate_every": (1, 100_000),
     "training.devices": (1, 1024),
     "training.seed": (0, 2**32 - 1), "training.style_dropout": (0, 1), "loss.balance": (0, 2),
+    "loss.body_balance": (-1, 2), "loss.body_velocity": (-1, 1e6),
     "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
     "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
     "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),

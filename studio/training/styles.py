@@ -21,7 +21,7 @@ MOST_TRIED = 16
 """Styles tried on the validation takes, those with most frames first; the menu offers all."""
 PARTS = 4
 """Pieces of each validation take in which a default style must do no worse than the average."""
-_CLEARLY = 0.9
+_CLEARLY, _MOSTLY, _SHARE = 0.9, 0.75, 0.5
 
 
 def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
@@ -43,17 +43,22 @@ def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
 
 
 def choose(errors: NDArray[np.floating]) -> int:
-    """The style to use unless a person chooses: 0, the average, unless another is clearly nearer.
+    """The style to use unless a person chooses: 0, the average, unless the takes clearly speak for another.
+
+    A style suits the validation takes where its error is 10 % lower over all and lower in three parts of
+    four: one that suits a single moment would do harm elsewhere. The one that suits best is the default only
+    where at least half of those tried suit: then the validation takes move as most takes do, and so will the
+    next one, probably. Where they are the exception, their style is no guess for new sound.
 
     Args:
         errors: mean squared errors (S + 1, P) of the average and each style tried on parts of the validation
-            takes. A style must be 10 % lower over all and lower in three parts of four: one that suits a
-            single moment of one take would do harm elsewhere.
+            takes.
     """
     over_all = errors.mean(axis=1)
-    often = (errors < errors[:1]).mean(axis=1) >= 0.75
-    fit = often & (over_all < _CLEARLY * over_all[0])
-    return int(np.where(fit, over_all, np.inf).argmin()) if fit.any() else 0
+    suits = ((errors < errors[:1]).mean(axis=1) >= _MOSTLY) & (over_all < _CLEARLY * over_all[0])
+    if not suits.any() or suits.sum() < _SHARE * (len(errors) - 1):
+        return 0
+    return int(np.where(suits, over_all, np.inf).argmin())
 
 
 def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -> int:

@@ -106,11 +106,24 @@ def test_perfect_prediction_costs_nothing(layout: Layout) -> None:
 
 def test_balance_lets_small_movements_count() -> None:
     groups, deviation = torch.tensor([0, 0, 1]), torch.tensor([0.0, 0.3, 0.1])
-    weights = column_weights(deviation, groups, 0.5)
+    weights = column_weights(deviation, groups, LossSettings(balance=0.5))
     assert float(weights[0] / weights[1]) == pytest.approx(4.0)  # sqrt(0.32 / 0.02)
     assert float(weights[:2].square().mean()) == pytest.approx(1.0)
     assert float(weights[2]) == pytest.approx(1.0)
-    assert torch.equal(column_weights(deviation, groups, 0.0), torch.ones(3))
+    assert torch.equal(column_weights(deviation, groups, LossSettings()), torch.ones(3))
+
+
+def test_bones_may_be_balanced_and_slowed_apart_from_shapes(layout: Layout) -> None:
+    deviation, groups = torch.tensor([0.30, 0.08, 0.008]), torch.tensor([0, 1, 1])
+    weights = column_weights(deviation, groups, LossSettings(balance=0.5, body_balance=1.0))
+    assert float(weights[2] / weights[1]) == pytest.approx(8.2)  # 0.082 / 0.010
+    t = poses(layout)
+    face, body = t.clone(), t.clone()
+    face[..., 0] = -t[..., 0]
+    body[..., -1] = -t[..., -1]
+    for y, rises in ((face, False), (body, True)):
+        apart = loss_of(layout, y, t, body_velocity=9.0) > loss_of(layout, y, t, body_velocity=1.0)
+        assert apart == rises
 
 
 def test_deviation_over_the_batch_lets_crops_differ_as_captured(layout: Layout) -> None:

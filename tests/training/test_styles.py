@@ -49,6 +49,12 @@ def test_the_average_is_the_default_unless_a_style_is_clearly_nearer() -> None:
     assert choose(np.array([average])) == 0
 
 
+def test_a_style_that_suits_is_the_default_only_where_the_validation_takes_are_no_exception() -> None:
+    average, suits, does_not = [1.0] * 4, [0.8] * 4, [1.2] * 4
+    assert choose(np.array([average, suits, does_not, does_not])) == 0
+    assert choose(np.array([average, does_not, suits, does_not, [0.7] * 4])) == 4
+
+
 def test_an_unknown_style_is_a_sentence() -> None:
     assert index_of(None, ("a", "b"), "b", "Run_1") == 2
     assert index_of("average", ("a", "b"), "b", "Run_1") == 0
