@@ -15,6 +15,7 @@ from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.session import Session
 from studio.ui.train.data_facts import data_facts, one_for_validation
+from studio.ui.train.previewing import Previewing
 from studio.ui.train.run_facts import RunFacts, curves, run_facts
 from studio.ui.train.run_keeping import Live, RunKeeping
 from studio.ui.train.view import Preset, TrainView, Wish
@@ -44,6 +45,7 @@ class TrainPresenter(QObject):
         self._timer.timeout.connect(self._follow)
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
+        self._previewing = Previewing(view.progress.preview)
         self._keeping = RunKeeping(view, session, self._live)
         self._keeping.deleted.connect(self._on_deleted)
         self._keeping.cancel_wished.connect(self._on_cancel)
@@ -244,6 +246,7 @@ class TrainPresenter(QObject):
         self._view.progress.show_log("\n".join([*self._notes, self._job.log]).strip())
         if self._shown in (self._run_id, ""):
             self._show_run_facts(self._run_id or self.tr("Preparing"), facts, self._events, live=True)
+            self._previewing.follow(self._folder, live=True)
         self._keeping.show()
 
     def _strip_text(self, facts: RunFacts) -> str:
@@ -259,7 +262,9 @@ class TrainPresenter(QObject):
             self._view.progress.show_progress("", "", None)
             self._view.progress.show_curves({}, None)
             self._view.progress.show_alarm("")
+            self._previewing.follow(None, live=False)
             return
+        self._previewing.follow(run.folder, live=False)
         events = run.epochs()
         self._show_run_facts(run.id, run_facts(events), events, live=False)
 

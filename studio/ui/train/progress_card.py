@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.train.preview_pane import PreviewPane
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
 from studio.ui.widgets.loss_plot import LossPlot
@@ -137,6 +138,8 @@ class ProgressCard(Card):
         self.motion_plot.setObjectName("motion_plot")
         for plot in (self.loss_plot, self.error_plot, self.motion_plot):
             row.addWidget(plot, 1)
+        self.preview = PreviewPane()
+        row.addWidget(self.preview, 1)
         hint = EmptyState(
             "mdi6.chart-bell-curve-cumulative",
             self.tr("Press Start training: the curves grow here while you go on working in other tabs."),
