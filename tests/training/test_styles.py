@@ -110,6 +110,39 @@ def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
     )
 
 
+@pytest.mark.slow
+def test_a_performer_of_the_face_and_one_of_the_body_learn_from_each_other(
+    make_toy_project: MakeProject,
+) -> None:
+    project = make_toy_project(("train", "train", "val"), bones=False, seconds=12.0)
+    body = make_toy_project(("train", "train", "val"), shapes=False, seconds=12.0, name="Body")
+    bodies = []
+    for number, take in enumerate(body.takes):
+        assert take.motion_path is not None
+        motion = read_motion(take.motion_path)
+        bodies.append(project.add_take(f"Body_{number}", take.info, motion, take.audio_path).id)
+    dataset = edits.set_performer(project.dataset, ["Toy_001", "Toy_002"], "Ann")
+    dataset = edits.set_performer(dataset, bodies[:2], "Ben")
+    dataset = edits.set_split(edits.set_split(dataset, bodies[:2], "train"), bodies[2:], "val")
+    project.edit("Split", dataset)
+    recipe = load_recipe("balanced").with_overrides(
+        ["units=32", "epochs=6", "steps=20", "crops=4", "crop_frames=90"]
+    )
+    run = train(project, recipe, on_event=lambda event: None)
+    assert run.report is not None
+    assert run.report["performers"] == ["Ann", "Ben"]
+    predictor = load_predictor(run.folder)
+    assert predictor.styles == ("average", "Ann", "Ben")
+    sound = project.take(bodies[2]).audio_path
+    assert sound is not None
+    nods = motion.rotations[:, motion.bone_names.index("Head"), 0]
+    for style in predictor.styles:  # Ann's body does what Ben's taught, Ben's face what Ann's did
+        made = predictor.generate(sound, style=style).at(motion.times)
+        nod = made.rotations[:, made.bone_names.index("Head"), 0]
+        assert np.corrcoef(nod, nods)[0, 1] > 0.6
+        assert np.corrcoef(made.shapes[:, 0], nods)[0, 1] > 0.6
+
+
 def test_a_resumed_run_keeps_the_styles_it_began_with(make_toy_project: MakeProject) -> None:
     project = make_toy_project(("train", "train", "val", "val"))
     recipe = load_recipe("balanced").with_overrides(
