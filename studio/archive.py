@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from uuid import uuid4
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError
 from studio.project import PROJECT_FILE, is_project
 from studio.take import safe_file
 
@@ -50,8 +50,9 @@ def unpack(source: Path, folder: Path) -> Path:
         folder: where the project goes; must be missing or empty.
 
     Raises:
-        RequestError: the folder holds something.
-        StudioError: the zip is missing, damaged, not a project, or has paths that lead out of it.
+        RequestError: the folder holds something, or the zip is missing, damaged, not a project, or has paths
+            that lead out of it.
+        StudioError: the folder cannot be written.
     """
     folder = folder.absolute()
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -72,10 +73,10 @@ def unpack(source: Path, folder: Path) -> Path:
     except FileNotFoundError as error:
         if source.exists():
             raise safe_file.cannot_write(folder, error) from error
-        raise StudioError(f"{source.name} is missing.", _OTHER) from error
+        raise RequestError(f"There is no file at {source}.", "Check how the path is written.") from error
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
         # RuntimeError is zipfile's word for a file with a password, NotImplementedError for odd packing.
-        raise StudioError(f"{source.name} is damaged or no zip.", _OTHER) from error
+        raise RequestError(f"{source.name} is damaged or no zip.", _OTHER) from error
     except OSError as error:
         raise safe_file.cannot_write(folder, error) from error
     finally:
@@ -84,14 +85,14 @@ def unpack(source: Path, folder: Path) -> Path:
 
 
 def _members(file: zipfile.ZipFile, source: Path) -> list[zipfile.ZipInfo]:
-    """The files in it; StudioError unless they are a project's, and lie inside of it."""
+    """The files in it; RequestError unless they are a project's, and lie inside of it."""
     members = [member for member in file.infolist() if not member.is_dir()]
     for member in members:
         plain, windows = PurePosixPath(member.filename), PureWindowsPath(member.filename)
         if plain.is_absolute() or windows.drive or windows.root or ".." in windows.parts or not plain.parts:
-            raise StudioError(f"{source.name} holds a path that leads out of the project.", _OTHER)
+            raise RequestError(f"{source.name} holds a path that leads out of the project.", _OTHER)
     if PROJECT_FILE not in {member.filename for member in members}:
-        raise StudioError(f"There is no project in {source.name}.", _OTHER)
+        raise RequestError(f"There is no project in {source.name}.", _OTHER)
     if sum(member.file_size for member in members) > LARGEST_BYTES:
-        raise StudioError(f"{source.name} would fill the disk.", _OTHER)
+        raise RequestError(f"{source.name} would fill the disk.", _OTHER)
     return members

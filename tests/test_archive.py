@@ -57,7 +57,7 @@ def test_what_is_no_packed_project_is_one_sentence(toy_project: Project, tmp_pat
     short = pack(toy_project.folder, tmp_path / "short.zip")
     short.write_bytes(short.read_bytes()[:-40])
     wrong = {
-        tmp_path / "none.zip": "none.zip is missing.",
+        tmp_path / "none.zip": f"There is no file at {tmp_path / 'none.zip'}.",
         empty: "There is no project in empty.zip.",
         short: "short.zip is damaged or no zip.",
     }

@@ -12,6 +12,7 @@ import io
 import re
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
@@ -140,7 +141,11 @@ def _understood(message: str) -> str:
 def _open_window(words: list[str]) -> int:
     if words and not Path(words[0]).exists():
         what = f"There is no command and no project called {words[0]}."
-        raise RequestError(what, "Run `saia --help` to see the commands.")
+        near = get_close_matches(words[0], verbs(), n=1)
+        meant = f"Did you mean `saia {near[0]}`? " if near else ""
+        raise RequestError(what, f"{meant}Run `saia --help` to see the commands.")
+    if len(words) > 1:
+        raise RequestError("The window opens one project at a time.", "Name one folder, in quotation marks.")
     from studio.ui.app import run_window  # the only road from the command line to Qt
 
     return run_window(words)
@@ -166,5 +171,5 @@ def _help() -> str:
             "",
         )
         lines.append(f"saia {verb:<16} {text}")
-    lines += ["", "Every command takes --help, and --json for one JSON object per line."]
+    lines += ["", "Every command takes --help, and --json for one JSON object per line.", "saia --version"]
     return "\n".join(lines)

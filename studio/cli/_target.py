@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -29,6 +30,11 @@ def check_free(files: Iterable[Path], force: bool, project: Project | None = Non
     for file in files:
         if file.is_dir():
             raise RequestError(f"{file} is a folder.", "Name a file to write with -o.")
+        place = next(folder for folder in file.absolute().parents if folder.exists())
+        if not place.is_dir():
+            raise RequestError(f"{place} is a file, not a folder.", "Choose another folder with -o.")
+        if not os.access(place, os.W_OK):
+            raise RequestError(f"The folder {place} cannot be written.", "Choose another folder with -o.")
         own = (project.takes_folder, project.runs_folder) if project else ()
         if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
             what = f"{file.name} would lie among the project's own takes and runs, which are never altered."

@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.cli._output import Output
 
 HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
+EXAMPLE = "saia check MyProject Hello_001"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,6 +12,7 @@ from studio.cli._words import address
 from studio.errors import RequestError
 
 HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
+EXAMPLE = "saia performer --to 127.0.0.1:39539 --seconds 30"
 _LOOK_S = 0.1
 
 
@@ -29,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
     parser.add_argument("--fps", type=float, default=60.0, help="frames a second, 30 to 120 (default 60)")
     parser.add_argument("--device", metavar="NAME", help='output device, or "none" for no sound')
-    parser.add_argument("--unbundled", action="store_true", help="one message a datagram")
+    parser.add_argument("--unbundled", action="store_true", help="one message a packet")
     parser.add_argument("--jitter", type=float, default=0.0, metavar="MS", help="frames late by 0 to MS")
     parser.add_argument(
         "--loss", type=float, default=0.0, metavar="P", help="share of datagrams lost, 0 to 1"
@@ -63,8 +64,8 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
         seconds=args.seconds, voice_source=args.voice, on_line=said.put,
     )  # fmt: skip
     told = ""
-    out.event("started", f"Performing to {host}:{port}. Ctrl+C ends it.", host=host, port=port, fps=args.fps)
     broadcast.start()
+    out.event("started", f"Performing to {host}:{port}. Ctrl+C ends it.", host=host, port=port, fps=args.fps)
     try:
         with stop_wishes() as stop:
             while not stop.is_set() and (not broadcast.wait(_LOOK_S) or not said.empty()):

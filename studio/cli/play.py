@@ -27,10 +27,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     parser.add_argument("motion", type=Path, help="a take's folder, or a motion file of a known format")
     parser.add_argument("--audio", type=Path, help="the sound; a take's own where left out")
-    parser.add_argument("--to", action="append", metavar="HOST:PORT", help="a target; may be repeated")
+    parser.add_argument(
+        "--to",
+        action="append",
+        metavar="HOST:PORT",
+        help="where it listens (127.0.0.1:39539); may be repeated",
+    )
     parser.add_argument("--fps", type=float, default=60.0, help="frames per second (60)")
-    parser.add_argument("--names", choices=("vrm0", "vrm1", "arkit", "as_is"), default="vrm0")
-    parser.add_argument("--no-bundle", action="store_true", help="one message a datagram")
+    parser.add_argument(
+        "--names",
+        choices=("vrm0", "vrm1", "arkit", "as_is"),
+        default="vrm0",
+        help="whose names for blend shapes the program knows (vrm0); as_is keeps the motion's own",
+    )
+    parser.add_argument("--no-bundle", action="store_true", help="one message a packet")
     parser.add_argument("--rotations-only", action="store_true", help="leave the avatar's own proportions")
     parser.add_argument("--loop", action="store_true", help="again and again, until Ctrl+C")
     parser.add_argument("--device", help="sound output by name")
@@ -120,6 +130,6 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
         found = reader.read(path)
         if found.motion is not None:
             return found.motion, audio or found.audio
-    raise RequestError(
-        f"{path.name} is no motion the studio can read.", "Choose a take, .arrow, .csv or .bvh."
-    )
+    endings = sorted({module.SUFFIX for module in formats.readers().values()} - {".wav"})
+    known = f"Choose a take's folder, or a file that ends in one of: {', '.join(endings)}."
+    raise RequestError(f"{path.name} is no motion the studio can read.", known)

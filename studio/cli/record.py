@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from studio.take.take import Take
 
 HELP = "record voice and motion as a take"
+EXAMPLE = "saia record MyProject --slate Hello --seconds 60"
 _LOOK_S = 0.05
 _TELL_S = 0.5
 _SETTLE_S = 3.0
@@ -29,10 +30,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "project", type=Path, metavar="PROJECT", help="a project folder; made where it is not"
     )
     parser.add_argument("--slate", required=True, help="what the take is called")
-    parser.add_argument("--seconds", type=float, help="how long; without it, until Ctrl+C or `stop` on stdin")
-    parser.add_argument("--port", default="39539", help="where VMC motion comes in; none for sound alone")
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for the network")
-    parser.add_argument("--device", default="", help="the microphone's name; none for motion alone")
+    parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
+    parser.add_argument("--port", default="39539", help="where VMC motion comes in (39539), or none")
+    parser.add_argument("--host", default="127.0.0.1", help="0.0.0.0 hears other computers too")
+    parser.add_argument(
+        "--device",
+        default="",
+        metavar="NAME",
+        help="the microphone by name, or none",
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -43,8 +49,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         StudioError: an input cannot be opened, or nothing came in.
     """
     port = _port(args.port)
+    if not args.slate.strip():
+        raise RequestError("A take needs a name.", "Give one with --slate, such as --slate Hello.")
     if args.seconds is not None and not 0 < args.seconds <= 24 * 3600:
-        raise RequestError(f"{args.seconds} is no length of a take.", "Give seconds from 0 to 86400.")
+        raise RequestError(f"{args.seconds:g} is no length of a take.", "Give seconds from 0 to 86400.")
     if port is None and args.device == "none":
         raise RequestError("There is nothing to record.", "Give a port or a microphone.")
     from studio.capture.recorder import Recorder, recover

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from studio.ui.tour import Step
 
 HELP = "the whole job through the real window, with screenshots; also the self-check"
+EXAMPLE = "saia tour --out tour"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

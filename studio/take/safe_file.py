@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -13,6 +14,7 @@ from typing import Any
 
 from studio.errors import StudioError
 
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows knows no quota
 _RESERVED = {"con", "prn", "aux", "nul", *(f"com{i}" for i in range(10)), *(f"lpt{i}" for i in range(10))}
 
 
@@ -89,9 +91,15 @@ def newer(path: Path) -> NewerVersionError:
 def cannot_write(path: Path, error: OSError) -> StudioError:
     """What to say of a file that could not be written."""
     reason = error.strerror or type(error).__name__
-    return StudioError(
-        f"{path.name} could not be written: {reason}.", f"Free some space or check the folder {path.parent}."
-    )
+    if error.errno in _FULL:
+        remedy = f"Free some space on the disk of {path.parent}."
+    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        remedy = f"Allow writing in {path.parent}, or choose another folder."
+    elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG):
+        remedy = f"Choose another place than {path.parent}."
+    else:
+        remedy = f"Free some space or check the folder {path.parent}."
+    return StudioError(f"{path.name} could not be written: {reason}.", remedy)
 
 
 def set_aside(path: Path) -> Path:

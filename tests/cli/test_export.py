@@ -114,6 +114,15 @@ def test_a_file_that_is_there_is_written_over_only_by_force(
     assert old.read_text() != "a week of work"
 
 
+def test_a_file_in_place_of_the_folder_is_said_before_the_work(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "in.wav" / "deeper" / "x.bvh"
+    assert cli.main(["export", str(folder), "full", "-o", str(out)]) == 2
+    expected = f"{tmp_path / 'in.wav'} is a file, not a folder. Choose another folder with -o.\n"
+    assert capsys.readouterr().err == expected
+
+
 def test_a_take_is_never_written_over(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -59,7 +59,8 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path, capsys: pytest.Captur
     path.write_text("hello")
     assert main(["play", str(path)]) == 2
     assert capsys.readouterr().err == (
-        "notes.txt is no motion the studio can read. Choose a take, .arrow, .csv or .bvh.\n"
+        "notes.txt is no motion the studio can read. "
+        "Choose a take's folder, or a file that ends in one of: .arrow, .bvh, .csv, .vmd, .vrma.\n"
     )
 
 

@@ -152,7 +152,7 @@ def test_what_an_earlier_session_left_is_recovered_first(tmp_path: Path, sending
     [
         (["--port", "http"], "http is not a port. Give a number up to 65535, or none."),
         (["--port", "99999"], "99999 is not a port. Give a number up to 65535, or none."),
-        (["--seconds", "-1"], "-1.0 is no length of a take. Give seconds from 0 to 86400."),
+        (["--seconds", "-1"], "-1 is no length of a take. Give seconds from 0 to 86400."),
         (["--seconds", "nan"], "nan is no length of a take. Give seconds from 0 to 86400."),
         (["--port", "none", "--device", "none"], "There is nothing to record. Give a port or a microphone."),
     ],
