@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.curate.clean_button import CleanButton
 from studio.ui.curate.cut_question import CutQuestion
 from studio.ui.curate.word_bar import WordBar
 from studio.ui.theme import set_icon
@@ -57,6 +58,7 @@ class Bench(Card):
         self.timeline = Timeline()
         self.words = WordBar()
         self.question = CutQuestion()
+        self.clean = CleanButton()
         self._duration = 0.0
         self.body.addLayout(self._build_transport())
         self.body.addWidget(self.timeline, 1)
@@ -140,6 +142,7 @@ class Bench(Card):
         self.align.setEnabled(editable and shown and sound and motion)
         self.offset.setEnabled(editable and shown and motion)
         self.pauses.setEnabled(editable and shown and sound)
+        self.clean.setEnabled(editable and shown and sound)
         self.words.setEnabled(editable and shown)
 
     # -- how it is built -----------------------------------------------------------------------
@@ -234,7 +237,7 @@ class Bench(Card):
         row = QHBoxLayout(self._tools)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
-        for widget in (self.trim, self.untrim, self.exclude, self.pauses):
+        for widget in (self.trim, self.untrim, self.exclude, self.pauses, self.clean):
             row.addWidget(widget)
         row.addStretch(1)
         row.addWidget(self.certainty)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,7 @@ class Playing(QObject):
         self._task: background.Task | None = None
         self._now: LoadedTake | None = None
         self._player: Player | None = None
+        self._device: str | None = None
         self._offset = 0.0
         self._was_playing = False
         self._timer = QTimer(self)
@@ -105,6 +107,19 @@ class Playing(QObject):
         if self._player is not None:
             self._player.set_loop(loop)
 
+    def hear(self, sound: Path) -> None:
+        """Play another file in place of this take's sound, going on from where it stands."""
+        before = self._player
+        if before is None or self._now is None:
+            return
+        position, playing, loop = before.position, before.playing, before.loop
+        before.close()
+        self._player = self._open(sound, self._now.duration)
+        self._player.set_loop(loop)
+        self._player.seek(position)
+        if playing:
+            self._player.play()
+
     def set_offset(self, offset: float) -> None:
         """Show motion this many seconds later against the sound."""
         self._offset = offset
@@ -141,11 +156,8 @@ class Playing(QObject):
     def _on_loaded(self, device: str | None, loaded: LoadedTake) -> None:
         self._task = None
         self._keep(loaded)
-        try:
-            self._player = Player(loaded.take.audio_path, loaded.duration, device or None)
-        except StudioError:
-            # The sound cannot be read, which was told already: the clock leads.
-            self._player = Player(None, loaded.duration)
+        self._device = device or None
+        self._player = self._open(loaded.take.audio_path, loaded.duration)
         self._now = loaded
         if loaded.motion is None or not len(loaded.motion):
             self._stage.show_nothing(self.tr("This take has no motion."))
@@ -153,6 +165,13 @@ class Playing(QObject):
         self.loaded.emit(loaded)
         for problem in loaded.problems:
             self.failed.emit(problem)
+
+    def _open(self, sound: Path | None, duration: float) -> Player:
+        try:
+            return Player(sound, duration, self._device)
+        except StudioError:
+            # The sound cannot be read, which was told already: the clock leads.
+            return Player(None, duration)
 
     def _keep(self, loaded: LoadedTake) -> None:
         key = str(loaded.take.folder)

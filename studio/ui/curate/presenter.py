@@ -14,6 +14,7 @@ from studio.ui.curate import marks
 from studio.ui.curate.aligning import Aligning
 from studio.ui.curate.card_making import CardMaking
 from studio.ui.curate.choosing import Choosing
+from studio.ui.curate.cleaning import Cleaning
 from studio.ui.curate.curves import Curves
 from studio.ui.curate.cutting import Cutting
 from studio.ui.curate.finding_media import FindingMedia
@@ -48,6 +49,7 @@ class CuratePresenter(QObject):
         self.labelling = Labelling(view.bench, self)
         self.aligning = Aligning(view.bench, self)
         self.cutting = Cutting(view.bench, session, self)
+        self.cleaning = Cleaning(view.bench, session, self)
         self.picture = SoundPicture(view.bench, session, self)
         self.moving = Moving(view, self.playing, self)
         self.trimming = Trimming(view, self)
@@ -85,6 +87,7 @@ class CuratePresenter(QObject):
         self.suggesting.close()
         self.card.close()
         self.cutting.close()
+        self.cleaning.close()
         self.picture.close()
         self.playing.close()
 
@@ -238,6 +241,7 @@ class CuratePresenter(QObject):
         bench = self._view.bench
         bench.timeline.set_duration(take.info.duration if take else 0.0)
         self.picture.leave()
+        self.cleaning.forget()
         bench.timeline.set_sound(None, self.tr("Reading…"))
         bench.show_duration(take.info.duration if take else 0.0)
         bench.loop.setChecked(False)
@@ -247,7 +251,7 @@ class CuratePresenter(QObject):
         self._show_choices()
 
     def _on_loaded(self, loaded: LoadedTake) -> None:
-        self.picture.show(loaded, loaded.take.audio_path)
+        self.picture.show(loaded.peaks, loaded.take.audio_path)
         self.curves.show(loaded)
         self._show_choices()
         if self.row is not None and self.row.span[0] > 0:
@@ -275,6 +279,7 @@ class CuratePresenter(QObject):
         self.aligning.show_offset(row.selection.offset)
         self.curves.set_offset(row.selection.offset)
         self.playing.set_offset(row.selection.offset)
+        self.cleaning.show()
         bench.untrim.setEnabled(
             bench.untrim.isEnabled() and (row.span != whole or bool(row.selection.excluded))
         )

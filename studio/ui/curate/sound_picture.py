@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,7 @@ from studio.take.spectrogram import Part, Spectrogram, Stopped, spectrogram
 from studio.ui import background
 from studio.ui.curate.bench import Bench
 from studio.ui.session import Session
-
-if TYPE_CHECKING:
-    from studio.ui.curate.loading import LoadedTake
+from studio.ui.widgets.timeline_content import PeakSource
 
 WAVEFORM, SPECTROGRAM = "waveform", "spectrogram"
 
@@ -85,11 +82,11 @@ class SoundPicture(QObject):
         bench.picture.toggled.connect(self._on_toggled)
         self.measured.connect(self._on_measured)
 
-    def show(self, loaded: LoadedTake, sound: Path | None) -> None:
-        """Draw a take whose sound is in a file."""
+    def show(self, loudness: PeakSource | None, sound: Path | None) -> None:
+        """Draw a sound by its peaks and its file; None where there is none."""
         self.leave()
-        self._bench.timeline.set_sound(loaded.peaks)
-        self._sound = sound if loaded.peaks is not None else None
+        self._bench.timeline.set_sound(loudness)
+        self._sound = sound if loudness is not None else None
         self._draw()
 
     def leave(self) -> None:

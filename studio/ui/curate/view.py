@@ -128,6 +128,8 @@ class CurateView(QWidget):
             self.mark_requested.emit("in" if key == Qt.Key.Key_I else "out")
         elif key == Qt.Key.Key_L:
             bench.loop.click()
+        elif key == Qt.Key.Key_B:
+            bench.clean.compared.emit()
         elif key == Qt.Key.Key_P:
             bench.picture.click()
         elif key == Qt.Key.Key_X:

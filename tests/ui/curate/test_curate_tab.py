@@ -564,3 +564,52 @@ def test_looking_close_at_pitches_measures_them_finer(room: Room) -> None:
         return len(found.part(1.0, 1.5, 800).data) > 100  # 32 columns are kept for half a second
 
     room.qtbot.waitUntil(seen, timeout=LONG)
+
+
+def _player_sound(room: Room) -> Path | None:
+    player = room.presenter.playing._player
+    return player._path if player is not None else None
+
+
+def _choose_clean(room: Room, way: str) -> None:
+    menu = room.view.bench.clean.menu()
+    assert menu is not None
+    next(action for action in menu.actions() if action.objectName() == f"clean_{way}").trigger()
+
+
+@pytest.mark.slow
+def test_cleaned_sound_is_a_choice_heard_before_and_after_with_one_key(talk_room: Room) -> None:
+    room = talk_room
+    recorded = _player_sound(room)
+    assert recorded is not None
+    before = room.timeline.grab().toImage()
+    room.presenter.playing.seek(2.0)
+    _choose_clean(room, "voice")
+    room.qtbot.waitUntil(lambda: room.saved("talk").get("clean") == "voice", timeout=2 * LONG)
+    cleaned = _player_sound(room)
+    assert cleaned is not None
+    assert cleaned.parent.name == ".cache"
+    assert room.presenter.playing.position == pytest.approx(2.0)
+    assert room.view.bench.clean.text() == "Voice alone"
+    assert room.view.bench.undo.text() == "Undo: Clean the sound of talk"
+    room.qtbot.waitUntil(lambda: room.timeline.grab().toImage() != before, timeout=LONG)
+    room.key(Qt.Key.Key_B)
+    assert _player_sound(room) == recorded
+    assert room.view.bench.clean.text() == "Heard as recorded"
+    assert room.saved("talk")["clean"] == "voice", "listening changes no choice"
+    room.key(Qt.Key.Key_B)
+    assert _player_sound(room) == cleaned
+    room.click("undo_button")
+    assert "clean" not in room.saved("talk")
+    assert _player_sound(room) == recorded
+    room.click("redo_button")
+    assert _player_sound(room) == cleaned
+    _choose_clean(room, "off")
+    assert "clean" not in room.saved("talk")
+    assert room.view.bench.undo.text() == "Undo: Use talk as recorded"
+
+
+def test_b_says_what_to_do_where_nothing_is_cleaned(room: Room) -> None:
+    room.key(Qt.Key.Key_B)
+    assert "clean" not in room.saved("toy_001")
+    assert room.view.bench.clean.text() == "Clean sound"
