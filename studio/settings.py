@@ -79,6 +79,8 @@ class Settings:
     )
     recipe: str = _setting("audio2face", "Recipe", "Recipe that training starts with.")
     recent_projects: tuple[str, ...] = ()
+    phone: str = ""
+    """Address of the phone that is asked to send its face; "" for none."""
     sync_offsets: tuple[str, ...] = ()
     """What the sync test measured for pairs of microphone and sender; see capture/sync_test.py."""
     sound_picture: str = "waveform"

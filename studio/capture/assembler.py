@@ -116,7 +116,7 @@ class FrameAssembler:
             bones = tuple(name for name, owner in held.bone_owners.items() if owner is stream)
             shapes = tuple(name for name, owner in held.shape_owners.items() if owner is stream)
             if bones or shapes:
-                found.append(Source(stream.sender, stream.port, stream.kind, bones, shapes))
+                found.append(Source(stream.sender, stream.port, stream.kind, bones, shapes, stream.last))
         return tuple(found)
 
     def source(self, channel: str) -> str:

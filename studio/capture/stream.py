@@ -36,6 +36,7 @@ class Source:
         sender: its address, "127.0.0.1:53211". port: where it sends to, 0 where that is not told.
         kind: "VMC", "iFacialMocap" or "Live Link Face".
         bones, shapes: channels that it gives.
+        last: when it was heard last, seconds of `clock.now()`.
     """
 
     sender: str
@@ -43,6 +44,7 @@ class Source:
     kind: str
     bones: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
+    last: float = -math.inf
 
     @property
     def title(self) -> str:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from studio.capture.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 from studio.ui import theme
+from studio.ui.record.phone_row import PhoneRow
 from studio.ui.widgets.card import Card, Picture, label
 from studio.ui.widgets.level_meter import LevelMeterBar
 
@@ -42,6 +43,7 @@ class InputsCard(Card):
         practice_toggled: start or stop the practice performer.
         more_ports_chosen: further ports that motion is heard on.
         sync_test_requested: begin the sync test, or give it up.
+        phone_chosen: the address of a phone to be asked for its face; "" for none.
     """
 
     port_chosen = Signal(int)
@@ -52,6 +54,7 @@ class InputsCard(Card):
     practice_toggled = Signal(bool)
     more_ports_chosen = Signal(tuple)
     sync_test_requested = Signal()
+    phone_chosen = Signal(str)
 
     def __init__(self) -> None:
         super().__init__(self.tr("Inputs"))
@@ -78,6 +81,7 @@ class InputsCard(Card):
             action.setChecked(port in ports)
         count = sum(action.isChecked() for action in self._more_actions.values())
         self.more.setText(f"+{count}" if count else "+")
+        self.phone.setVisible(IFACIALMOCAP_PORT in ports)
 
     def show_testing(self, running: bool, possible: bool) -> None:
         """Show whether the sync test runs, or may be begun."""
@@ -128,7 +132,7 @@ class InputsCard(Card):
 
     def lock(self, locked: bool) -> None:
         """While rolling, inputs stay as they are."""
-        for control in (self.port, self.more, self.network, self.device, self.refresh):
+        for control in (self.port, self.more, self.network, self.device, self.refresh, self.phone.button):
             control.setEnabled(not locked)
 
     def _build_motion(self) -> None:
@@ -163,6 +167,10 @@ class InputsCard(Card):
         self._sources.setWordWrap(True)
         self._sources.hide()
         self.body.addWidget(self._sources)
+        self.phone = PhoneRow()
+        self.phone.hide()
+        self.phone.chosen.connect(self.phone_chosen)
+        self.body.addWidget(self.phone)
         self._network_note = label("", "caption")
         self._network_note.setWordWrap(True)
         self.body.addWidget(self._network_note)

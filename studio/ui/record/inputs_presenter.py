@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer
 
+from studio.capture.phones import IFACIALMOCAP_PORT
+from studio.capture.snapshot import Snapshot
 from studio.errors import StudioError
 from studio.ui import background, messages
-from studio.ui.record.inputs import NO_MICROPHONE, InputsCard
+from studio.ui.record.inputs import EVERYWHERE, NO_MICROPHONE, InputsCard
+from studio.ui.record.phone import PhoneLink
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
@@ -49,6 +52,9 @@ class InputsPresenter(QObject):
         card.more_ports_chosen.connect(
             lambda ports: self._choose_motion(more_ports=tuple(str(port) for port in ports))
         )
+        self.phone = PhoneLink(self)
+        card.phone.address.setText(settings.phone)
+        card.phone_chosen.connect(self._on_phone_chosen)
         card.host_chosen.connect(lambda host: self._choose_motion(vmc_host=host))
         card.device_chosen.connect(self._choose_device)
         card.refresh_requested.connect(self.refresh)
@@ -65,8 +71,34 @@ class InputsPresenter(QObject):
     def close(self) -> None:
         """Wait until nothing is being opened any more."""
         self._retry.stop()
+        self.phone.close()
         self._recorder = None
         self._in_order.waitForDone(5_000)
+
+    def show(self, snap: Snapshot) -> None:
+        """Follow a look at the recorder: whether the phone that was asked sends."""
+        listens = IFACIALMOCAP_PORT in snap.ports
+        if listens and not self.phone.address and self._session.settings.phone and not self.phone.problem:
+            self.phone.connect_to(self._session.settings.phone)
+        elif not listens and self.phone.address:
+            self.phone.connect_to("")
+        self.phone.follow(snap)
+        self._card.phone.show_phone(self.phone.address, self.phone.words)
+        if self.phone.problem is not None:
+            self.problems["phone"] = self.phone.problem
+        else:
+            self.problems.pop("phone", None)
+
+    def _on_phone_chosen(self, address: str) -> None:
+        """Ask a phone, which is in the network and not this computer."""
+        self.phone.connect_to(address)
+        choice: dict[str, object] = {"phone": self.phone.address}
+        if self.phone.address and self._session.settings.vmc_host != EVERYWHERE:
+            choice["vmc_host"] = EVERYWHERE
+            self._card.show_choices(self._session.settings.vmc_port, EVERYWHERE)
+            self._choose_motion(**choice)
+        else:
+            self._session.change_settings(**choice)
 
     def refresh(self) -> None:
         """Look for microphones again; the open one is let go for that moment."""

@@ -302,6 +302,7 @@ class RecordPresenter(QObject):
     def _show_words(self, snap: Snapshot) -> None:
         view, session = self._view, self._session
         free, left, low = findings.disk(snap)
+        self.inputs.show(snap)
         session.status_changed.emit("motion", *findings.strip_motion(snap))
         session.status_changed.emit("sound", *findings.strip_sound(snap))
         session.status_changed.emit("disk", free, "warn" if low else "")
