@@ -18,6 +18,7 @@ from studio.playback.layers import Tuning, tuned
 from studio.playback.player import Player
 from studio.project import Project, Run
 from studio.take import Take
+from studio.take.cleaned import heard
 from studio.take.motion_file import read_motion
 from studio.take.peaks import Peaks, peaks
 from studio.take.safe_file import safe_name
@@ -117,14 +118,20 @@ class Tuned:
 
 
 def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
-    """Dropped sounds with their seconds (0 where not known yet) first, then all takes."""
+    """Dropped sounds with their seconds (0 where not known yet) first, then all takes as they are heard."""
+    ways = {selection.id: selection.clean for selection in project.dataset.selections}
     dropped = [Source(f"sound:{path}", path.stem, path, None, length) for path, length in sounds.items()]
     takes = [
-        Source(f"take:{take.id}", take.id, take.audio_path, take, take.info.duration)
+        Source(f"take:{take.id}", take.id, _heard(take, ways.get(take.id, "")), take, take.info.duration)
         for take in project.takes
         if take.audio_path or take.motion_path
     ]
     return (*dropped, *takes)
+
+
+def _heard(take: Take, way: str) -> Path | None:
+    """The take's sound, cleaned where that was chosen and is made."""
+    return heard(take.audio_path, way) if take.audio_path is not None else None
 
 
 def load_captured(project: Project, take: Take) -> Captured:
