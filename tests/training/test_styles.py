@@ -53,6 +53,8 @@ def test_a_style_that_suits_is_the_default_only_where_the_validation_takes_are_n
     average, suits, does_not = [1.0] * 4, [0.8] * 4, [1.2] * 4
     assert choose(np.array([average, suits, does_not, does_not])) == 0
     assert choose(np.array([average, does_not, suits, does_not, [0.7] * 4])) == 4
+    somewhat = [0.5, 0.9, 1.1, 1.2]  # 7 % nearer: no style to choose, but a witness
+    assert choose(np.array([average, does_not, somewhat, does_not, suits])) == 4
 
 
 def test_an_unknown_style_is_a_sentence() -> None:
