@@ -105,7 +105,8 @@ class Glb:
         if not whole or count < 1 or stride < item or start + stride * (count - 1) + item > len(self._data):
             raise cut_short(self.path)
         values = np.ndarray((count, width), kind, self._data, start, (stride, np.dtype(kind).itemsize))
-        floats = values.astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a damaged file may hold NaNs that signal
+            floats = values.astype(np.float64)
         if accessor["componentType"] != FLOAT:
             floats = np.maximum(floats / np.iinfo(values.dtype).max, -1.0)
         if not np.isfinite(floats).all():

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _SAVE_AGAIN = "Save it again as UTF-8 CSV, with a header line and numbers below."
+LARGEST = 1e30
 _ENCODINGS = {
     "utf-8": "",
     "utf-16": "UTF-16",
@@ -136,6 +137,7 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
     values = np.empty((table.num_rows, len(kept)), dtype=np.float64)
     for place, i in enumerate(kept):
         values[:, place] = columns[i].to_numpy()
+    values[np.abs(values) > LARGEST] = np.nan  # no time and no channel is; it would overflow further on
     return Table(tuple(form.names[i] for i in kept), values, texts, notes)
 
 

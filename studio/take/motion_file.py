@@ -65,7 +65,10 @@ def read_motion(path: Path) -> Motion:
         raise StudioError(f"{path.name} is missing in {path.parent.name}.", "Restore it.") from error
     except (pa.ArrowException, OSError) as error:
         raise safe_file.damaged(path) from error
-    facts = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    try:
+        facts = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    except UnicodeDecodeError as error:
+        raise safe_file.damaged(path) from error
     version = facts.get("saia_motion_version", "")
     if version.isdigit() and int(version) > FORMAT_VERSION:
         raise safe_file.newer(path)

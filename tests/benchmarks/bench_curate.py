@@ -34,7 +34,7 @@ def run() -> dict[str, Any]:
     app = existing if isinstance(existing, QApplication) else QApplication([])
     theme.apply(app)
     with tempfile.TemporaryDirectory() as folder:
-        return {**library(app, Path(folder)), **timeline(app, Path(folder))}
+        return {**library(app, Path(folder)), **timeline(app, Path(folder)), **reading(Path(folder))}
 
 
 def library(app: QApplication, folder: Path) -> dict[str, Any]:
@@ -135,6 +135,19 @@ def _spectrum(shown: Timeline, sound: Path) -> dict[str, float]:
         "spectrogram_pan_frame_ms": pan,
         "spectrogram_close_pan_frame_ms": close,
     }
+
+
+def reading(folder: Path) -> dict[str, Any]:
+    """A table of a million rows, as an import reads it."""
+    from studio.formats import saia_csv
+
+    path = folder / "million.csv"
+    with path.open("w", encoding="utf-8") as file:
+        file.write("Time,A,Blink,Joy\n")
+        file.writelines(f"{i / 60:.6f},{i % 7 / 7:.3f},{i % 5 / 5:.3f},0.5\n" for i in range(1_000_000))
+    found: list[Any] = []
+    seconds = _milliseconds(lambda: found.append(saia_csv.read(path))) / 1000
+    return {"read_million_rows_s": round(seconds, 2), "million_rows_read": len(found[0].motion)}
 
 
 def _many_takes(folder: Path) -> Path:
