@@ -1,31 +1,56 @@
-"""Offsets between sound and motion, as a choice: where the mouth opens with the voice, take by take."""
+"""Offsets between sound and motion, as a choice: by mouth and voice or by claps, take by take."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from studio.dataset import edits
 from studio.dataset.dataset import Dataset
-from studio.take.lag import Alignment, find_offset
+from studio.take.clap import clap_offset
+from studio.take.lag import Alignment, find_offset, level_of, power, voice_offset
 from studio.take.motion_file import read_motion
-from studio.take.sound import read_sound
+from studio.take.sound import sound_blocks
 from studio.take.take import Take
 
-__all__ = ["SURE", "Alignment", "align_takes", "find_offset", "take_offset"]
+__all__ = ["SURE", "Alignment", "By", "align_takes", "find_offset", "take_offset"]
 
 SURE = 0.5
 """Confidence from which an offset is set without asking."""
+LISTEN_RATE = 16_000
+"""Samples a second of what is listened to; a block of sound is a whole number of spans long."""
+
+By = Literal["mouth", "clap"]
+"""What sound and motion are brought together by."""
 
 
-def take_offset(take: Take) -> Alignment | None:
-    """The alignment of a saved take; None where it lacks sound or motion.
+def take_offset(take: Take, by: By = "mouth") -> Alignment | None:
+    """The alignment of a saved take, of any length; None where it lacks sound or motion.
 
     Raises:
         StudioError: a file is missing or damaged.
     """
     if take.audio_path is None or take.motion_path is None:
         return None
-    return find_offset(read_sound(take.audio_path), read_motion(take.motion_path))
+    motion = read_motion(take.motion_path)
+    heard = heard_power(take.audio_path)
+    return clap_offset(heard, motion) if by == "clap" else voice_offset(level_of(heard), motion)
+
+
+def heard_power(sound: Path) -> NDArray[np.float64]:
+    """Mean square of a sound in each hundredth of a second (K,), in bounded memory."""
+    rest = np.zeros(0, np.float32)
+    parts: list[NDArray[np.float64]] = []
+    for block in sound_blocks(sound, LISTEN_RATE):
+        samples = np.concatenate([rest, block])
+        whole = len(samples) // (LISTEN_RATE // 100) * (LISTEN_RATE // 100)
+        rest = samples[whole:]
+        parts.append(power(samples[:whole], LISTEN_RATE))
+    return np.concatenate(parts) if parts else np.zeros(0)
 
 
 def align_takes(

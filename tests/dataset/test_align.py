@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Selection
-from studio.dataset.align import align_takes, find_offset
+from studio.dataset.align import align_takes, find_offset, take_offset
 from studio.formats import saia_csv
 from studio.motion import Motion
-from studio.take.sound import Sound, read_sound
+from studio.project import Project
+from studio.take import TakeInfo
+from studio.take.sound import Sound, read_sound, write_sound
 from tests.formats.examples import needs_data
 
 
@@ -87,3 +89,18 @@ def test_a_real_face_of_another_take_is_not_trusted() -> None:
     imported = saia_csv.read(folder / "Blendshapes" / "2_04.csv")
     assert imported.motion is not None
     assert find_offset(read_sound(Path(folder / "Audio" / "2_01.wav")), imported.motion).confidence < 0.2
+
+
+def test_blocks_and_the_whole_sound_align_alike(tmp_path: Path) -> None:
+    sound, motion = speech(45.0, rate=44_100, late=0.1)
+    project = Project.create(tmp_path / "p")
+    write_sound(tmp_path / "in.wav", sound)
+    take = project.add_take("long", TakeInfo("long"), motion, tmp_path / "in.wav")
+    found = take_offset(take)
+    assert found is not None
+    whole = find_offset(read_sound(tmp_path / "in.wav"), motion)
+    assert found.offset == pytest.approx(whole.offset, abs=0.002)
+    assert found.confidence == pytest.approx(whole.confidence, abs=0.05)
+    by_clap = take_offset(take, "clap")
+    assert by_clap is not None
+    assert by_clap.confidence == 0.0, "a motion without arms has no claps"

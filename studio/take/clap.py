@@ -1,0 +1,101 @@
+"""How far sound and motion are apart by claps: where the hands meet, against where the sound jumps up."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import Motion
+from studio.take.lag import RATE, REACH, Alignment
+
+Array = NDArray[np.float64]
+
+HANDS = (("LeftHand", "RightHand"), ("LeftLowerArm", "RightLowerArm"))
+"""The bones that meet, the first pair that the motion has."""
+CLOSING = 1.0
+"""Metres a second that the hands come together with at least; hands folded slowly make no sound."""
+NEAR = 0.45
+"""Metres between the wrists at most when the palms meet."""
+STOPPED = 0.5
+"""Share of its speed that a closing has lost at the clap."""
+BETWEEN = 0.15
+"""Seconds between two claps at least."""
+
+
+def clap_offset(power: Array, motion: Motion) -> Alignment:
+    """The offset at which the hands meet when the clap is heard.
+
+    Args:
+        power: mean square of the sound, RATE values a second (K,); see lag.power.
+        motion: of the take.
+
+    Returns:
+        Its curve is how hard the sound jumps up on average around the claps, 0..1. Confidence 0 and offset
+        0 where nobody claps, or nothing is heard.
+    """
+    lags = int(REACH * RATE)
+    offsets = np.arange(-lags, lags + 1) / RATE
+    jumps, moments = loud_jumps(power), claps(motion)
+    moments = moments[(moments > 0) & (moments < len(power) / RATE)]
+    nothing = Alignment(0.0, 0.0, offsets, np.zeros(len(offsets)), 0.0)
+    if not len(moments) or jumps.max(initial=0.0) <= 0:
+        return nothing
+    around = moments[:, None] + offsets
+    curve = np.interp(around, np.arange(len(jumps)) / RATE, jumps, left=0.0, right=0.0).mean(axis=0)
+    best = int(np.argmax(curve))
+    return Alignment(_top(offsets, curve, best), _confidence(curve, best), offsets, curve, float(curve[best]))
+
+
+def claps(motion: Motion) -> Array:
+    """Moments at which the hands meet after coming together fast, seconds (N,)."""
+    distance = hand_distance(motion)
+    if distance is None or len(motion) < 8 or motion.times[-1] - motion.times[0] < 0.5:
+        return np.zeros(0)
+    fps = float(np.clip(motion.fps, 20.0, 240.0))
+    times = np.arange(motion.times[0], motion.times[-1], 1 / fps)
+    distance = np.interp(times, motion.times, distance)
+    speed = -np.gradient(distance) * fps
+    span = max(round(0.04 * fps), 1)
+    found: list[float] = []
+    nearest = (distance[1:-1] <= distance[:-2]) & (distance[1:-1] < distance[2:]) & (distance[1:-1] < NEAR)
+    for i in (np.flatnonzero(nearest) + 1).tolist():
+        before = float(speed[max(i - 2 * span, 0) : i + 1].max())
+        after = float(speed[min(i + span, len(speed) - 1)])
+        fast = before > CLOSING and after < (1 - STOPPED) * before
+        if fast and (not found or times[i] - found[-1] > BETWEEN):
+            found.append(float(times[i]))
+    return np.asarray(found)
+
+
+def hand_distance(motion: Motion) -> Array | None:
+    """Metres between the hands in each frame (T,); None where the motion has no arms."""
+    names = motion.bone_names
+    pair = next((pair for pair in HANDS if set(pair) <= set(names)), None)
+    if pair is None or not len(motion):
+        return None
+    world, _ = motion.skeleton.forward(motion.positions, motion.rotations)
+    left, right = (world[:, names.index(name)] for name in pair)
+    distance: Array = np.linalg.norm(left - right, axis=1)
+    return distance
+
+
+def loud_jumps(power: Array) -> Array:
+    """How hard the sound jumps up at each moment, 1 at its hardest (K,)."""
+    level = np.sqrt(power)
+    jump = np.clip(level - np.concatenate([level[:1], level[:-1]]), 0.0, None)
+    top = float(jump.max(initial=0.0))
+    return jump / top if top > 1e-4 else np.zeros(len(jump))
+
+
+def _top(offsets: Array, curve: Array, best: int) -> float:
+    """The offset of the peak, between points by its centre of mass; a jump lies in one point or two."""
+    near = slice(max(best - 1, 0), best + 2)
+    weight = curve[near]
+    return float((offsets[near] * weight).sum() / weight.sum())
+
+
+def _confidence(curve: Array, best: int) -> float:
+    """High where the jump at the claps is hard, and nowhere else around them is one as hard."""
+    others = np.concatenate([curve[: max(best - 8, 0)], curve[best + 9 :]])
+    stands_out = 1 - float(others.max(initial=0.0)) / float(curve[best])
+    return float(np.clip(curve[best] / 0.4, 0, 1) * np.clip(stands_out / 0.5, 0, 1))
