@@ -25,6 +25,8 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 STAMP = VENV / "saia-setup.txt"
 CONSTRAINTS = Path("packaging", "constraints.txt")
+STARTED_IN = Path.cwd()
+"""Where a project's path is meant from."""
 
 sys.path.insert(0, str(ROOT))
 from studio import stage  # noqa: E402  (standard library only, so usable before anything is installed)
@@ -181,13 +183,17 @@ def apt_install(names: Sequence[str]) -> bool:
 
 
 def run(rest: Sequence[str]) -> int:
-    """Open the studio on a project (the sample one by default), or tour it where there is no screen."""
+    """Open the studio on a project (the sample one by default), or tour it where there is no screen.
+
+    Args:
+        rest: a project, or any other words that `saia` takes; --out FOLDER is the tour's.
+    """
+    if rest and rest[0] != "--out":
+        return call("-m", "studio", *rest, folder=STARTED_IN)
     if not stage.has_screen():
-        out = ["--out", "tour"] if "--out" not in rest else []
+        out = ["--out", "tour"] if not rest else []
         say("There is no screen here, so the studio takes itself through the whole job (saia tour).")
         return call("-m", "studio", "tour", *out, *rest)
-    if rest:
-        return call("-m", "studio", *rest)
     sample = ROOT / "sample"
     if not (sample / "project.json").is_file():
         say("Making the sample project (once) ...")
@@ -240,11 +246,11 @@ def bench(rest: Sequence[str]) -> int:
         return call(str(Path("tests", "benchmarks")), *rest)
 
 
-def call(*words: str) -> int:
-    """Run the Python of `.venv` with some words; returns its exit code."""
+def call(*words: str, folder: Path | None = None) -> int:
+    """Run the Python of `.venv` with some words, in a folder (this one's root); returns its exit code."""
     say(f"$ python {' '.join(words)}")
     try:
-        return subprocess.run([str(venv_python()), *words], check=False).returncode
+        return subprocess.run([str(venv_python()), *words], check=False, cwd=folder).returncode
     except KeyboardInterrupt:
         return 130
 

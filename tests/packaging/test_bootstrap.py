@@ -110,6 +110,32 @@ def test_without_rights_one_line_says_what_to_run(
 
 
 @pytest.mark.parametrize(
+    ("screen", "rest", "called"),
+    [
+        (True, ["check", "sample"], ["check", "sample"]),
+        (False, ["doctor"], ["doctor"]),
+        (False, ["My Project"], ["My Project"]),  # `saia` itself says that there is no screen
+        (False, [], ["tour", "--out", "tour"]),
+        (False, ["--out", "there"], ["tour", "--out", "there"]),
+    ],
+)
+def test_run_passes_on_what_a_person_types(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, screen: bool, rest: list[str], called: list[str]
+) -> None:
+    seen: list[tuple[tuple[str, ...], Path | None]] = []
+    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: screen)
+    monkeypatch.setattr(bootstrap, "call", lambda *words, folder=None: (seen.append((words, folder)), 0)[1])
+    assert bootstrap.run(rest) == 0
+    given = bool(rest) and rest[0] != "--out"
+    assert seen == [(("-m", "studio", *called), bootstrap.STARTED_IN if given else None)]
+
+
+def test_a_path_is_meant_from_where_it_was_typed(bootstrap: ModuleType, tmp_path: Path) -> None:
+    code = "import pathlib, sys; sys.exit(pathlib.Path.cwd().name != sys.argv[1])"
+    assert bootstrap.call("-c", code, tmp_path.name, folder=tmp_path) == 0
+
+
+@pytest.mark.parametrize(
     ("codes", "rest", "expected"),
     [
         ([0, 0, 0, 0, 0], [], 0),
