@@ -1,4 +1,4 @@
-"""Labels to and from the files of other programs: Audacity's label track and Praat's TextGrid.
+"""Labels to and from the files of other programs: Audacity's label track, Praat's TextGrid, ELAN's EAF.
 
 Neither program knows our tiers as we do: Audacity has none, so a label of any tier but "sentence" is written
 as "tier: text"; in a TextGrid the spans of a tier may not overlap and moments have tiers of their own, so
@@ -10,26 +10,28 @@ from __future__ import annotations
 import codecs
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from studio.dataset import label_elan
 from studio.dataset.dataset import Label
 from studio.errors import RequestError, StudioError
 from studio.take import safe_file
 
 TIERS = ("sentence", "emotion", "gesture", "vowel", "problem")
 """The tiers every project has; a person may add others."""
-SUFFIXES = (".txt", ".textgrid")
+SUFFIXES = (".txt", ".textgrid", ".eaf")
 LARGEST_BYTES = 64 << 20
-_SAVE_AGAIN = "Export the labels again, as an Audacity label track (.txt) or a Praat TextGrid."
+_SAVE_AGAIN = "Export the labels again, as an Audacity label track (.txt), a Praat TextGrid or an ELAN .eaf."
 
 
 def read_labels(path: Path, tier: str = "sentence") -> tuple[Label, ...]:
     """The labels in a file, by time.
 
     Args:
-        path: an Audacity label track (.txt) or a Praat TextGrid, in UTF-8, UTF-16 or Shift-JIS.
+        path: an Audacity label track (.txt) or a Praat TextGrid, in UTF-8, UTF-16 or Shift-JIS; an ELAN
+            document (.eaf).
         tier: where labels go whose text names none; only an Audacity file has such.
 
     Raises:
@@ -38,10 +40,14 @@ def read_labels(path: Path, tier: str = "sentence") -> tuple[Label, ...]:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise _unknown(path)
-    text = _text(path)
-    found = (
-        _read_textgrid(path, text) if path.suffix.lower() == ".textgrid" else _read_audacity(path, text, tier)
-    )
+    suffix = path.suffix.lower()
+    if suffix == ".eaf":
+        _bytes(path)
+        found = _read_elan(path)
+    elif suffix == ".textgrid":
+        found = _read_textgrid(path, _text(path))
+    else:
+        found = _read_audacity(path, _text(path), tier)
     if not found:
         raise StudioError(f"There are no labels in {path.name}.", _SAVE_AGAIN)
     return tuple(sorted(found, key=lambda label: (label.t, label.duration)))
@@ -51,7 +57,7 @@ def write_labels(path: Path, labels: Iterable[Label], duration: float) -> None:
     """Write labels in the form that the suffix names.
 
     Args:
-        path: ends in .txt (Audacity) or .TextGrid (Praat).
+        path: ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN).
         labels: what is written.
         duration: seconds of the take; a TextGrid is as long as its sound.
 
@@ -64,17 +70,26 @@ def write_labels(path: Path, labels: Iterable[Label], duration: float) -> None:
         raise _unknown(path)
     if not labels:
         raise RequestError("There are no labels to export.", "Label something first.")
+    if path.suffix.lower() == ".eaf":
+        with safe_file.written(path) as beside:
+            label_elan.write_eaf(beside, _lanes(labels))
+        return
     text = _textgrid(labels, duration) if path.suffix.lower() == ".textgrid" else _audacity(labels)
     with safe_file.written(path) as beside:
         beside.write_text(text, encoding="utf-8", newline="\n")
 
 
+def outside(labels: Iterable[Label], start: float, end: float) -> int:
+    """How many labels lie wholly before an in point or after an out point."""
+    return sum(label.t + label.duration < start or label.t > end for label in labels)
+
+
 def _unknown(path: Path) -> RequestError:
     what = f"{path.name} is not a label file that is known here."
-    return RequestError(what, "Choose a name that ends in .txt (Audacity) or .TextGrid (Praat).")
+    return RequestError(what, "Choose a name that ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN).")
 
 
-def _text(path: Path) -> str:
+def _bytes(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_BYTES:
             raise StudioError(f"{path.name} is too large to be a label file.", _SAVE_AGAIN)
@@ -84,6 +99,11 @@ def _text(path: Path) -> str:
         raise StudioError(what, "Choose a file that is there.") from error
     if not data.strip():
         raise StudioError(f"{path.name} is empty.", _SAVE_AGAIN)
+    return data
+
+
+def _text(path: Path) -> str:
+    data = _bytes(path)
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp932"):
         try:
@@ -134,6 +154,27 @@ def _audacity(labels: Sequence[Label]) -> str:
         words = f"{label.tier}: {words}" if named else words
         lines.append(f"{label.t:.6f}\t{label.t + label.duration:.6f}\t{words}\n")
     return "".join(lines)
+
+
+# -- ELAN --------------------------------------------------------------------------------------
+
+
+def _read_elan(path: Path) -> list[Label]:
+    try:
+        entries = label_elan.eaf_entries(path)
+    except ValueError as error:
+        raise StudioError(f"{path.name} is no ELAN document, or damaged.", _SAVE_AGAIN) from error
+    return [label_elan.label_of(*entry) for entry in entries]
+
+
+def _lanes(labels: Sequence[Label]) -> dict[str, list[tuple[float, float, str]]]:
+    """Entries by tier, none overlapping, moments in tiers of their own."""
+    lanes: dict[str, list[tuple[float, float, str]]] = {}
+    for label in labels:
+        is_moment = label.duration <= 0
+        name = f"{label.tier}{label_elan.POINTS}" if is_moment else _free_lane(label, lanes)
+        lanes.setdefault(name, []).append((label.t, label.t + label.duration, label.text))
+    return lanes
 
 
 # -- Praat -------------------------------------------------------------------------------------
@@ -194,7 +235,7 @@ def _textgrid(labels: Sequence[Label], duration: float) -> str:
     return textgrid_io.getTextgridAsStr(grid, "short_textgrid", includeBlankSpaces=True)
 
 
-def _free_lane(label: Label, lanes: dict[str, list[tuple[Any, ...]]]) -> str:
+def _free_lane(label: Label, lanes: Mapping[str, Sequence[tuple[Any, ...]]]) -> str:
     """The first tier of this name whose last span has ended."""
     number = 1
     while True:

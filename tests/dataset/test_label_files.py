@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from praatio import textgrid
 
 from studio.dataset import Label
-from studio.dataset.label_files import read_labels, write_labels
+from studio.dataset.label_files import outside, read_labels, write_labels
 from studio.errors import RequestError, StudioError
 
 LABELS = (
@@ -20,10 +20,10 @@ LABELS = (
     Label(1.5, 0.0, "gesture", "nod"),
     Label(3.0, 1.0, "sentence", "emotion: is a word"),
 )
-AGAIN = "Export the labels again, as an Audacity label track (.txt) or a Praat TextGrid."
+AGAIN = "Export the labels again, as an Audacity label track (.txt), a Praat TextGrid or an ELAN .eaf."
 
 
-@pytest.mark.parametrize("name", ["声 1.txt", "声 1.TextGrid"])
+@pytest.mark.parametrize("name", ["声 1.txt", "声 1.TextGrid", "声 1.eaf"])
 def test_labels_come_back_as_they_were(tmp_path: Path, name: str) -> None:
     write_labels(tmp_path / name, reversed(LABELS), 6.0)
     assert set(read_labels(tmp_path / name)) == set(LABELS)
@@ -86,11 +86,11 @@ def test_a_textgrid_cut_anywhere_is_read_or_refused_in_words(tmp_path: Path) -> 
 
 
 def test_other_suffixes_and_no_labels_are_refused(tmp_path: Path) -> None:
-    remedy = "Choose a name that ends in .txt (Audacity) or .TextGrid (Praat)."
-    for call in (lambda: read_labels(Path("a.eaf")), lambda: write_labels(Path("a.eaf"), LABELS, 1.0)):
+    remedy = "Choose a name that ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN)."
+    for call in (lambda: read_labels(Path("a.srt")), lambda: write_labels(Path("a.srt"), LABELS, 1.0)):
         with pytest.raises(RequestError) as error:
             call()
-        assert str(error.value.what) == "a.eaf is not a label file that is known here."
+        assert str(error.value.what) == "a.srt is not a label file that is known here."
         assert error.value.remedy == remedy
     with pytest.raises(RequestError) as none:
         write_labels(tmp_path / "a.txt", (), 1.0)
@@ -124,3 +124,67 @@ def test_any_labels_survive(
         return sorted(clean, key=lambda x: (x.t, x.duration, x.tier, x.text))
 
     assert rounded(list(read_labels(path))) == rounded(labels)
+
+
+def test_elans_own_reader_opens_our_document(tmp_path: Path) -> None:
+    from pympi.Elan import Eaf
+
+    write_labels(tmp_path / "a.eaf", LABELS, 6.0)
+    document = Eaf(str(tmp_path / "a.eaf"))
+    assert set(document.get_tier_names()) == {"sentence", "emotion", "emotion (2)", "gesture (points)"}
+    assert document.get_annotation_data_for_tier("emotion") == [(500, 2500, "happy")]
+    ((start, end, text),) = document.get_annotation_data_for_tier("gesture (points)")
+    assert (start, text) == (1500, "nod")
+    assert end > start
+
+
+EAF = """<?xml version="1.0" encoding="UTF-8"?>
+<ANNOTATION_DOCUMENT AUTHOR="" DATE="2020-01-01T00:00:00+00:00" FORMAT="3.0" VERSION="3.0"
+ xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+ xsi:noNamespaceSchemaLocation="http://www.mpi.nl/tools/elan/EAFv3.0.xsd">
+<HEADER MEDIA_FILE="" TIME_UNITS="milliseconds"/>
+<TIME_ORDER><TIME_SLOT TIME_SLOT_ID="ts1" TIME_VALUE="0"/><TIME_SLOT TIME_SLOT_ID="ts2"/>
+<TIME_SLOT TIME_SLOT_ID="ts3" TIME_VALUE="1000"/></TIME_ORDER>
+<TIER LINGUISTIC_TYPE_REF="t" TIER_ID="words">
+<ANNOTATION><ALIGNABLE_ANNOTATION ANNOTATION_ID="a1" TIME_SLOT_REF1="ts1" TIME_SLOT_REF2="ts2">
+<ANNOTATION_VALUE>手</ANNOTATION_VALUE></ALIGNABLE_ANNOTATION></ANNOTATION>
+<ANNOTATION><ALIGNABLE_ANNOTATION ANNOTATION_ID="a2" TIME_SLOT_REF1="ts2" TIME_SLOT_REF2="ts3">
+<ANNOTATION_VALUE/></ALIGNABLE_ANNOTATION></ANNOTATION></TIER>
+<TIER LINGUISTIC_TYPE_REF="t" PARENT_REF="words" TIER_ID="gloss">
+<ANNOTATION><REF_ANNOTATION ANNOTATION_ID="a3" ANNOTATION_REF="a1">
+<ANNOTATION_VALUE>hand</ANNOTATION_VALUE></REF_ANNOTATION></ANNOTATION></TIER>
+<LINGUISTIC_TYPE LINGUISTIC_TYPE_ID="t" TIME_ALIGNABLE="true"/>
+</ANNOTATION_DOCUMENT>"""
+
+
+def test_what_elan_leaves_out_is_worked_out(tmp_path: Path) -> None:
+    """A slot without a time stands between its neighbours; a reference has the span of what it refers to."""
+    (tmp_path / "a.eaf").write_text(EAF, encoding="utf-8")
+    assert set(read_labels(tmp_path / "a.eaf")) == {
+        Label(0.0, 0.5, "words", "手"),
+        Label(0.5, 0.5, "words", ""),
+        Label(0.0, 0.5, "gloss", "hand"),
+    }
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"nonsense",
+        b"<html></html>",
+        EAF[:900].encode(),
+        EAF.replace('ANNOTATION_REF="a1"', 'ANNOTATION_REF="a3"').encode(),
+        EAF.replace(' TIME_VALUE="0"', "").replace(' TIME_VALUE="1000"', "").encode(),
+        EAF.replace("<ANNOTATION_DOCUMENT", '<!DOCTYPE x [<!ENTITY a "b">]><ANNOTATION_DOCUMENT').encode(),
+    ],
+)
+def test_a_damaged_elan_document_is_one_sentence(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.eaf").write_bytes(content)
+    with pytest.raises(StudioError) as error:
+        read_labels(tmp_path / "a.eaf")
+    assert (error.value.what, error.value.remedy) == ("a.eaf is no ELAN document, or damaged.", AGAIN)
+
+
+def test_labels_outside_of_the_used_part_are_counted() -> None:
+    assert outside(LABELS, 0.0, 6.0) == 0
+    assert outside(LABELS, 1.6, 2.9) == 3

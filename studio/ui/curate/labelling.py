@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
 from studio.dataset import Label, edits
-from studio.dataset.label_files import SUFFIXES, read_labels, write_labels
+from studio.dataset.label_files import SUFFIXES, outside, read_labels, write_labels
 from studio.errors import StudioError
 from studio.ui.curate import vocabulary
 from studio.ui.curate.bench import Bench
@@ -107,7 +108,7 @@ class Labelling(QObject):
         self.show()
 
     def _on_read(self) -> None:
-        kinds = self.tr("Labels (*.txt *.TextGrid)")
+        kinds = self.tr("Labels (*.txt *.TextGrid *.eaf)")
         found, _ = QFileDialog.getOpenFileName(self._bench, self.tr("Import labels"), str(Path.home()), kinds)
         if found:
             self.read(Path(found))
@@ -130,24 +131,38 @@ class Labelling(QObject):
             if not self._room.edit(name, lambda data: edits.add_labels(data, row.id, missing)):
                 return
         self.show()
-        after = self.tr("%n of them begin(s) after the end of the take and were left out.", "", late)
-        there = self.tr("All of its labels are there already.")
         said = self.tr("%n label(s) added.", "", len(missing))
-        self._room.say(said, after if late else "" if missing else there)
+        remedies = []
+        if late:
+            remedies.append(
+                self.tr("%n of them begin(s) after the end of the take and were left out.", "", late)
+            )
+        if not missing:
+            remedies.append(self.tr("All of its labels are there already."))
+        self._room.say(said, " ".join([*remedies, self._outside(missing)]).strip())
+
+    def _outside(self, labels: Sequence[Label]) -> str:
+        """Says that labels lie where the take is trimmed away; "" where none does."""
+        row = self._room.row
+        count = outside(labels, *row.span) if row is not None else 0
+        if not count:
+            return ""
+        return self.tr("%n of them lie(s) outside of the in and out points: kept, but not used.", "", count)
 
     def _on_write(self) -> None:
         row = self._room.row
         if row is None:
             return
-        kinds = (self.tr("Audacity labels (*.txt)"), self.tr("Praat TextGrid (*.TextGrid)"))
+        kinds = {
+            self.tr("Audacity labels (*.txt)"): ".txt",
+            self.tr("Praat TextGrid (*.TextGrid)"): ".TextGrid",
+            self.tr("ELAN document (*.eaf)"): ".eaf",
+        }
         found, kind = QFileDialog.getSaveFileName(
             self._bench, self.tr("Export labels"), str(Path.home() / f"{row.id}.txt"), ";;".join(kinds)
         )
         if found:
-            path = Path(found)
-            if path.suffix.lower() not in SUFFIXES or kind == kinds[1]:
-                path = path.with_suffix(".TextGrid" if kind == kinds[1] else ".txt")
-            self.write(path)
+            self.write(with_ending(Path(found), kinds.get(kind, ".txt")))
 
     def write(self, path: Path) -> None:
         """Write the labels of the shown selection to a file."""
@@ -159,9 +174,8 @@ class Labelling(QObject):
         except StudioError as error:
             self._room.fail(error)
         else:
-            self._room.say(
-                self.tr("%n label(s) written to {0}.", "", len(row.selection.labels)).format(path.name)
-            )
+            said = self.tr("%n label(s) written to {0}.", "", len(row.selection.labels)).format(path.name)
+            self._room.say(said, self._outside(row.selection.labels))
 
     def _add(self, label: Label) -> None:
         self._on_edited(LabelEdit(None, label))
@@ -180,3 +194,11 @@ class Labelling(QObject):
             name = self.tr("Change label {0}").format(before.text)
             self._room.edit(name, lambda data: edits.replace_label(data, row.id, before, after))
         self.show()
+
+
+def with_ending(path: Path, wanted: str) -> Path:
+    """A path that ends as the chosen kind does, unless its own ending names another kind plainly."""
+    own = path.suffix.lower()
+    if own == wanted.lower() or (own in SUFFIXES and wanted == ".txt"):
+        return path
+    return path.with_suffix(wanted) if own in SUFFIXES else path.with_name(path.name + wanted)
