@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QPoint, QTimer
 
 from studio.dataset import edits
+from studio.errors import StudioError
 from studio.take.take import Take
 from studio.ui import background
+from studio.ui.curate.align_report import AlignReport, Answer, CurvePopup, judged
 from studio.ui.curate.bench import Bench
+from studio.ui.widgets.correlation_plot import role_of
 
 if TYPE_CHECKING:
-    from studio.dataset.align import Alignment
+    from studio.dataset.align import Alignment, By
     from studio.ui.curate.presenter import CuratePresenter
 
 NUDGE_WAIT_MS = 400
 """Nudges in quick succession become one step of undo."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What was found for a take, and by what."""
+
+    found: Alignment
+    by: By
 
 
 class Aligning(QObject):
@@ -27,25 +38,30 @@ class Aligning(QObject):
     def __init__(self, bench: Bench, room: CuratePresenter) -> None:
         super().__init__(room)
         self._bench, self._room = bench, room
-        self._answers: dict[str, Alignment] = {}
-        self._busy = False
+        self._heard: dict[str, Heard] = {}
+        self._waiting: list[Take] = []
+        self._answers: list[Answer] = []
+        self._count = 0
+        self._by: By = "mouth"
         self._nudge = QTimer(self)
         self._nudge.setSingleShot(True)
         self._nudge.setInterval(NUDGE_WAIT_MS)
         self._nudge.timeout.connect(self._keep_nudge)
         bench.offset_changed.connect(self._on_offset)
-        bench.align_requested.connect(self.start)
+        bench.align_requested.connect(lambda: self.start())
+        bench.curve.clicked.connect(self._look_closer)
 
     def show_offset(self, offset: float) -> None:
         """Show the shown selection's offset in seconds, unless it is just being nudged."""
         if self._nudge.isActive():
             return
         row = self._room.row
-        answer = self._answers.get(row.selection.take) if row else None
-        sentence, role = self._judged(answer) if answer else ("", "muted")
-        if self._busy:
-            sentence, role = self.tr("Listening…"), "muted"
+        heard = self._heard.get(row.selection.take) if row else None
+        sentence, role = (judged(heard.found), role_of(heard.found.confidence)) if heard else ("", "muted")
+        if self._count:
+            sentence, role = self._working(), "muted"
         self._bench.show_offset(round(offset * 1000), sentence, role)
+        self._bench.curve.show_found(heard.found if heard and not self._count else None)
 
     def forget_answer(self) -> None:
         """Another take is shown: keep a nudge that is still waiting."""
@@ -53,53 +69,91 @@ class Aligning(QObject):
             self._nudge.stop()
             self._keep_nudge()
 
-    def start(self) -> None:
-        """Find the offsets of all selected takes, and use those that are sure enough."""
-        takes = {row.take.id: row.take for row in self._room.chosen_rows if row.take is not None}
-        row = self._room.row
-        if not takes and row is not None and row.take is not None:
-            takes = {row.take.id: row.take}
-        both = [take for take in takes.values() if take.audio_path and take.motion_path]
-        if not both:
+    def start(self, by: By = "mouth") -> None:
+        """Find the offsets of all selected takes, and use those that are sure; again to stop."""
+        if self._count:
+            self._waiting.clear()
+            return
+        rows = self._room.chosen_rows or tuple(row for row in (self._room.row,) if row is not None)
+        takes = {row.take.id: row.take for row in rows if row.take is not None}
+        self._waiting = [take for take in takes.values() if take.audio_path and take.motion_path]
+        if not self._waiting:
             self._room.say(self.tr("Aligning needs a take with both sound and motion."))
-        elif not self._busy:
-            self._busy = True
-            self._bench.align.setEnabled(False)
-            self._bench.certainty.setText(self.tr("Listening…"))
-            background.run(partial(_find, both), self._on_found, self._on_failed, self)
+            return
+        self._answers, self._by, self._count = [], by, len(self._waiting)
+        self._bench.show_aligning(self._count > 1)
+        self._next()
 
-    def _on_found(self, found: list[tuple[str, Alignment]]) -> None:
+    def use(self, take: str) -> None:
+        """Take over what was found for a take, sure or not."""
+        self.use_all((take,))
+
+    def use_all(self, takes: tuple[str, ...]) -> None:
+        """Take over what was found for some takes, as one step of undo."""
         from studio.dataset.align import align_takes
 
-        self._busy = False
-        self._bench.align.setEnabled(True)
-        self._answers |= dict(found)
-        dataset, unsure = align_takes(self._room.dataset, found)
-        sure = [take for take, _ in found if take not in unsure]
+        found = [(take, self._heard[take].found) for take in takes if take in self._heard]
+        if found:
+            who = takes[0] if len(takes) == 1 else self.tr("{0} takes").format(len(takes))
+            name = self.tr("Align {0}").format(who)
+            self._room.edit(name, lambda data: align_takes(data, found, sure=0.0)[0])
+
+    def _next(self) -> None:
+        """Listen to the next take, or tell what was found."""
+        if not self._waiting:
+            self._finish()
+            return
+        take = self._waiting.pop(0)
+        self._bench.certainty.setText(self._working())
+        found, failed = partial(self._on_found, take), partial(self._on_failed, take)
+        background.run(partial(_find, take, self._by), found, failed, self)
+
+    def _working(self) -> str:
+        if self._count < 2:
+            return self.tr("Listening…")
+        return self.tr("Listening, {0} of {1}…").format(len(self._answers) + 1, self._count)
+
+    def _on_found(self, take: Take, found: Alignment | None) -> None:
+        from studio.dataset.align import SURE
+
+        if found is not None:
+            self._heard[take.id] = Heard(found, self._by)
+            self._answers.append(Answer(take.id, found, found.confidence >= SURE))
+        self._next()
+
+    def _on_failed(self, take: Take, error: BaseException) -> None:
+        what = error.what if isinstance(error, StudioError) else str(error)
+        self._answers.append(Answer(take.id, None, False, what))
+        if self._count == 1:
+            self._room.fail(error)
+        self._next()
+
+    def _finish(self) -> None:
+        many, self._count = self._count > 1, 0
+        self._bench.show_aligning(False)
+        self.use_all(tuple(one.take for one in self._answers if one.used))
         row = self._room.row
-        if sure:
-            who = sure[0] if len(sure) == 1 else self.tr("{0} takes").format(len(sure))
-            self._room.edit(self.tr("Align {0}").format(who), lambda _: dataset)
-        if row is not None:
+        if row is not None and row.id in self._room.dataset:
             self.show_offset(self._room.dataset[row.id].offset)
-        if len(found) > 1:
-            self._room.say(self.tr("{0} takes aligned, {1} left as they are.").format(len(sure), len(unsure)))
+        if many and self._answers:
+            report = AlignReport(self._answers, self._bench.window())
+            report.take_chosen.connect(self._room.show_take)
+            report.use_requested.connect(self.use_all)
+            report.show()
 
-    def _on_failed(self, error: BaseException) -> None:
-        self._busy = False
-        self._bench.align.setEnabled(True)
-        self._bench.certainty.setText("")
-        self._room.fail(error)
-
-    def _judged(self, answer: Alignment) -> tuple[str, str]:
-        """How sure an offset is, in words and as a role of the style sheet."""
-        percent = f"{answer.confidence:.0%}"
-        offset = f"{answer.offset * 1000:+.0f} ms"
-        if answer.confidence >= 0.75:
-            return self.tr("{0}, sure ({1})").format(offset, percent), "good"
-        if answer.confidence >= 0.5:
-            return self.tr("{0}, likely ({1}): listen").format(offset, percent), "warn"
-        return self.tr("Not sure ({0}): nudge by ear").format(percent), "warn"
+    def _look_closer(self) -> None:
+        row = self._room.row
+        heard = self._heard.get(row.selection.take) if row else None
+        if row is None or heard is None:
+            return
+        used = abs(row.selection.offset - heard.found.offset) < 1e-3
+        popup = CurvePopup(heard.found, heard.by, used or not self._room.editable, self._bench.window())
+        popup.claps_requested.connect(lambda: self.start("clap"))
+        popup.used.connect(partial(self.use, row.selection.take))
+        popup.adjustSize()
+        corner = self._bench.curve.mapToGlobal(QPoint(self._bench.curve.width(), -8))
+        popup.move(corner - QPoint(popup.width(), popup.height()))
+        popup.show()
 
     def _on_offset(self, _milliseconds: int) -> None:
         offset = self._bench.offset.value() / 1000
@@ -115,9 +169,8 @@ class Aligning(QObject):
             self._room.edit(name, lambda data: edits.set_offset(data, [row.id], offset))
 
 
-def _find(takes: Sequence[Take]) -> list[tuple[str, Alignment]]:
+def _find(take: Take, by: By) -> Alignment | None:
     """Runs on the thread pool."""
     from studio.dataset.align import take_offset
 
-    found = [(take.id, take_offset(take)) for take in takes]
-    return [(take_id, alignment) for take_id, alignment in found if alignment is not None]
+    return take_offset(take, by)

@@ -21,6 +21,7 @@ from studio.ui.curate.cut_question import CutQuestion
 from studio.ui.curate.word_bar import WordBar
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.correlation_plot import CorrelationButton
 from studio.ui.widgets.time_view import clock
 from studio.ui.widgets.timeline import Timeline
 
@@ -109,6 +110,10 @@ class Bench(Card):
         self.offset.blockSignals(False)
         self.certainty.setText(sentence)
         theme.as_role(self.certainty, role)
+
+    def show_aligning(self, stoppable: bool) -> None:
+        """Whether many takes are being listened to, which the same button stops."""
+        self.align.setText(self.tr("Stop") if stoppable else self.tr("Align"))
 
     def show_question(self, sentence: str, yes: str = "", adjust: bool = False) -> None:
         """Ask below the timeline whether to cut; an empty sentence takes the question away."""
@@ -233,6 +238,7 @@ class Bench(Card):
         self.offset.setKeyboardTracking(False)
         self.offset.valueChanged.connect(self.offset_changed)
         self.certainty = label("", "muted", "align_certainty")
+        self.curve = CorrelationButton()
         self._tools = QWidget()
         row = QHBoxLayout(self._tools)
         row.setContentsMargins(0, 0, 0, 0)
@@ -241,6 +247,7 @@ class Bench(Card):
             row.addWidget(widget)
         row.addStretch(1)
         row.addWidget(self.certainty)
+        row.addWidget(self.curve)
         row.addWidget(self.offset)
         row.addWidget(self.align)
         return self._tools

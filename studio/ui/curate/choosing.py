@@ -80,7 +80,7 @@ class Choosing(QObject):
             inspector = self._view.inspector
             (inspector.tags if value == "tags" else inspector.performer).setFocus()
         elif what == "align":
-            self._room.aligning.start()
+            self._room.aligning.start("clap" if value == "clap" else "mouth")
         elif what == "check":
             self._room.grading.ask_again(takes)
             self._room.refresh()

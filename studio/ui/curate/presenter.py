@@ -130,6 +130,12 @@ class CuratePresenter(QObject):
         if self._active:
             messages.show_error(self._view, error)
 
+    def show_take(self, take: str) -> None:
+        """Choose the first selection of a take in the library."""
+        found = next((s.id for s in self.dataset.selections if s.take == take), None)
+        if found is not None:
+            self._view.library.select([found])
+
     @property
     def own_words(self) -> tuple[str, ...]:
         """The person's own label words, as "tier=word"."""

@@ -81,7 +81,8 @@ class CurateView(QWidget):
             menu, self.tr("Unlock") if locked else self.tr("Keep as test takes"), "locked", not locked
         )
         menu.addSeparator()
-        self._offer(menu, self.tr("Align sound and motion"), "align", None)
+        self._offer(menu, self.tr("Align by mouth and voice"), "align", None)
+        self._offer(menu, self.tr("Align by claps"), "align", "clap")
         self._offer(menu, self.tr("Check again"), "check", None)
         self._offer(menu, self.tr("Show the folder"), "folder", None)
         menu.addSeparator()

@@ -13,7 +13,7 @@ import pytest
 import soundfile
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import Label, edits
@@ -21,6 +21,7 @@ from studio.motion import Motion, rotation
 from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.spectrogram import Spectrogram
+from studio.ui.curate.align_report import AlignReport
 from studio.ui.curate.presenter import CuratePresenter
 from studio.ui.curate.sound_picture import Tiles
 from studio.ui.curate.take_rows import COLUMNS
@@ -271,7 +272,8 @@ def test_a_gap_is_marked_and_excluded_with_one_click(qtbot: QtBot, tmp_path: Pat
     room.presenter.close()
 
 
-def test_aligning_finds_a_motion_that_comes_late(qtbot: QtBot, tmp_path: Path) -> None:
+def _late_project(tmp_path: Path, names: tuple[str, ...]) -> Project:
+    """Takes whose mouth opens 0.12 s after the sound; one called "guess" moves by chance."""
     project = Project.create(tmp_path / "P")
     random = np.random.default_rng(5)
     t = np.arange(16_000 * 40) / 16_000
@@ -280,16 +282,69 @@ def test_aligning_finds_a_motion_that_comes_late(qtbot: QtBot, tmp_path: Path) -
     soundfile.write(sound, (loud * random.normal(size=len(t)) * 0.2).astype(np.float32), 16_000)
     times = np.arange(0, 40, 1 / 60)
     motion = Motion.build(times, ("A",), np.interp(times - 0.12, t, loud)[:, None])
-    project.add_take("late", TakeInfo("late"), motion, sound)
+    chance = Motion.build(times, ("A",), np.repeat(random.uniform(size=(len(times) // 10, 1)), 10, axis=0))
+    for name in names:
+        project.add_take(name, TakeInfo(name), chance if name == "guess" else motion, sound)
+    return project
+
+
+def test_aligning_finds_a_motion_that_comes_late(qtbot: QtBot, tmp_path: Path) -> None:
+    project = _late_project(tmp_path, ("late",))
     session = Session()
     session.project = project
     room = Room(qtbot, session)
     room.loaded("late")
+    assert not room.view.bench.curve.isVisible()
     room.click("align_button")
     qtbot.waitUntil(lambda: project.dataset["late"].offset != 0.0, timeout=LONG)
     assert project.dataset["late"].offset == pytest.approx(-0.12, abs=0.02)
     assert room.view.bench.offset.value() == pytest.approx(-120, abs=20)
     assert "sure" in room.view.bench.certainty.text() or "likely" in room.view.bench.certainty.text()
+    assert room.view.bench.curve.isVisible()
+    room.click("align_curve")
+    popup = room.view.findChild(QDialog, "align_popup")
+    assert popup is not None
+    assert popup.findChild(QPushButton, "align_use_button") is None, "it is used already"
+    claps = popup.findChild(QPushButton, "align_claps_button")
+    assert claps is not None
+    qtbot.mouseClick(claps, LEFT)
+    qtbot.waitUntil(lambda: "Nothing to go by" in room.view.bench.certainty.text(), timeout=LONG)
+    assert project.dataset["late"].offset == pytest.approx(-0.12, abs=0.02), "without claps nothing changes"
+    room.presenter.close()
+
+
+def test_aligning_many_takes_reports_each_and_leaves_the_unsure(qtbot: QtBot, tmp_path: Path) -> None:
+    project = _late_project(tmp_path, ("guess", "late", "late_2"))
+    session = Session()
+    session.project = project
+    room = Room(qtbot, session)
+    room.loaded("guess")
+    room.view.library.select(["guess", "late", "late_2"])
+    room.click("align_button")
+    qtbot.waitUntil(lambda: room.view.findChild(AlignReport) is not None, timeout=LONG)
+    report = room.view.findChild(AlignReport)
+    assert report is not None
+
+    def told(row: int) -> list[str]:
+        items = (report.table.item(row, column) for column in (0, 3))
+        return [item.text() for item in items if item is not None]
+
+    assert [told(row) for row in range(3)] == [
+        ["guess", "left as it is"],
+        ["late", "used"],
+        ["late_2", "used"],
+    ]
+    assert project.dataset["guess"].offset == 0.0
+    assert project.dataset["late_2"].offset == pytest.approx(-0.12, abs=0.02)
+    assert room.view.bench.undo.text() == "Undo: Align 2 takes"
+    report.table.selectRow(0)
+    qtbot.mouseClick(report.use, LEFT)
+    assert told(0) == ["guess", "used"]
+    assert room.view.bench.undo.text() == "Undo: Align guess"
+    assert not report.grab().toImage().isNull()
+    report.take_chosen.emit("late_2")
+    room.loaded("late_2")
+    report.close()
     room.presenter.close()
 
 
