@@ -1,4 +1,4 @@
-"""`saia pack`: a project as one zip file, to keep or to take elsewhere."""
+"""`saia pack`: a project, or one of its runs, as one file, to keep or to take elsewhere."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from pathlib import Path
 from studio.cli._output import Output
 from studio.cli._target import add_force, check_free
 
-HELP = "put a whole project into one zip"
+HELP = "put a whole project, or one run, into one file"
 EXAMPLE = "saia pack MyProject -o MyProject.zip"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT -o ZIP."""
+    """PROJECT [--run RUN] -o FILE."""
     parser.add_argument("project", type=Path, help="the project's folder")
-    parser.add_argument("-o", "--out", type=Path, required=True, metavar="ZIP", help="the zip to write")
+    parser.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="the file to write")
+    parser.add_argument("--run", metavar="RUN", help="only this run, as NAME.saiarun for another computer")
     add_force(parser)
 
 
@@ -24,5 +25,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.archive import pack
 
     check_free([args.out.absolute()], args.force)
+    if args.run is not None:
+        from studio.cli._project import opened
+        from studio.training.run_file import pack_run
+
+        path = pack_run(opened(args.project, out).run(args.run), args.out.absolute())
+        out.done(f"{args.run} is in {path}.", files=[path])
+        return
     path = pack(args.project, args.out)
     out.done(f"Packed into {path}.", files=[path])

@@ -1,4 +1,4 @@
-"""`saia unpack`: a project out of the zip that `saia pack` made."""
+"""`saia unpack`: a project, or a run, out of the file that `saia pack` made."""
 
 from __future__ import annotations
 
@@ -7,19 +7,35 @@ from pathlib import Path
 
 from studio.cli._output import Output
 
-HELP = "make a project folder of a packed zip"
+HELP = "make a project folder of a packed zip, or bring a packed run into a project"
 EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """ZIP FOLDER."""
-    parser.add_argument("zip", type=Path, help="the packed project")
-    parser.add_argument("folder", type=Path, help="where the project goes: a new or an empty folder")
+    """FILE FOLDER."""
+    parser.add_argument("zip", type=Path, metavar="FILE", help="the packed project or run")
+    parser.add_argument("folder", type=Path, help="a new or empty folder; for a run, a project")
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Unpack it; a bad zip leaves nothing behind."""
     from studio.archive import unpack
+    from studio.training.run_file import is_run_file
 
+    if args.zip.is_file() and is_run_file(args.zip):
+        _bring_in(args, out)
+        return
     folder = unpack(args.zip, args.folder)
     out.done(f"Unpacked into {folder}.", project=folder)
+
+
+def _bring_in(args: argparse.Namespace, out: Output) -> None:
+    """A packed run becomes a run of a project, once its weights were opened for a test."""
+    from studio.cli._project import opened
+    from studio.training.run_file import unpack_run
+
+    project = opened(args.folder, out)
+    from studio.training.checkpoint import load_model
+
+    run = unpack_run(args.zip, project, lambda weights: load_model(weights))
+    out.done(f"{args.zip.name} is {run.id} now.", run=run.id, folder=run.folder)

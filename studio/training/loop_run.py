@@ -6,6 +6,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -18,6 +19,7 @@ from studio.project import Project, Run
 from studio.take import safe_file
 from studio.training.checkpoint import Model, TrainingState
 from studio.training.events import Epoch, Status
+from studio.training.model_card import write_card
 from studio.training.recipe import Recipe
 
 RECIPE_FILE, METRICS_FILE, REPORT_FILE = "recipe.toml", "metrics.jsonl", "report.json"
@@ -92,6 +94,9 @@ class RunFolder:
             **_torch_version(),
         }
         safe_file.write_json(self.path / REPORT_FILE, content)
+        if status is not Status.RUNNING:
+            with suppress(StudioError):  # a card that cannot be written is no reason to fail
+                write_card(self.path)
 
     def _forget_after_state(self) -> int:
         """Drop epochs that were told of but whose weights a kill took away; gives the last kept."""

@@ -1,0 +1,175 @@
+"""The model card of a run: what it learnt from, how near and alive it is, what may be done with it.
+
+No torch. One HTML file in the run's folder, plain enough for the window's own reader and for any browser.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from studio import __version__
+from studio.errors import StudioError
+from studio.project import Run
+from studio.take import safe_file
+
+CARD_FILE, LICENCE_FILE, EVALUATION_FILE = "card.html", "licence.txt", "evaluation.json"
+NO_LICENCE = "Nobody has said yet what may be done with this model, and whether the performers agreed."
+LONGEST_LICENCE = 20_000
+_FIGURES = (
+    ("rmse", "Error (RMSE, smaller is nearer)", 4),
+    ("pearson", "Follows the capture (Pearson r, 1 is perfect)", 2),
+    ("pearson_mouth", "Mouth follows (Pearson r)", 2),
+    ("motion_ratio", "Motion (1 moves as much as the performer)", 2),
+    ("std_ratio", "Reach (1 is as wide as the performer)", 2),
+    ("jerk_ratio", "Jerk (1 is as calm as the performer)", 2),
+    ("closure_recall", "Lips that close while speaking", 2),
+    ("geodesic_deg", "Bones off, degrees", 1),
+    ("wrist_cm", "Wrists off, cm", 1),
+)
+_BASELINES = {"ridge": "Simple guess", "train_mean": "Mean pose", "zero": "Rest pose"}
+_STYLE = "body{font-family:sans-serif;max-width:720px;margin:24px auto;padding:0 16px}" \
+    "th{text-align:left;font-weight:normal}td,th{padding:3px 14px 3px 0}td{text-align:right}"  # fmt: skip
+
+
+def licence_of(run: Path) -> str:
+    """What a person wrote about licence and consent, "" where nothing."""
+    with suppress(OSError), (run / LICENCE_FILE).open(encoding="utf-8", errors="replace") as file:
+        return file.read(LONGEST_LICENCE).strip()
+    return ""
+
+
+def keep_licence(run: Path, text: str) -> None:
+    """Keep what a person says of licence and consent, and write the card anew.
+
+    Raises:
+        StudioError: the folder cannot be written.
+    """
+    with safe_file.written(run / LICENCE_FILE) as beside:
+        beside.write_text(text.strip()[:LONGEST_LICENCE], encoding="utf-8")
+    write_card(run)
+
+
+def write_card(run: Path) -> Path:
+    """Write the card of a run from what lies in its folder.
+
+    Raises:
+        StudioError: the folder cannot be written.
+    """
+    path = run / CARD_FILE
+    with safe_file.written(path) as beside:
+        beside.write_text(card_html(run), encoding="utf-8", newline="\n")
+    return path
+
+
+def card_html(run: Path) -> str:
+    """The card's text; what is not known is left out."""
+    report = Run.load(run).report or {}
+    evaluation: dict[str, Any] = {}
+    with suppress(OSError, StudioError):
+        evaluation = safe_file.read_json(run / EVALUATION_FILE)
+    licence = licence_of(run) or NO_LICENCE
+    paragraphs = "".join(f"<p>{escape(line)}</p>" for line in licence.splitlines() if line.strip())
+    parts = [
+        f"<h1>{escape(run.name)}</h1>",
+        f"<p>{escape(_what(report))}</p>",
+        "<h2>Learnt from</h2>" + _table(_data(report)),
+        "<h2>Made by</h2>" + _table(_recipe(report)),
+        _figures(report, evaluation),
+        _notes(report.get("notes")),
+        f"<h2>Licence and consent</h2>{paragraphs}",
+        f"<p><small>Written by Saia Studio {escape(__version__)}.</small></p>",
+    ]
+    title = escape(f"Model card of {run.name}")
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f"<style>{_STYLE}</style></head>\n<body>\n" + "\n".join(p for p in parts if p) + "\n</body></html>\n"
+    )
+
+
+def _what(report: Mapping[str, Any]) -> str:
+    minutes = _number(report.get("minutes"))
+    told = "A network that turns speech into motion"
+    return f"{told}, learnt from {minutes:.1f} minutes of it." if minutes is not None else f"{told}."
+
+
+def _data(report: Mapping[str, Any]) -> list[tuple[str, str]]:
+    performers = _names(report.get("performers"))
+    return [
+        ("Takes", _names(report.get("train"))),
+        ("Length", _unit(report.get("minutes"), 2, "minutes")),
+        ("Performers", performers or "not named"),
+        ("Best epoch chosen on", _names(report.get("val"))),
+        ("Frames a second", _unit(report.get("fps"), 0)),
+        ("Channels", _unit(report.get("channels"), 0)),
+        ("Styles", _names(report.get("styles"))),
+    ]
+
+
+def _recipe(report: Mapping[str, Any]) -> list[tuple[str, str]]:
+    made = report.get("made_with")
+    versions = ", ".join(f"{k} {v}" for k, v in made.items()) if isinstance(made, dict) else ""
+    best, of = _unit(report.get("best_epoch"), 0), _unit(report.get("epochs"), 0)
+    return [
+        ("Recipe", " ".join(str(report[key]) for key in ("title",) if report.get(key))),
+        ("Network", str(report.get("model") or "")),
+        ("Parameters", f"{report['parameters']:,}" if isinstance(report.get("parameters"), int) else ""),
+        ("Best epoch", f"{best} of {of}" if best and of else best),
+        ("Seed", _unit(report.get("seed"), 0)),
+        ("Style", str(report.get("style") or "")),
+        ("Training took", _unit(report.get("seconds"), 0, "s")),
+        ("Computed on", str(report.get("device") or "")),
+        ("Made with", versions),
+    ]
+
+
+def _figures(report: Mapping[str, Any], evaluation: Mapping[str, Any]) -> str:
+    """Figures on validation, and on the takes of an evaluation beside its baselines."""
+    columns: list[tuple[str, Mapping[str, Any]]] = []
+    if isinstance(report.get("best_val"), dict):
+        columns.append(("Validation", report["best_val"]))
+    if isinstance(evaluation.get("metrics"), dict):
+        columns.append((str(evaluation.get("split") or "Test").capitalize(), evaluation["metrics"]))
+        found = evaluation.get("baselines")
+        found = found if isinstance(found, dict) else {}
+        columns += [(words, found[k]) for k, words in _BASELINES.items() if isinstance(found.get(k), dict)]
+    if not columns:
+        return ""
+    head = "<tr><th></th>" + "".join(f"<td>{escape(name)}</td>" for name, _ in columns) + "</tr>"
+    rows = []
+    for key, title, digits in _FIGURES:
+        values = [_unit(figures.get(key), digits) for _, figures in columns]
+        if any(values):
+            cells = "".join(f"<td>{value or '-'}</td>" for value in values)
+            rows.append(f"<tr><th>{escape(title)}</th>{cells}</tr>")
+    return f"<h2>Figures</h2><table>{head}{''.join(rows)}</table>"
+
+
+def _notes(notes: object) -> str:
+    if not isinstance(notes, list) or not notes:
+        return ""
+    return "<h2>Worth knowing</h2><ul>" + "".join(f"<li>{escape(str(n))}</li>" for n in notes) + "</ul>"
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    lines = (f"<tr><th>{escape(a)}</th><th>{escape(b)}</th></tr>" for a, b in rows if b)
+    return f"<table>{''.join(lines)}</table>"
+
+
+def _names(value: object) -> str:
+    return ", ".join(str(one) for one in value) if isinstance(value, list) else ""
+
+
+def _unit(value: object, digits: int, unit: str = "") -> str:
+    number = _number(value)
+    return "" if number is None else f"{number:.{digits}f} {unit}".strip()
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return float(value)

@@ -1,0 +1,203 @@
+"""A run as one file: weights, recipe, channels and scaling, to be used on another computer.
+
+A zip of known names only: safetensors for the weights (their header holds recipe, channels and scaling), TOML
+and JSON for the rest, no pickle. What comes from elsewhere is looked at before it becomes a run, and nothing
+of it is executed (no torch here).
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from studio.errors import RequestError, StudioError
+from studio.project import Project, Run
+from studio.take import safe_file
+from studio.training.model_card import EVALUATION_FILE, LICENCE_FILE, write_card
+from studio.training.recipe import read_recipe
+
+SUFFIX = ".saiarun"
+FORMAT_VERSION = 1
+_MARK, _WEIGHTS, _RECIPE, _REPORT, _EPOCHS = (
+    "saia-run.json", "best.safetensors", "recipe.toml", "report.json", "metrics.jsonl",
+)  # fmt: skip
+_NEEDED = (_WEIGHTS, _RECIPE)
+_MOST_BYTES = {_WEIGHTS: 4 << 30, _RECIPE: 1 << 20, _REPORT: 8 << 20, _EPOCHS: 64 << 20,
+               EVALUATION_FILE: 8 << 20, "note.txt": 1 << 20, LICENCE_FILE: 1 << 20}  # fmt: skip
+"""What a run file holds, and how much of each is believed."""
+# RuntimeError is zipfile's word for a file with a password, NotImplementedError for odd packing.
+_UNREADABLE = (
+    zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError,
+    KeyError, TypeError, ValueError,
+)  # fmt: skip
+_LARGEST_HEADER = 100 << 20
+_OTHER = "Choose a run that Saia Studio exported, or export it again."
+
+
+def pack_run(run: Run, target: Path) -> Path:
+    """Write a run into one file, in one piece.
+
+    Args:
+        run: one with weights.
+        target: the file.
+
+    Raises:
+        RequestError: the run has no weights.
+        StudioError: the file cannot be written.
+    """
+    if not run.has_weights:
+        raise RequestError(f"{run.id} has no trained weights yet.", "Train it first, or choose another run.")
+    mark = {"version": FORMAT_VERSION, "run": run.id, "recipe": run.recipe}
+    with (
+        safe_file.written(target) as beside,
+        zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as file,
+    ):
+        file.writestr(_MARK, json.dumps(mark, ensure_ascii=False))
+        for name in _MOST_BYTES:
+            if (run.folder / name).is_file():
+                file.write(run.folder / name, name)
+    return target
+
+
+def is_run_file(path: Path) -> bool:
+    """Whether a file says of itself that it is a run."""
+    with (
+        suppress(OSError, zipfile.BadZipFile, NotImplementedError, ValueError),
+        zipfile.ZipFile(path) as file,
+    ):
+        return _MARK in file.namelist()
+    return path.suffix.lower() == SUFFIX
+
+
+def unpack_run(source: Path, project: Project, check: Callable[[Path], object] = lambda weights: None) -> Run:
+    """Make a run of a project of a run file; nothing is left behind where that fails.
+
+    Args:
+        source: the file.
+        project: where it goes, under a free number.
+        check: looks at the weights before they become a run; raises StudioError where they are no good.
+
+    Raises:
+        StudioError: the file is missing, damaged, not a run, or of a newer version.
+    """
+    beside = project.runs_folder / f".import-{uuid4().hex[:8]}"
+    try:
+        beside.mkdir(parents=True)
+        mark = _extract(source, beside)
+        _look_at(beside, source)
+        _check(beside / _WEIGHTS, check, source)
+        _tidy(beside, source, mark)
+        folder = project.new_run_folder(str(mark.get("recipe") or "imported"))
+        for path in beside.iterdir():
+            path.rename(folder / path.name)
+    except OSError as error:
+        raise safe_file.cannot_write(project.runs_folder, error) from error
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    write_card(folder)
+    return Run.load(folder)
+
+
+def _extract(source: Path, folder: Path) -> dict[str, Any]:
+    """The known files of a run file into a folder; gives what it says of itself."""
+    if not source.is_file():
+        raise StudioError(f"{source.name} is missing.", "Check how the path is written.")
+    try:
+        with zipfile.ZipFile(source) as file:
+            mark = json.loads(file.read(_MARK) if file.getinfo(_MARK).file_size < 1 << 20 else b"")
+            version = mark["version"]
+            if isinstance(version, bool) or not isinstance(version, int):
+                raise ValueError("no version")
+            if version > FORMAT_VERSION:
+                raise safe_file.newer(source)
+            there = set(file.namelist())
+            if not set(_NEEDED) <= there:
+                raise _damaged(source)
+            for name, most in _MOST_BYTES.items():
+                if name in there:
+                    _copy(file, name, most, folder / name, source)
+            return dict(mark)
+    except (
+        zipfile.BadZipFile,
+        NotImplementedError,
+        RuntimeError,
+        EOFError,
+        KeyError,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise _damaged(source) from error
+
+
+def _copy(file: zipfile.ZipFile, name: str, most: int, target: Path, source: Path) -> None:
+    """One file, and never more of it than is believed, whatever its entry says."""
+    left = most
+    with file.open(name) as packed, target.open("wb") as plain:
+        while chunk := packed.read(1 << 20):
+            left -= len(chunk)
+            if left < 0:
+                raise StudioError(f"{source.name} would fill the disk.", _OTHER)
+            plain.write(chunk)
+
+
+def _look_at(folder: Path, source: Path) -> None:
+    """The recipe can be read, and the weights are safetensors with our facts in them."""
+    try:
+        read_recipe(folder / _RECIPE)
+        weights = folder / _WEIGHTS
+        with weights.open("rb") as file:
+            (length,) = struct.unpack("<Q", file.read(8))
+            if length > min(_LARGEST_HEADER, weights.stat().st_size - 8):
+                raise ValueError("the header is longer than the file")
+            header = json.loads(file.read(length))
+        json.loads(header["__metadata__"]["saia"])["version"]
+    except (struct.error, ValueError, KeyError, TypeError, RecursionError, StudioError) as error:
+        raise _damaged(source) from error
+
+
+def _check(weights: Path, check: Callable[[Path], object], source: Path) -> None:
+    try:
+        check(weights)
+    except safe_file.NewerVersionError as error:
+        raise safe_file.newer(source) from error
+    except StudioError as error:
+        raise _damaged(source) from error
+
+
+def _tidy(folder: Path, source: Path, mark: dict[str, Any]) -> None:
+    """Leave of report and epochs what can be understood, and say where the run comes from."""
+    report: dict[str, Any] = {}
+    with suppress(OSError, StudioError):
+        report = safe_file.read_json(folder / _REPORT)
+    for key in ("pid", "host"):
+        report.pop(key, None)
+    styles = report.get("styles")
+    report["styles"] = [s for s in styles if isinstance(s, str)] if isinstance(styles, list) else []
+    report["status"] = report.get("status") if report.get("status") in ("done", "stopped") else "done"
+    report["imported_from"] = {"file": source.name, "run": str(mark.get("run", ""))}
+    safe_file.write_json(folder / _REPORT, report)
+    epochs = [e for e in Run.load(folder).epochs() if _is_epoch(e)]
+    lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in epochs)
+    (folder / _EPOCHS).write_text(lines, encoding="utf-8")
+    with suppress(OSError):
+        try:
+            safe_file.read_json(folder / EVALUATION_FILE)
+        except StudioError:
+            (folder / EVALUATION_FILE).unlink()
+
+
+def _is_epoch(event: dict[str, Any]) -> bool:
+    epoch, val = event.get("epoch"), event.get("val")
+    return isinstance(epoch, int) and not isinstance(epoch, bool) and (val is None or isinstance(val, dict))
+
+
+def _damaged(source: Path) -> StudioError:
+    return StudioError(f"{source.name} is damaged or no run of Saia Studio.", _OTHER)
