@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from studio.capture.snapshot import Problem
+from studio.capture.watch import LATELY_S
 
 _QUIET_DBFS = -65.0
 _FEW_FPS = 20.0
 _MINUTES_LEFT = 10
+_LOST_SHARE = 0.005
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,8 @@ class Signs:
 
     Args:
         port: the motion port, None where closed. listening_for: seconds since it was opened.
-        packets, packets_bad, packets_lost, frames_lost: counters of this take or since opening.
+        packets, packets_bad, packets_lost: counters of this take or since opening.
+        frames_lost: frames lost in the last seconds. missing: bones that are left out lately.
         frameless_for: seconds since the last frame, None before any came.
         frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
         device: the microphone, None where closed. gone: it vanished.
@@ -34,6 +37,7 @@ class Signs:
     packets_bad: int = 0
     packets_lost: int = 0
     frames_lost: int = 0
+    missing: tuple[str, ...] = ()
     frameless_for: float | None = None
     frozen_for: float = 0.0
     fps: float = 0.0
@@ -139,25 +143,28 @@ def _poor_motion(s: Signs) -> list[Problem]:
     if s.packets_lost:
         found.append(
             (
-                f"{s.packets_lost} packets were lost.",
+                f"This computer had no time for {_count(s.packets_lost, 'packet')} of motion.",
                 "Close heavy programs, or let the sender bundle its messages.",
             )
         )
-    if s.frames_lost and s.local and not s.packets_lost:
+    many_lost = s.frames_lost > _LOST_SHARE * LATELY_S * max(s.fps, 1.0)
+    if many_lost and s.local and not s.packets_lost:
         # Nothing gets lost on the way inside one computer: the sender had no time to make them.
         found.append(
             (
-                f"The sender left out {s.frames_lost} frames.",
+                f"The sender left out {_count(s.frames_lost, 'frame')} in the last seconds.",
                 "Close heavy programs on this computer, or lower the sender's frame rate.",
             )
         )
-    elif s.frames_lost:
+    elif many_lost:
         found.append(
             (
-                f"{s.frames_lost} frames are missing.",
+                f"{_count(s.frames_lost, 'frame')} of the last seconds were lost on the way.",
                 "Use a cable instead of Wi-Fi, or lower the sender's frame rate.",
             )
         )
+    if s.missing:
+        found.append((_named(s.missing), "Check those trackers, or their settings in the sender."))
     if s.packets_bad > max(3, 0.01 * s.packets):
         found.append(
             (
@@ -176,6 +183,17 @@ def _poor_motion(s: Signs) -> list[Problem]:
     elif s.shapes and not s.bones:
         found.append(("No bones arrive, only blend shapes.", "Turn on sending of bones in the sender."))
     return found
+
+
+def _named(missing: tuple[str, ...]) -> str:
+    names = ", ".join(missing[:3])
+    more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+    bones = "1 bone has" if len(missing) == 1 else f"{len(missing)} bones have"
+    return f"{bones} stopped coming: {names}{more}."
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _times(count: int) -> str:

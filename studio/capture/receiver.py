@@ -39,7 +39,7 @@ class Heard:
         frames, frames_lost, late, last_arrival, last_moved: see FrameWatch.
         sender: who sent last. senders: everyone heard lately. sources: who gives what.
         ok, avatar: the last of their messages.
-        missing: bones that a sender has left out lately.
+        missing: bones that a sender has left out lately. lost_lately: frames lost in the last seconds.
     """
 
     until: float = -math.inf
@@ -60,6 +60,7 @@ class Heard:
     ok: tuple[int, ...] = ()
     avatar: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
+    lost_lately: int = 0
 
 
 Batch = tuple[Names | None, NDArray[np.float64], NDArray[np.float32]]
@@ -155,6 +156,7 @@ class Receiver:
             assembler.ok,
             assembler.avatar,
             assembler.missing(self._present),
+            watch.lost_lately(now),
         )
 
     def close(self) -> None:

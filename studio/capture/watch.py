@@ -9,6 +9,8 @@ import numpy as np
 
 from studio.capture.rows import Row
 
+LATELY_S = 10.0
+"""What was lost longer ago is no news, and still in the counters."""
 _WINDOW_S = 1.0
 _STEPS = 120
 _MIN_STEPS = 20
@@ -33,6 +35,7 @@ class FrameWatch:
         self._steps: deque[float] = deque(maxlen=_STEPS)
         self._sizes: deque[int] = deque(maxlen=_STEPS)
         self._last: Row | None = None
+        self._losses: deque[tuple[float, int]] = deque()
 
     def feed(self, row: Row, fresh_channels: int) -> None:
         """One frame.
@@ -42,6 +45,7 @@ class FrameWatch:
             fresh_channels: how many channels it carried itself.
         """
         last, self._last = self._last, row
+        lost_before = self.lost
         self.frames += 1
         self._arrivals.append(row.arrival)
         self.last_arrival = row.arrival
@@ -50,6 +54,18 @@ class FrameWatch:
         if last is not None:
             self._count_gap(row.arrival - last.arrival, row.sender_time - last.sender_time)
         self._count_part(fresh_channels)
+        if self.lost > lost_before:
+            self._losses.append((row.arrival, self.lost - lost_before))
+        self._forget(row.arrival)
+
+    def lost_lately(self, now: float) -> int:
+        """Frames known missing from the last seconds."""
+        self._forget(now)
+        return sum(count for _, count in self._losses)
+
+    def _forget(self, now: float) -> None:
+        while self._losses and self._losses[0][0] < now - LATELY_S:
+            self._losses.popleft()
 
     def frames_per_s(self, now: float) -> float:
         """Frames of the last second."""

@@ -37,6 +37,13 @@ def test_frames_missing_from_a_clocked_stream_are_counted() -> None:
     assert watch(times).lost == 4
 
 
+def test_what_was_lost_long_ago_is_no_news() -> None:
+    seen = watch([t for k, t in enumerate(even(900)) if k not in (100, 850)])
+    assert seen.lost == 2
+    assert seen.lost_lately(100.0 + 899 / 60) == 1
+    assert seen.lost_lately(200.0) == 0
+
+
 def test_a_gap_without_a_sender_clock_is_late_not_lost() -> None:
     times = [t for k, t in enumerate(even(300)) if k not in (150, 151, 152)]
     seen = watch(times, clocked=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication
 
+from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 
 DETECTABLE_MS = (-45.0, 15.0)
@@ -31,7 +32,7 @@ def findings(snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: b
         for what, remedy in snap.problems
         if (what, remedy) not in problems.values()
     ]
-    if snap.motion_alive and "motion" not in problems and not _tells(snap, "otion"):
+    if snap.motion_alive and "motion" not in problems and not _tells(snap, "otion", "frame", "bone"):
         rows.append((_tr("Motion is steady."), "", "good"))
     elif not rows:
         rows.append((_tr("No motion comes in yet."), "", ""))
@@ -45,7 +46,7 @@ def findings(snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: b
 def motion_text(snap: Snapshot) -> tuple[str, str]:
     """Who sends what, for the inputs card, and its health."""
     if not snap.motion_alive:
-        return (_tr("waiting") if snap.port else _tr("closed")), ""
+        return (_tr("waiting"), "") if snap.port else (_tr("not open"), "warn")
     return _tr("{0} bones  {1} shapes").format(len(snap.bone_names), len(snap.shape_names)), "good"
 
 
@@ -92,8 +93,8 @@ def drift_text(snap: Snapshot) -> str:
 def strip_motion(snap: Snapshot) -> tuple[str, str]:
     """The motion's fact in the status strip."""
     if snap.motion_alive:
-        return f"VMC {snap.frames_per_s:.1f}/s", "good"
-    return (_tr("no motion"), "") if snap.port else ("", "")
+        return _tr("VMC {0}/s").format(f"{snap.frames_per_s:.1f}"), "good"
+    return (_tr("no motion"), "") if snap.port else (_tr("motion not open"), "warn")
 
 
 def strip_sound(snap: Snapshot) -> tuple[str, str]:
@@ -102,8 +103,19 @@ def strip_sound(snap: Snapshot) -> tuple[str, str]:
         return "", ""
     if not snap.audio_alive:
         return _tr("no sound"), "warn"
-    health = "warn" if snap.clipped else "good"
-    return f"Mic {snap.hold_dbfs:.0f} dBFS", health
+    if is_quiet(snap.hold_dbfs):
+        return _tr("Mic silent"), "warn" if _tells(snap, " is silent.") else ""
+    text = _tr("Mic {0} dBFS").format(f"{snap.hold_dbfs:.0f}")
+    return text, "warn" if snap.clipped else "good"
+
+
+def sound_health(snap: Snapshot, problems: dict[str, tuple[str, str]]) -> str:
+    """How the microphone stands: "good", "warn", or "" where there is none to be."""
+    if "sound" in problems or (snap.device is not None and not snap.audio_alive):
+        return "warn"
+    if snap.device is None:
+        return ""
+    return "warn" if snap.clipped or _tells(snap, " is silent.") else "good"
 
 
 def disk(snap: Snapshot) -> tuple[str, str, bool]:

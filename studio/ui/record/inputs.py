@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
@@ -10,6 +11,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
+    QInputDialog,
     QLabel,
     QMenu,
     QPushButton,
@@ -26,6 +28,7 @@ from studio.ui.widgets.level_meter import LevelMeterBar
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = (39539, 39540)
+OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
 NO_MICROPHONE = "none"
 """The microphone list's value for recording motion alone; "" is the system's own device."""
@@ -43,6 +46,7 @@ class InputsCard(Card):
         practice_toggled: start or stop the practice performer.
         more_ports_chosen: further ports that motion is heard on.
         sync_test_requested: begin the sync test, or give it up.
+        level_test_requested: begin the test of the microphone's level, or give it up.
         phone_chosen: the address of a phone to be asked for its face; "" for none.
     """
 
@@ -55,6 +59,7 @@ class InputsCard(Card):
     more_ports_chosen = Signal(tuple)
     sync_test_requested = Signal()
     phone_chosen = Signal(str)
+    level_test_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__(self.tr("Inputs"))
@@ -88,6 +93,17 @@ class InputsCard(Card):
         self.sync_button.setText(self.tr("Cancel") if running else self.tr("Test"))
         self.sync_button.setEnabled(running or possible)
 
+    def show_level_test(self, words: str, running: bool, possible: bool) -> None:
+        """Say what is known of the microphone, and whether its level is tested or may be."""
+        self.sound_text.setText(words)
+        self.level_button.setText(self.tr("Cancel") if running else self.tr("Test"))
+        self.level_button.setEnabled(running or possible)
+
+    def show_sound(self, health: str) -> None:
+        """Show whether the microphone gives sound; health is "good", "warn" or ""."""
+        icons = {"good": ("mdi6.microphone", "good"), "warn": ("mdi6.alert", "warn")}
+        self._sound_light.set_icon(*icons.get(health, ("mdi6.microphone", "muted")))
+
     def show_sync(self, what: str, health: str) -> None:
         """Say how sound and motion stand to each other."""
         self._sync_light.set_icon(*_light(health))
@@ -113,12 +129,13 @@ class InputsCard(Card):
 
     def show_choices(self, port: int, host: str) -> None:
         """Show the port and the network choice in use."""
+        self._port = port
         for box, value in ((self.port, port), (self.network, host)):
             box.blockSignals(True)
             place = box.findData(value)
             if place < 0 and box is self.port:
-                box.addItem(str(value), value)
                 place = box.count() - 1
+                box.insertItem(place, self.tr("Port {0}").format(value), value)
             box.setCurrentIndex(max(place, 0))
             box.blockSignals(False)
         self._say_network()
@@ -136,6 +153,7 @@ class InputsCard(Card):
             control.setEnabled(not locked)
 
     def _build_motion(self) -> None:
+        self._port = PORTS[0]
         self._motion_light = Picture("mdi6.circle-outline", 14)
         self.motion_text = _line("motion_text")
         title = _titled(self.tr("Motion"), self._motion_light, self.motion_text)
@@ -149,7 +167,8 @@ class InputsCard(Card):
         self.port.setToolTip(
             self.tr("39539 is where most programs send to; 39540 is the second port of the VMC protocol.")
         )
-        self.port.activated.connect(lambda _i: self.port_chosen.emit(int(self.port.currentData())))
+        self.port.addItem(self.tr("Other…"), OTHER)
+        self.port.activated.connect(self._on_port)
         self.network = QComboBox()
         self.network.setObjectName("network")
         self.network.setAccessibleName(self.tr("Who may send motion"))
@@ -205,7 +224,15 @@ class InputsCard(Card):
     def _build_sound(self) -> None:
         self._sound_light = Picture("mdi6.microphone", 14, "muted")
         self.sound_text = _line("sound_text")
-        self.body.addLayout(_titled(self.tr("Sound"), self._sound_light, self.sound_text))
+        self.level_button = QPushButton(self.tr("Test"))
+        self.level_button.setObjectName("level_test")
+        self.level_button.setToolTip(
+            self.tr("Speak as loud as you will: measures whether the microphone is set well.")
+        )
+        self.level_button.clicked.connect(self.level_test_requested)
+        title = _titled(self.tr("Sound"), self._sound_light, self.sound_text)
+        title.addWidget(self.level_button, 0, 3)
+        self.body.addLayout(title)
         self.device = QComboBox()
         self.device.setObjectName("microphone")
         self.device.setAccessibleName(self.tr("Microphone"))
@@ -250,6 +277,16 @@ class InputsCard(Card):
         self.body.addWidget(self.practice)
         self.show_practice(False)
 
+    def _on_port(self) -> None:
+        before, port = self._port, int(self.port.currentData())
+        if port == OTHER:
+            title, question = self.tr("Motion port"), self.tr("Listen on the UDP port")
+            port, sure = QInputDialog.getInt(self, title, question, before, 1024, 65535)
+            port = port if sure else before
+        self.show_choices(port, str(self.network.currentData()))
+        if port != before:
+            self.port_chosen.emit(port)
+
     def _on_network(self) -> None:
         self._say_network()
         self.host_chosen.emit(str(self.network.currentData()))
@@ -257,8 +294,20 @@ class InputsCard(Card):
     def _say_network(self) -> None:
         open_ = self.network.currentData() == EVERYWHERE
         sentence = self.tr("Any device in your network may send motion here: a phone, a second PC.")
+        if open_ and (address := own_address()):
+            sentence += " " + self.tr("This computer's address is {0}.").format(address)
         self._network_note.setText(sentence if open_ else "")
         self._network_note.setVisible(open_)
+
+
+def own_address() -> str:
+    """The address other devices of the network reach this computer by; "" where there is none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # UDP: nothing is sent, only the way out is chosen
+            return str(probe.getsockname()[0])
+        except OSError:
+            return ""
 
 
 def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:

@@ -15,6 +15,7 @@ from studio.ui.record import findings
 from studio.ui.record.countdown import Countdown
 from studio.ui.record.inputs import NO_MICROPHONE
 from studio.ui.record.inputs_presenter import InputsPresenter
+from studio.ui.record.level import LevelTest
 from studio.ui.record.live_pose import LivePose
 from studio.ui.record.practice import Practice
 from studio.ui.record.slate_bar import choose_seconds
@@ -50,6 +51,7 @@ class RecordPresenter(QObject):
         self._countdown = Countdown(self)
         self.inputs = InputsPresenter(view.inputs, session, self)
         self.sync = SyncTest(view.inputs, session, self)
+        self.level = LevelTest(view.inputs, self._on_clip_reset, self)
         self.takes = TakesPresenter(view.takes, session, self)
         self.practice = Practice(self)
         self._timer = QTimer(self)
@@ -264,6 +266,7 @@ class RecordPresenter(QObject):
         bar = view.slate_bar
         bar.show_elapsed(snap.elapsed if self.rolling else 0.0, self.rolling)
         self._show_button()
+        self.level.follow(snap)
         view.figure.set_rolling(self.rolling)
         view.figure.set_overlay(self._countdown.text)
         if snap.device is not None and snap.audio_alive:
@@ -314,8 +317,8 @@ class RecordPresenter(QObject):
         view.shapes.show_sources(findings.sources_of_shapes(snap))
         self.sync.show(snap, findings.sync_text(snap))
         view.inputs.sync_text.setToolTip(findings.drift_text(snap))
-        rate = f"{snap.sample_rate / 1000:g} kHz" if snap.device is not None and snap.sample_rate else ""
-        view.inputs.sound_text.setText(rate)
+        self.level.show(snap)
+        view.inputs.show_sound(findings.sound_health(snap, self.inputs.problems))
         microphone = session.settings.audio_device != NO_MICROPHONE
         view.health.show_findings(findings.findings(snap, self._problems(), microphone))
         view.health.show_numbers(**findings.numbers(snap))

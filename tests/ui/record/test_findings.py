@@ -26,6 +26,30 @@ def test_a_silent_microphone_is_not_fine_and_has_its_name() -> None:
     assert _sentences(snap) == ["System's microphone is silent.", "Motion is steady."]
 
 
+def test_lost_frames_are_not_steady_motion() -> None:
+    what = "The sender left out 9 frames in the last seconds."
+    assert _sentences(_snapshot(problems=((what, ""),))) == [what, "Sound is fine."]
+
+
+def test_the_strip_says_what_is_so() -> None:
+    loud = _snapshot(frames_per_s=60.0, hold_dbfs=-12.0)
+    assert findings.strip_motion(loud) == ("VMC 60.0/s", "good")
+    assert findings.strip_sound(loud) == ("Mic -12 dBFS", "good")
+    silent = _snapshot(hold_dbfs=-90.0, problems=(("default is silent.", ""),))
+    assert findings.strip_sound(silent) == ("Mic silent", "warn")
+    closed = _snapshot(port=None, motion_alive=False)
+    assert findings.strip_motion(closed) == ("motion not open", "warn")
+    assert findings.motion_text(closed) == ("not open", "warn")
+
+
+def test_the_microphone_has_a_light() -> None:
+    assert findings.sound_health(_snapshot(), {}) == "good"
+    assert findings.sound_health(_snapshot(clipped=True), {}) == "warn"
+    assert findings.sound_health(_snapshot(audio_alive=False), {}) == "warn"
+    assert findings.sound_health(_snapshot(device=None), {}) == ""
+    assert findings.sound_health(_snapshot(device=None), {"sound": ("It is taken.", "")}) == "warn"
+
+
 @pytest.mark.parametrize(
     "what",
     [

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from studio.capture.vmc import encode_frame
 from studio.motion import Motion
@@ -19,7 +19,7 @@ from studio.project import Project
 from studio.take.motion_file import read_motion
 from studio.ui import background, theme
 from studio.ui.messages import Toast
-from studio.ui.record.inputs import NO_MICROPHONE
+from studio.ui.record.inputs import NO_MICROPHONE, OTHER, own_address
 from studio.ui.record.practice import Practice
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
@@ -227,6 +227,17 @@ def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> 
     qtbot.waitUntil(lambda: not any(wanted in s for s in room.view.health.sentences), timeout=30_000)
 
 
+def test_any_port_can_be_chosen(room: Room, qtbot, monkeypatch) -> None:
+    mine = free_port()
+    answers = iter([(mine, True), (mine + 1, False)])
+    monkeypatch.setattr(QInputDialog, "getInt", lambda *_: next(answers))
+    box = room.view.inputs.port
+    for _ in range(2):
+        box.setCurrentIndex(box.findData(OTHER))
+        box.activated.emit(box.currentIndex())
+        assert (box.currentText(), room.session.settings.vmc_port) == (f"Port {mine}", mine)
+
+
 def test_a_microphone_that_is_not_there_is_looked_for_again(virtual_audio, room: Room, qtbot) -> None:
     box = room.view.inputs.device
     qtbot.waitUntil(lambda: box.count() > 2, timeout=30_000)
@@ -245,9 +256,10 @@ def test_the_network_choice_comes_with_a_sentence(room: Room) -> None:
     network = room.view.inputs.network
     network.setCurrentIndex(1)
     network.activated.emit(1)
-    assert room.view.inputs._network_note.text() == (
-        "Any device in your network may send motion here: a phone, a second PC."
-    )
+    said = "Any device in your network may send motion here: a phone, a second PC."
+    address = own_address()
+    said += f" This computer's address is {address}." if address else ""
+    assert room.view.inputs._network_note.text() == said
     assert room.session.settings.vmc_host == "0.0.0.0"
 
 
