@@ -360,7 +360,8 @@ def kill_in_mid_take(takes: Path, sound: bool, frames: int) -> tuple[list[Told],
         for line in child.stdout:
             when, had, heard = line.split()
             told.append((float(when), int(had), float(heard)))
-            if told[-1][1] >= frames and (not sound or told[-1][2] > 1.0):
+            safe = safe_by_then(told)
+            if safe[1] >= frames // 2 and (not sound or safe[2] > 0.2):
                 break
         os.kill(child.pid, signal.SIGKILL)
         sender.stop()

@@ -57,7 +57,7 @@ def test_people_read_a_table(make_toy_project: MakeProject, capsys: pytest.Captu
     assert lines[2].endswith("* marks the best so far, which is kept.")
     assert lines[3].split() == ["epoch", "train", "valid", "rmse", "motion", "std", "r", "left"]
     assert lines[4].split()[0] == "1/1"
-    assert lines[-1].startswith("Done after 0:0")
+    assert lines[-1].startswith("Done after 0:")
 
 
 def test_recipes_are_listed_without_a_project(capsys: pytest.CaptureFixture[str]) -> None:
@@ -107,6 +107,27 @@ def test_a_line_on_stdin_stops_well(make_toy_project: MakeProject) -> None:
     assert done["event"] == "done"
     assert done["stopped"] is True
     assert project.run(done["run"]).has_weights
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="there Ctrl+C reaches a whole console")
+def test_ctrl_c_keeps_what_there_is_and_says_how_to_go_on(make_toy_project: MakeProject) -> None:
+    project = make_toy_project(name="My Toy")
+    words = command("train", str(project.folder), *TINY, "--set", "epochs=5000", "--json")
+    with subprocess.Popen(
+        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as child:
+        assert child.stdout is not None
+        assert child.stderr is not None
+        next(line for line in child.stdout if json.loads(line)["event"] == "epoch")
+        child.send_signal(signal.SIGINT)
+        child.stdout.read()
+        told = child.stderr.read()
+    assert child.returncode == 130
+    assert told.splitlines()[-1] == (
+        f"Interrupted. `saia train '{project.folder}' --resume balanced_001` goes on where it was."
+    )
+    assert project.run("balanced_001").has_weights
 
 
 @pytest.mark.slow

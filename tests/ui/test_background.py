@@ -43,16 +43,16 @@ def test_nobody_is_told_once_the_owner_is_gone(qtbot) -> None:
 
     def work() -> int:
         begun.set()
-        go.wait(5)
+        go.wait(60)
         return 1
 
     background.run(work, seen.append, owner=owner)
-    assert begun.wait(5)
+    assert begun.wait(60)
     from shiboken6 import delete
 
     delete(owner)
     go.set()
-    assert background.wait(5000)
+    assert background.wait(60_000)
     after = []
     background.run(lambda: 2, after.append)
     qtbot.waitUntil(lambda: after == [2])

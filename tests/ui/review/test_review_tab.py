@@ -104,7 +104,7 @@ def test_sending_reaches_a_listener_and_the_light_says_so(
     _loaded(qtbot, presenter)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
-        listener.settimeout(5.0)
+        listener.settimeout(60.0)
         row = view.send.rows[0]
         row.port.setValue(listener.getsockname()[1])
         qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
