@@ -91,7 +91,7 @@ class Broadcast:
         self._thread = threading.Thread(target=self._run, name="practice performer", daemon=True)
         self._thread.start()
 
-    def stop(self, timeout: float = 3.0) -> None:
+    def stop(self, timeout: float = 30.0) -> None:
         """End, and wait for it."""
         self._stopping.set()
         self.wait(timeout)
@@ -141,6 +141,8 @@ class Broadcast:
             self._clock.close()
             with suppress(queue.Empty):  # the writer may wait for room
                 self._scenes.get_nowait()
+            if writer.is_alive():  # a thread left in mid-computation would abort a process that ends
+                writer.join()
 
     def _write(self) -> None:
         """Prepare scenes ahead. Runs on the script's thread."""
