@@ -163,8 +163,9 @@ def test_cancelling_is_not_failing(tmp_path: Path) -> None:
         predictor().generate(tmp_path / "a.wav", cancelled=lambda: True)
 
 
-def test_a_kept_model_generates_the_same(tmp_path: Path) -> None:
-    made = predictor()
+@pytest.mark.parametrize("name", ["audio2face", "balanced", "faceformer", "saia"])
+def test_a_kept_model_generates_the_same(tmp_path: Path, name: str) -> None:
+    made = predictor(name)
     checkpoint.save_model(tmp_path / "best.safetensors", made.model)
     again = load_predictor(tmp_path)
     np.testing.assert_array_equal(

@@ -11,124 +11,17 @@ Duckworth et al. 2019, Parallel Scheduled Sampling.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from studio.errors import RequestError
+from studio.model._decoder import Ear, Layer, Offer, Shape, attended, nearness, places
 from studio.model._network import Network, Sizes, State
 
 _STYLE_DEVIATION = 0.3
-_KERNEL = 3
-_HIDDEN = 2
-"""Width of the feed-forward layers, times the network's."""
-
-
-class Shape(NamedTuple):
-    """Sizes of the decoder: numbers of a token, heads, layers, frames of a period and of the past seen."""
-
-    width: int
-    heads: int
-    layers: int
-    period: int
-    reach: int
-    dropout: float
-
-
-class Ear(nn.Module):
-    """Rows of sound to rows of what was said: residual dilated convolutions, exact in pieces.
-
-    Source: Bai et al. 2018, An Empirical Evaluation of Generic Convolutional and Recurrent Networks.
-    """
-
-    def __init__(self, features: int, width: int, layers: int, dropout: float) -> None:
-        super().__init__()
-        width, wide = width // 2, width  # there are many more rows than frames
-        self.dilations = [2**i for i in range(layers)]
-        self.reach = _KERNEL // 2 + sum(self.dilations)
-        self.enter = nn.Conv1d(features, width, _KERNEL)
-        self.blocks = nn.ModuleList(nn.Conv1d(width, width, _KERNEL, dilation=d) for d in self.dilations)
-        self.mixes = nn.ModuleList(nn.Conv1d(width, width, 1) for _ in self.dilations)
-        self.widen = nn.Linear(width, wide)
-        self.norm = nn.LayerNorm(wide)
-        self.dropout = nn.Dropout(dropout)
-
-    def forward(self, rows: Tensor) -> Tensor:
-        """(B, R + 2 reach, F) -> (B, R, width)."""
-        x = self.enter(rows.transpose(1, 2))
-        for block, mix, dilation in zip(self.blocks, self.mixes, self.dilations, strict=True):
-            heard = mix(self.dropout(functional.gelu(block(functional.gelu(x)))))
-            x = x[..., dilation:-dilation] + heard
-        normed: Tensor = self.norm(self.widen(x.transpose(1, 2)))
-        return normed
-
-
-def attended(query: Tensor, keys: Tensor, values: Tensor, bias: Tensor) -> Tensor:
-    """softmax(q k^T / sqrt(d) + bias) v for one query each; for these few numbers torch's own takes longer.
-
-    Args:
-        query: (..., heads, 1, d).
-        keys, values: (..., heads, m, d).
-        bias: (N, 1, m), or anything that spreads to it, N the product of all dimensions before the last two.
-    """
-    q, k, v = query.flatten(0, -3), keys.flatten(0, -3), values.flatten(0, -3)
-    scores = torch.baddbmm(bias, q, k.transpose(1, 2), alpha=1 / math.sqrt(q.shape[-1]))
-    return torch.bmm(torch.softmax(scores, dim=-1), v).view(query.shape)
-
-
-class Layer(nn.Module):
-    """One decoder layer: looks back, listens, thinks; each with a residual and a norm after it."""
-
-    def __init__(self, shape: Shape) -> None:
-        super().__init__()
-        width = shape.width
-        self.heads, self.dropout = shape.heads, shape.dropout
-        self.look = nn.Linear(width, 3 * width)
-        self.looked = nn.Linear(width, width)
-        self.ask = nn.Linear(width, width)
-        self.sound = nn.Linear(width, 2 * width)
-        self.listened = nn.Linear(width, width)
-        self.widen = nn.Linear(width, _HIDDEN * width)
-        self.narrow = nn.Linear(_HIDDEN * width, width)
-        self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(3))
-
-    def offered(self, heard: Tensor) -> Tensor:
-        """Keys and values of the sound (2, n, B, heads, K, width / heads) from (B, n, K, width)."""
-        batch, frames, rows, width = heard.shape
-        both = self.sound(heard).view(batch, frames, rows, 2, self.heads, width // self.heads)
-        return both.permute(3, 1, 0, 4, 2, 5).contiguous()
-
-    def looking(self, x: Tensor) -> Tensor:
-        """Queries, keys and values of tokens: (B, n, width) -> (3, B, heads, n, width / heads)."""
-        batch, frames, width = x.shape
-        return self.look(x).view(batch, frames, 3, self.heads, width // self.heads).permute(2, 0, 3, 1, 4)
-
-    def finish(self, x: Tensor, seen: Tensor, offered: Tensor) -> Tensor:
-        """What comes after looking back.
-
-        Args:
-            x: tokens (B, n, width).
-            seen: what self-attention gave (B, heads, n, width / heads).
-            offered: keys and values of the sound (2, n, B, heads, K, width / heads).
-        """
-        batch, frames, width = x.shape
-        x = self._joined(0, x, self.looked(seen.transpose(1, 2).reshape(batch, frames, width)))
-        asked = self.ask(x).view(batch, frames, self.heads, 1, -1).transpose(0, 1)
-        heard = attended(asked, offered[0], offered[1], x.new_zeros(1, 1, 1))
-        x = self._joined(1, x, self.listened(heard.transpose(0, 1).reshape(batch, frames, width)))
-        return self._joined(2, x, self.narrow(self._dropped(functional.gelu(self.widen(x)))))
-
-    def _joined(self, number: int, x: Tensor, new: Tensor) -> Tensor:
-        norm = self.norms[number]
-        assert isinstance(norm, nn.LayerNorm)
-        return functional.layer_norm(x + self._dropped(new), norm.normalized_shape, norm.weight, norm.bias)
-
-    def _dropped(self, x: Tensor) -> Tensor:
-        return functional.dropout(x, self.dropout) if self.training else x
 
 
 class FaceFormer(Network):
@@ -154,8 +47,9 @@ class FaceFormer(Network):
         self.layers = nn.ModuleList(Layer(shape) for _ in range(shape.layers))
         self.pose = nn.Linear(shape.width, sizes.columns)
         nn.init.zeros_(self.pose.weight)  # as published: it begins with no motion at all
-        self.register_buffer("places", _places(shape), persistent=False)
-        self.register_buffer("nearness", _nearness(shape), persistent=False)
+        # Kept in the file: a model is loaded without running any arithmetic of its own.
+        self.register_buffer("places", places(shape))
+        self.register_buffer("nearness", nearness(shape))
 
     places: Tensor
     nearness: Tensor
@@ -172,43 +66,44 @@ class FaceFormer(Network):
         """See Network.forward: one frame after another, from what was kept; without gradients."""
         heard, layers = self.hear(rows), list(self._each())
         cache, pose, frame = self._opened(state, heard)
-        offered = [layer.offered(heard).unbind(1) for layer in layers]
+        offers = [_by_frame(offer) for offer in self.offers(heard)]
         # What stays the same is worked out once: the place in the period and the style go together.
         starts = (self.places[:, None] + self._styled(style, len(rows)) + self.past.bias).unbind(0)
-        weight, count = self.past.weight, heard.shape[1]
-        kept = cache.shape[-2] - count
-        nearness = self.nearness.repeat(len(rows), 1).unsqueeze(1)
-        poses = []
+        near = self.nearness.repeat(len(rows), 1).unsqueeze(1)
+        weight, count = self.past.weight.t(), heard.shape[1]
+        kept, poses = cache.shape[-2] - count, []
         for i in range(count):
-            x = torch.addmm(starts[(frame + i) % self.shape.period], pose, weight.t())[:, None]
+            x = torch.addmm(starts[(frame + i) % self.shape.period], pose, weight)
             for number, layer in enumerate(layers):
-                seen = self._look_back(layer, x, cache[number], kept + i, nearness)
-                x = layer.finish(x, seen, offered[number][i][:, None])
-            pose = self.pose(x[:, 0])
+                seen = self._look_back(layer, x, cache[number], kept + i, near)
+                x = layer.finish(x, seen, offers[number][i])
+            pose = self.pose(x)
             poses.append(pose)
         tail = torch.cat([pose, pose.new_full((len(pose), 1), (frame + count) % self.shape.period)], dim=1)
         keep = min(cache.shape[-2], self.shape.reach - 1)
         return torch.stack(poses, dim=1), (cache[..., cache.shape[-2] - keep :, :].clone(), tail)
 
-    def _look_back(self, layer: Layer, x: Tensor, cache: Tensor, at: int, nearness: Tensor) -> Tensor:
-        """Self-attention of one new token; its key and value go into the cache (2, B, heads, N, ...)."""
-        fresh = layer.looking(x)
-        cache[..., at : at + 1, :] = fresh[1:]
+    def _look_back(self, layer: Layer, x: Tensor, cache: Tensor, at: int, near: Tensor) -> Tensor:
+        """Self-attention of one new token (B, width); its key and value go into the cache (2, B heads, ...)."""
+        batch, width = x.shape
+        fresh = layer.look(x).view(batch, 3, -1, 1, width // layer.heads).transpose(0, 1).flatten(1, 2)
+        cache[:, :, at : at + 1] = fresh[1:]
         first = max(0, at + 1 - self.shape.reach)
-        keys, values = cache[..., first : at + 1, :].unbind(0)
-        return attended(fresh[0], keys, values, nearness[..., self.shape.reach - (at + 1 - first) :])
+        keys, values = cache[:, :, first : at + 1].unbind(0)
+        bias = near[..., self.shape.reach - (at + 1 - first) :]
+        return attended(fresh[0], keys, values, bias).view(batch, width)
 
     def _opened(self, state: State | None, heard: Tensor) -> tuple[Tensor, Tensor, int]:
-        """Room for past and new frames (layers, 2, B, heads, N, ...), the last pose, the next place."""
+        """Room for past and new frames (layers, 2, B heads, N, ...), the last pose, the next place."""
         batch, frames = heard.shape[:2]
         shape = self.shape
         if state is None:
-            past = heard.new_zeros(shape.layers, 2, batch, shape.heads, 0, shape.width // shape.heads)
+            past = heard.new_zeros(shape.layers, 2, batch * shape.heads, 0, shape.width // shape.heads)
             pose, frame = self.pose_mean.expand(batch, -1), 0
         else:
             past, pose, frame = state[0], state[1][:, :-1], int(state[1][0, -1])
-        room = past.new_empty(*past.shape[:4], past.shape[4] + frames, past.shape[5])
-        room[..., : past.shape[4], :] = past
+        room = past.new_empty(*past.shape[:3], past.shape[3] + frames, past.shape[4])
+        room[..., : past.shape[3], :] = past
         return room, pose, frame
 
     def learn(
@@ -216,41 +111,52 @@ class FaceFormer(Network):
     ) -> tuple[Tensor, Tensor]:
         """See Network.learn: a few passes over the whole crop, each shown what the one before answered."""
         heard, past = self.hear(rows), values
+        offers = self.offers(heard)
         for _ in range(self.passes - 1):
             with torch.no_grad():
-                past = self.decode(heard.detach(), past, style)
+                past = self.decode(past, style, offers)
         if self.told:
             shown = torch.rand(*past.shape[:2], 1, device=past.device) < self.told
             past = torch.where(shown, values, past)
-        return self.decode(heard, past, style), values.new_zeros(())
+        return self.decode(past, style, offers), values.new_zeros(())
 
     def hear(self, rows: Tensor) -> Tensor:
         """What was said in each frame, (B, n, K, width), from rows (B, n K + before + after, F)."""
         heard = self.ear(self.normalised(rows))
         return heard.view(len(rows), -1, self.sizes.steps_per_frame, self.shape.width)
 
-    def decode(self, heard: Tensor, poses: Tensor, style: Tensor | None = None) -> Tensor:
+    def offers(self, heard: Tensor) -> list[Offer]:
+        """What each layer makes of what was said."""
+        return [layer.offered(heard) for layer in self._each()]
+
+    def decode(self, poses: Tensor, style: Tensor | None, offers: Sequence[Offer]) -> Tensor:
         """All frames at once, each from the poses before it: what forward does one by one.
 
         Args:
-            heard: (B, n, K, width).
             poses: scaled poses (B, n, C); the last one is not looked at.
             style: see Network.forward.
+            offers: of the sound of the same frames.
         """
-        first = self.pose_mean.expand(len(poses), 1, -1)
-        past = self.past(torch.cat([first, poses[:, :-1]], dim=1))
-        frames = torch.arange(poses.shape[1], device=poses.device)
-        x = past + self._styled(style, len(poses))[:, None] + self.places[frames % self.shape.period]
-        apart = frames[:, None] - frames[None]
-        seen = (apart >= 0) & (apart < self.shape.reach)
-        bias = self.nearness[:, (self.shape.reach - 1 - apart).clamp(0, self.shape.reach - 1)]
-        bias = bias.masked_fill(~seen, float("-inf"))
-        for layer in self._each():
-            query, keys, values = layer.looking(x).unbind(0)
-            looked = functional.scaled_dot_product_attention(query, keys, values, attn_mask=bias)
-            x = layer.finish(x, looked, layer.offered(heard))
+        batch, count = poses.shape[:2]
+        past = torch.cat([self.pose_mean.expand(batch, 1, -1), poses[:, :-1]], dim=1)
+        frames = torch.arange(count, device=poses.device)
+        x = self.past(past) + self._styled(style, batch)[:, None] + self.places[frames % self.shape.period]
+        bias = self._bias(frames)
+        for layer, offer in zip(self._each(), offers, strict=True):
+            looking = layer.look(x).view(batch, count, 3, layer.heads, -1).permute(2, 0, 3, 1, 4)
+            seen = functional.scaled_dot_product_attention(looking[0], looking[1], looking[2], bias)
+            flat = Offer(*(part.flatten(0, 1) for part in offer))
+            x = layer.finish(x.flatten(0, 1), seen.transpose(1, 2).reshape(batch * count, -1), flat)
+            x = x.view(batch, count, -1)
         done: Tensor = self.pose(x)
         return done
+
+    def _bias(self, frames: Tensor) -> Tensor:
+        """Of self-attention between all frames (heads, n, n); -inf for the future and beyond the reach."""
+        ago = frames[:, None] - frames[None]
+        seen = (ago >= 0) & (ago < self.shape.reach)
+        bias = self.nearness[:, (self.shape.reach - 1 - ago).clamp(0, self.shape.reach - 1)]
+        return bias.masked_fill(~seen, float("-inf"))
 
     def _styled(self, style: Tensor | None, batch: int) -> Tensor:
         """The style's embedding of each row of a batch, (B, width)."""
@@ -265,18 +171,10 @@ class FaceFormer(Network):
             yield layer
 
 
-def _places(shape: Shape) -> Tensor:
-    """PPE(t, 2i) = sin((t mod p) / 10000^(2i / d)), cos for odd, (p, d): Fan et al., equation 4."""
-    t = torch.arange(shape.period)[:, None]
-    rates = torch.exp(torch.arange(0, shape.width, 2) * (-math.log(10000.0) / shape.width))
-    return torch.stack([torch.sin(t * rates), torch.cos(t * rates)], dim=-1).flatten(1)
-
-
-def _nearness(shape: Shape) -> Tensor:
-    """Bias of each head for poses reach - 1 .. 0 frames ago, (heads, reach): -slope floor(frames / p)."""
-    slopes = 2.0 ** (-8.0 * torch.arange(1, shape.heads + 1) / shape.heads)
-    ago = torch.arange(shape.reach - 1, -1, -1)
-    return -slopes[:, None] * torch.div(ago, shape.period, rounding_mode="floor")
+def _by_frame(offer: Offer) -> list[Offer]:
+    """Offers (B, n, ...) one frame at a time."""
+    keys, bias, values = (part.unbind(1) for part in offer)
+    return [Offer(*one) for one in zip(keys, bias, values, strict=True)]
 
 
 def build(
