@@ -39,6 +39,25 @@ settings.load_profile("studio")
 _XDG = ("CONFIG", "DATA", "CACHE", "STATE")
 
 
+_REAL_FIXTURES = frozenset({"virtual_audio", "qtbot", "qapp"})
+_REAL_MODULES = ("socket", "subprocess", "threading", "stage")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Try tests of real parts up to twice again: the last line of defence, not the first.
+
+    Such a test waits for conditions and judges no timing, but a sound server, a window or another process
+    can be held up longer than anyone waits on a machine that is busy or stopped for a moment. Each rerun is
+    listed at the end of the run; one that comes again and again is a fault to be found. What only computes
+    gets no second try.
+    """
+    for item in items:
+        module = vars(getattr(item, "module", pytest))
+        real = any(name in module for name in _REAL_MODULES)
+        if real or item.get_closest_marker("slow") or _REAL_FIXTURES & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.flaky(reruns=2))
+
+
 def pytest_collection_finish() -> None:
     """Collect garbage after each test and at no other time.
 
