@@ -153,8 +153,8 @@ class AudioInput:
 
     Args:
         device: a name, a number, or None for the default one.
-        sample_rate: None takes the device's own.
-        channels: None takes as many as it has, 8 at most.
+        sample_rate: 0 takes the device's own.
+        channels: 0 takes as many as it has, 8 at most.
 
     Attributes:
         device: what was opened (after `start`).
@@ -162,12 +162,10 @@ class AudioInput:
         ended: the device is gone; nothing more will come.
     """
 
-    def __init__(
-        self, device: str | int | None = None, sample_rate: int | None = None, channels: int | None = None
-    ) -> None:
+    def __init__(self, device: str | int | None = None, sample_rate: int = 0, channels: int = 0) -> None:
         self._wanted = device
-        self.sample_rate = sample_rate or 0
-        self.channels = channels or 0
+        self.sample_rate = sample_rate
+        self.channels = channels
         self.device: AudioDevice | None = None
         self.overruns = 0
         self.ended = False

@@ -176,15 +176,15 @@ class SoundInput:
 
     Args:
         device: a name, a number, or None for the default one.
-        form: sample rate and channels it has to have; None takes its own.
+        form: sample rate and channels it has to have; 0 takes its own.
 
     Raises:
         StudioError: it cannot be opened.
     """
 
-    def __init__(self, device: str | int | None, form: tuple[int, int] | None = None) -> None:
+    def __init__(self, device: str | int | None, form: tuple[int, int] = (0, 0)) -> None:
         self._wanted = device
-        self.audio = AudioInput(device, *(form or ()))
+        self.audio = AudioInput(device, *form)
         self.audio.start()
         assert self.audio.device is not None
         self.name = self.audio.device.name

@@ -101,8 +101,12 @@ class Recorder:
         if motion is not None:
             motion.close()
 
-    def open_audio(self, device: str | int | None = None) -> None:
-        """Open a microphone at its own rate; another one that was open is closed first.
+    def open_audio(self, device: str | int | None = None, *, sample_rate: int = 0, channels: int = 0) -> None:
+        """Open a microphone; another one that was open is closed first.
+
+        Args:
+            device: a name, a number, or None for the default one.
+            sample_rate, channels: 0 takes its own.
 
         Raises:
             StudioError: there is none of that name, or it cannot be opened; or a take is rolling.
@@ -110,7 +114,7 @@ class Recorder:
         with self._lock:
             self._refuse_while_rolling("The microphone cannot be changed")
             self.close_audio()
-            self._sound = SoundInput(device)
+            self._sound = SoundInput(device, (sample_rate, channels))
             self._settle()
 
     def close_audio(self) -> None:

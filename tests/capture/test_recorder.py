@@ -494,6 +494,25 @@ def test_sound_alone_is_a_take(recorder: Recorder, virtual_audio: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rate", "channels"), [(8_000, 1), (11_025, 2), (44_100, 2), (96_000, 1), (192_000, 2), (48_000, 4)]
+)
+def test_any_rate_and_channel_count_is_recorded_as_it_comes(
+    recorder: Recorder, virtual_audio: str, rate: int, channels: int
+) -> None:
+    recorder.open_audio(virtual_audio, sample_rate=rate, channels=channels)
+    wait_for(lambda: recorder.snapshot().audio_seconds > 0.1)
+    recorder.start("Rate")
+    wait_for(lambda: recorder.snapshot().audio_seconds > 0.3)
+    take = recorder.stop()
+    assert (take.info.sample_rate, take.info.audio_channels) == (rate, channels)
+    assert take.audio_path is not None
+    sound = read_sound(take.audio_path)
+    assert (sound.sample_rate, sound.samples.shape[1]) == (rate, channels)
+    assert len(sound.samples) / rate == pytest.approx(take.info.audio_seconds, abs=1e-3)
+
+
+@pytest.mark.slow
 def test_an_unknown_microphone_is_a_sentence(recorder: Recorder, virtual_audio: str) -> None:
     with pytest.raises(StudioError) as caught:
         recorder.open_audio("Blue Parrot")

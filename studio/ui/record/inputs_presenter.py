@@ -166,7 +166,7 @@ class InputsPresenter(QObject):
         recorder = self._recorder
         if recorder is None:
             return
-        device = self._session.settings.audio_device
+        device, rate = self._session.settings.audio_device, self._session.settings.sample_rate
         refresh = again and self.may_refresh
 
         def work() -> None:
@@ -177,7 +177,7 @@ class InputsPresenter(QObject):
                 return
             if refresh:
                 input_devices(refresh=True)
-            recorder.open_audio(device or None)
+            recorder.open_audio(device or None, sample_rate=rate)
 
         self._open("sound", work, again)
 
