@@ -113,7 +113,7 @@ def _data(report: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _recipe(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     made = report.get("made_with")
     versions = ", ".join(f"{k} {v}" for k, v in made.items()) if isinstance(made, dict) else ""
-    best, of = _unit(report.get("best_epoch"), 0), _unit(report.get("epochs"), 0)
+    best, of = (_unit(report.get(key) or None, 0) for key in ("best_epoch", "epochs"))
     return [
         ("Recipe", " ".join(str(report[key]) for key in ("title",) if report.get(key))),
         ("Network", str(report.get("model") or "")),

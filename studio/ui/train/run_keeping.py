@@ -17,6 +17,7 @@ from studio.take import safe_file
 from studio.ui import messages
 from studio.ui.review.clip import generated_folder
 from studio.ui.session import Session
+from studio.ui.train.carrying import Carrying
 from studio.ui.train.comparing import Comparing
 from studio.ui.train.run_facts import RunFacts, run_facts
 from studio.ui.train.runs_table import RunRow
@@ -56,6 +57,11 @@ class RunKeeping(QObject):
         self._comparing = Comparing(view)
         view.review_requested.connect(self.review)
         view.compare_requested.connect(self._on_compare)
+        self._carrying = Carrying(view)
+        self._carrying.arrived.connect(self._on_arrived)
+        view.card_requested.connect(lambda run: self._with_project(self._carrying.show_card, run))
+        view.export_requested.connect(lambda run: self._with_project(self._carrying.ask_export, run))
+        view.import_requested.connect(lambda: self._with_project(self._carrying.ask_import))
         view.delete_requested.connect(self._on_delete)
         view.folder_requested.connect(self._on_folder)
         view.note_changed.connect(self._on_note)
@@ -63,6 +69,7 @@ class RunKeeping(QObject):
     def close(self) -> None:
         """The window closes."""
         self._comparing.close()
+        self._carrying.close()
 
     def show(self) -> None:
         """Bring the list up to what is on the disk."""
@@ -110,6 +117,14 @@ class RunKeeping(QObject):
     def _on_compare(self, runs: tuple[str, ...]) -> None:
         if self._session.project is not None and runs:
             self._comparing.open(self._session.project, runs)
+
+    def _with_project(self, work: Callable[..., None], *words: str) -> None:
+        if self._session.project is not None and all(words):
+            work(self._session.project, *words)
+
+    def _on_arrived(self, run_id: str) -> None:
+        self._session.runs_changed.emit()
+        self._view.runs.choose(run_id)
 
     def _on_delete(self, run_id: str) -> None:
         project, live = self._session.project, self._live()

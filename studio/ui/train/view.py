@@ -65,7 +65,9 @@ class TrainView(QWidget):
         stop_requested, cancel_requested: end the training, keeping or removing the run.
         mend_requested: set a take aside for validation.
         curate_requested, record_requested: go to that tab.
-        review_requested, resume_requested, delete_requested, folder_requested: with the run's id.
+        review_requested, resume_requested, delete_requested, folder_requested, card_requested,
+            export_requested: with the run's id.
+        import_requested: bring in a run of another computer.
         compare_requested: ids of the runs to hold side by side.
         note_changed: (run id, text).
         run_chosen: id of the run whose curves to show.
@@ -83,6 +85,9 @@ class TrainView(QWidget):
     resume_requested = Signal(str)
     delete_requested = Signal(str)
     folder_requested = Signal(str)
+    card_requested = Signal(str)
+    export_requested = Signal(str)
+    import_requested = Signal()
     compare_requested = Signal(tuple)
     note_changed = Signal(str, str)
     run_chosen = Signal(str)
@@ -105,6 +110,14 @@ class TrainView(QWidget):
             "train_go_record",
         )
         self.empty.clicked.connect(self.record_requested)
+        bring = QPushButton(self.tr("Import a run"))
+        bring.setObjectName("train_import_run")
+        bring.setToolTip(self.tr("A run exported on another computer needs no takes here"))
+        theme.as_role(bring, "quiet")
+        bring.clicked.connect(self.import_requested)
+        column = self.empty.layout()
+        assert isinstance(column, QVBoxLayout)
+        column.insertWidget(column.count() - 1, bring, 0, Qt.AlignmentFlag.AlignHCenter)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self._room)
@@ -268,10 +281,13 @@ class TrainView(QWidget):
         self.runs.run_opened.connect(self.review_requested)
         self._run_buttons: dict[str, QPushButton] = {}
         for name, words, signal, icon in (
-            ("review_run", self.tr("Review this run"), self.review_requested, "mdi6.eye-outline"),
+            ("review_run", self.tr("Review"), self.review_requested, "mdi6.eye-outline"),
             ("compare_runs", self.tr("Compare"), None, "mdi6.chart-bar"),
+            ("card_of_run", self.tr("Model card"), self.card_requested, "mdi6.card-text-outline"),
             ("resume_run", self.tr("Resume"), self.resume_requested, "mdi6.play-circle-outline"),
-            ("show_run_folder", self.tr("Show in folder"), self.folder_requested, "mdi6.folder-outline"),
+            ("show_run_folder", self.tr("Folder"), self.folder_requested, "mdi6.folder-outline"),
+            ("export_run", self.tr("Export run"), self.export_requested, "mdi6.export"),
+            ("import_run", self.tr("Import a run"), None, "mdi6.import"),
             ("delete_run", self.tr("Delete"), self.delete_requested, "mdi6.trash-can-outline"),
         ):
             button = QPushButton(words)
@@ -282,6 +298,10 @@ class TrainView(QWidget):
                 button.clicked.connect(lambda _=False, s=signal: s.emit(self.runs.chosen))
             self._run_buttons[name] = button
             card.head.addWidget(button)
+        self._run_buttons["import_run"].clicked.connect(self.import_requested)
+        self._run_buttons["export_run"].setToolTip(
+            self.tr("The run as one file, to use it in another project or on another computer")
+        )
         self._run_buttons["compare_runs"].clicked.connect(
             lambda: self.compare_requested.emit(self._comparable())
         )
@@ -309,6 +329,8 @@ class TrainView(QWidget):
             self.tr("Hold the selected runs against each other and against simple guesses, on takes they "
                     "have not learnt from; select several with Ctrl or Shift")
         )  # fmt: skip
+        self._run_buttons["export_run"].setEnabled(chosen in self._reviewable)
+        self._run_buttons["card_of_run"].setEnabled(bool(chosen))
         self._run_buttons["show_run_folder"].setEnabled(bool(chosen))
         self._run_buttons["delete_run"].setEnabled(bool(chosen))
 
