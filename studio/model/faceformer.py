@@ -22,6 +22,7 @@ from studio.model._decoder import Ear, Layer, Offer, Shape, attended, nearness, 
 from studio.model._network import Network, Sizes, State
 
 _STYLE_DEVIATION = 0.3
+_LIMITS = {"layers": (1, 12), "hearing": (1, 8), "passes": (1, 32), "reach_s": (0.01, 60.0)}
 
 
 class FaceFormer(Network):
@@ -84,7 +85,7 @@ class FaceFormer(Network):
         return torch.stack(poses, dim=1), (cache[..., cache.shape[-2] - keep :, :].clone(), tail)
 
     def _look_back(self, layer: Layer, x: Tensor, cache: Tensor, at: int, near: Tensor) -> Tensor:
-        """Self-attention of one new token (B, width); its key and value go into the cache (2, B heads, ...)."""
+        """Self-attention of one new token (B, width); key and value go into the cache (2, B heads, ...)."""
         batch, width = x.shape
         fresh = layer.look(x).view(batch, 3, -1, 1, width // layer.heads).transpose(0, 1).flatten(1, 2)
         cache[:, :, at : at + 1] = fresh[1:]
@@ -204,10 +205,20 @@ def build(
         passes: how often a crop is answered while learning; 1 shows it the captured past alone.
         told: share of frames whose past is captured rather than its own.
     """
-    if width % heads or width % 2:
-        raise RequestError(
-            f"A width of {width} cannot be shared by {heads} heads.",
-            "Choose network.width as a multiple of both 2 and network.heads.",
-        )
+    _must_fit(width, heads)
+    for name, value in (("layers", layers), ("hearing", hearing), ("passes", passes), ("reach_s", reach_s)):
+        _must_be_within(name, value)
     reach = max(1, round(reach_s * sizes.fps))
     return FaceFormer(sizes, Shape(width, heads, layers, period, reach, dropout), hearing, passes, told)
+
+
+def _must_fit(width: int, heads: int) -> None:
+    if width % heads or width % 2:
+        what = f"A width of {width} cannot be shared by {heads} heads."
+        raise RequestError(what, "Choose network.width as a multiple of both 2 and network.heads.")
+
+
+def _must_be_within(name: str, value: float) -> None:
+    low, high = _LIMITS[name]
+    if not low <= value <= high:
+        raise RequestError(f"{value} is not possible for network.{name}.", f"Choose {low:g} to {high:g}.")

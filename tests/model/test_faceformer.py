@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 import torch
@@ -15,10 +16,10 @@ from studio.model.faceformer import FaceFormer
 SIZES = Sizes(5, 7, 4, 4, 30.0)
 
 
-def made(styles: int = 0, **changes: object) -> FaceFormer:
+def made(styles: int = 0, **changes: Any) -> FaceFormer:
     torch.manual_seed(1)
-    settings = {"width": 16, "heads": 2, "hearing": 2, "period": 10, "reach_s": 1.0} | changes
-    network = faceformer.build(replace(SIZES, styles=styles), **settings)  # type: ignore[arg-type]
+    settings: dict[str, Any] = {"width": 16, "heads": 2, "hearing": 2, "period": 10, "reach_s": 1.0} | changes
+    network = faceformer.build(replace(SIZES, styles=styles), **settings)
     assert isinstance(network, FaceFormer)
     # As built it does not move; a motion decoder of some size makes every fault show. Much more of the past
     # in it would let the last digits of a sum grow from frame to frame.
@@ -142,3 +143,17 @@ def test_a_width_that_heads_cannot_share_is_a_sentence() -> None:
         "A width of 15 cannot be shared by 4 heads. "
         "Choose network.width as a multiple of both 2 and network.heads."
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("hearing", 4000, "4000 is not possible for network.hearing. Choose 1 to 8."),
+        ("reach_s", float("inf"), "inf is not possible for network.reach_s. Choose 0.01 to 60."),
+        ("reach_s", float("nan"), "nan is not possible for network.reach_s. Choose 0.01 to 60."),
+    ],
+)
+def test_settings_beyond_what_can_work_are_a_sentence(name: str, value: float, sentence: str) -> None:
+    with pytest.raises(RequestError) as caught:
+        made(**{name: value})
+    assert str(caught.value) == sentence

@@ -147,3 +147,21 @@ def test_too_little_memory_is_a_sentence_with_a_smaller_batch(make_toy_project: 
     assert str(caught.value) == (
         "The memory of this machine was not enough for the training. Try again with training.crops=4."
     )
+
+
+@pytest.mark.parametrize("hostile", [{"hearing": 8000}, {"reach_s": math.inf}, {"width": 10**9}])
+def test_a_faceformer_with_hostile_settings_is_damaged(
+    make_toy_project: MakeProject, hostile: dict[str, float]
+) -> None:
+    from studio.training import checkpoint
+
+    project = make_toy_project(("train", "val"))
+    small = ["width=16", "hearing=2", "steps=1", "epochs=1"]
+    run, _ = trained(project, load_recipe("faceformer").with_overrides(small))
+    path = run.folder / "best.safetensors"
+    made = checkpoint.load_model(path)
+    changed = replace(made.recipe, network={**made.recipe.network, **hostile})
+    checkpoint.save_model(path, replace(made, recipe=changed))
+    with pytest.raises(StudioError) as caught:
+        checkpoint.load_model(path)
+    assert caught.value.what == "best.safetensors of the run faceformer_001 is damaged."
