@@ -27,6 +27,7 @@ from studio.ui.curate.findings import Findings
 from studio.ui.curate.star_edit import StarEdit
 from studio.ui.curate.take_rows import TakeRow
 from studio.ui.curate.take_table import split_title
+from studio.ui.curate.vocabulary import template
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.time_view import clock
 
@@ -37,8 +38,8 @@ class Inspector(Card):
     """The choices about one take, or about several at once.
 
     Signals:
-        choice_changed: (field, value, ids): "split", "stars", "performer", "tags", "note" or "locked" of
-            these selections.
+        choice_changed: (field, value, ids): "split", "stars", "performer", "emotion", "tags", "note" or
+            "locked" of these selections.
         bones_requested: the Take whose bones are to be corrected.
         find_requested: ids of takes whose missing files are to be looked for.
     """
@@ -103,8 +104,12 @@ class Inspector(Card):
         self._showing = True
         self._scroll.setVisible(bool(rows))
         self._show_title()
-        self._show_performers(performers)
         selections = [row.selection for row in rows]
+        hint = self.tr("who performs")
+        self._show_names(self.performer, "performer", performers, [s.performer for s in selections], hint)
+        emotions = dict.fromkeys((*template("emotion"), *(s.emotion for s in selections if s.emotion)))
+        hint = self.tr("how it is played")
+        self._show_names(self.emotion, "emotion", tuple(emotions), [s.emotion for s in selections], hint)
         split = _common([s.split for s in selections])
         for name, button in self.splits.items():
             button.setChecked(split == name)
@@ -121,7 +126,8 @@ class Inspector(Card):
 
     def set_editable(self, editable: bool) -> None:
         """Whether choices may be changed here."""
-        for field in (*self.splits.values(), self.stars, self.performer, self.tags, self.note, self.locked):
+        fields = (self.stars, self.performer, self.emotion, self.tags, self.note, self.locked)
+        for field in (*self.splits.values(), *fields):
             field.setEnabled(editable)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -142,15 +148,8 @@ class Inspector(Card):
         self.stars = StarEdit()
         self.stars.setObjectName("inspector_stars")
         self.stars.stars_changed.connect(lambda stars: self._send("stars", stars))
-        self.performer = QComboBox()
-        self.performer.setObjectName("inspector_performer")
-        self.performer.setAccessibleName(self.tr("Performer"))
-        self.performer.setEditable(True)
-        self.performer.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.performer.activated.connect(lambda _: self._on_performer())
-        line = self.performer.lineEdit()
-        assert line is not None
-        line.editingFinished.connect(self._on_performer)
+        self.performer = self._name_box("performer", self.tr("Performer"))
+        self.emotion = self._name_box("emotion", self.tr("Emotion"))
         self.tags = QLineEdit()
         self.tags.setObjectName("inspector_tags")
         self.tags.setAccessibleName(self.tr("Tags"))
@@ -164,10 +163,24 @@ class Inspector(Card):
         for text, field in (
             (self.tr("Stars"), self.stars),
             (self.tr("Performer"), self.performer),
+            (self.tr("Emotion"), self.emotion),
             (self.tr("Tags"), self.tags),
             (self.tr("Note"), self.note),
         ):
             self._form.addRow(label(text, "muted"), field)
+
+    def _name_box(self, field: str, title: str) -> QComboBox:
+        """A name that can be chosen or typed."""
+        box = QComboBox()
+        box.setObjectName(f"inspector_{field}")
+        box.setAccessibleName(title)
+        box.setEditable(True)
+        box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        box.activated.connect(lambda _: self._on_name(field))
+        line = box.lineEdit()
+        assert line is not None
+        line.editingFinished.connect(lambda: self._on_name(field))
+        return box
 
     def _build_split(self) -> None:
         self.splits: dict[str, QToolButton] = {}
@@ -247,18 +260,20 @@ class Inspector(Card):
         )
         return "  ·  ".join(part for part in parts if part)
 
-    def _show_performers(self, performers: Sequence[str]) -> None:
-        common = _common([row.selection.performer for row in self._rows])
-        names = [self.performer.itemText(i) for i in range(self.performer.count())]
-        if names != list(performers):
-            self.performer.clear()
-            self.performer.addItems(list(performers))
-        line = self.performer.lineEdit()
+    def _show_names(
+        self, box: QComboBox, field: str, names: Sequence[str], values: Sequence[str], hint: str
+    ) -> None:
+        """Names to choose from, and the one that all rows have."""
+        common = _common(values)
+        listed = [box.itemText(i) for i in range(box.count())]
+        if listed != list(names):
+            box.clear()
+            box.addItems(list(names))
+        line = box.lineEdit()
         assert line is not None
-        several = common is None and len(self._rows) > 1
-        line.setPlaceholderText(self.tr("several") if several else self.tr("who performs"))
-        if self._is_new("performer", common) or names != list(performers):
-            self.performer.setEditText(common or "")
+        line.setPlaceholderText(self.tr("several") if common is None and len(self._rows) > 1 else hint)
+        if self._is_new(field, common) or listed != list(names):
+            box.setEditText(common or "")
 
     def _show_text(self, field: QLineEdit, selections: Sequence[Selection], common: str | None) -> None:
         several = common is None and len(selections) > 1
@@ -290,7 +305,8 @@ class Inspector(Card):
         if self._keeping or not self.note.isEnabled() or not self._rows:
             return
         self._keeping = True  # each of these ends in another show_rows
-        self._on_performer()
+        self._on_name("performer")
+        self._on_name("emotion")
         self._on_tags()
         self._on_note()
         self._keeping = False
@@ -300,10 +316,11 @@ class Inspector(Card):
             button.setChecked(name == split)
         self._send("split", split)
 
-    def _on_performer(self) -> None:
-        text = self.performer.currentText().strip()
-        if text != (_common([row.selection.performer for row in self._rows]) or ""):
-            self._send("performer", text)
+    def _on_name(self, field: str) -> None:
+        box = self.performer if field == "performer" else self.emotion
+        text = box.currentText().strip()
+        if text != (_common([str(getattr(row.selection, field)) for row in self._rows]) or ""):
+            self._send(field, text)
 
     def _on_tags(self) -> None:
         tags = tags_of(self.tags.text())

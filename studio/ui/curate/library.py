@@ -32,6 +32,8 @@ from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.time_view import clock
 
 FIXED = {"length": 68, "stars": 92, "split": 80, "performer": 84}
+EMOTION_PX = 76
+"""Of the emotion's column, which is there once anything has one."""
 SHARES = {"take": (96, 0.24), "grade": (80, 0.36), "tags": (52, 0.14)}
 """Least pixels, and the share of what the fixed columns leave; the note gets the rest."""
 LEAST_NOTE = 40
@@ -47,12 +49,19 @@ class TakeTableView(QTableView):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Let words have the room that numbers leave."""
         super().resizeEvent(event)
+        self.divide()
+
+    def divide(self) -> None:
+        """Give each column its width."""
         header = self.horizontalHeader()
-        room = self.viewport().width() - sum(FIXED.values())
-        widths = FIXED | {name: max(least, int(room * share)) for name, (least, share) in SHARES.items()}
+        emotion = 0 if self.isColumnHidden(COLUMNS.index("emotion")) else EMOTION_PX
+        fixed = FIXED | {"emotion": emotion}
+        room = self.viewport().width() - sum(fixed.values())
+        widths = fixed | {name: max(least, int(room * share)) for name, (least, share) in SHARES.items()}
         widths["note"] = max(LEAST_NOTE, self.viewport().width() - sum(widths.values()))
         for column, name in enumerate(COLUMNS):
-            header.resizeSection(column, widths[name])
+            if widths[name]:
+                header.resizeSection(column, widths[name])
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Walk rows; Ctrl+A takes all."""
@@ -113,6 +122,7 @@ class Library(Card):
         self._restoring = False
         if renewed or self.filter.filtering:
             self._refilter()
+        self._show_emotions(any(row.selection.emotion for row in rows))
         seconds: dict[str, float] = {}
         for row in rows:
             seconds[row.selection.split] = seconds.get(row.selection.split, 0.0) + row.seconds
@@ -121,6 +131,12 @@ class Library(Card):
         self._on_current()
         if self.chosen != before:
             self.chosen_changed.emit(self.chosen)
+
+    def _show_emotions(self, there: bool) -> None:
+        column = COLUMNS.index("emotion")
+        if self.table.isColumnHidden(column) == there:
+            self.table.setColumnHidden(column, not there)
+            self.table.divide()
 
     def select(self, ids: Iterable[str], current: str = "") -> None:
         """Select rows by id; the first one is shown where no current one is named."""
@@ -316,6 +332,7 @@ class Library(Card):
         self._none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         theme.as_role(self._none, "muted")
         holder = QWidget()
+        self.table.setColumnHidden(COLUMNS.index("emotion"), True)
         self._stack = QStackedLayout(holder)
         self._stack.addWidget(self.table)
         self._stack.addWidget(self._none)

@@ -56,6 +56,7 @@ CHOICES: dict[str, tuple[str, Change]] = {
     "split": (str(QT_TRANSLATE_NOOP("Choices", "Split {0}")), edits.set_split),
     "stars": (str(QT_TRANSLATE_NOOP("Choices", "Rate {0}")), edits.set_stars),
     "performer": (str(QT_TRANSLATE_NOOP("Choices", "Performer of {0}")), edits.set_performer),
+    "emotion": (str(QT_TRANSLATE_NOOP("Choices", "Emotion of {0}")), edits.set_emotion),
     "tags": (str(QT_TRANSLATE_NOOP("Choices", "Tag {0}")), edits.set_tags),
     "note": (str(QT_TRANSLATE_NOOP("Choices", "Note on {0}")), _set_note),
     "locked": (str(QT_TRANSLATE_NOOP("Choices", "Lock {0}")), edits.set_locked),

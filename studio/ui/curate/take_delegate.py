@@ -44,7 +44,7 @@ class TakeDelegate(QStyledItemDelegate):
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Paint one cell."""
         column, row = COLUMNS[index.column()], index.data(ROW_ROLE)
-        if column in ("performer", "tags", "note") or not isinstance(row, TakeRow):
+        if column in ("performer", "emotion", "tags", "note") or not isinstance(row, TakeRow):
             super().paint(painter, option, index)
             return
         painter.save()

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from studio.take.check import Report
 
 GRADES = ("A", "B", "C", "D")
-COLUMNS = ("take", "length", "stars", "split", "grade", "performer", "tags", "note")
+COLUMNS = ("take", "length", "stars", "split", "grade", "performer", "emotion", "tags", "note")
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,14 @@ class TakeRow:
         """Everything a search looks through, in lower case."""
         s = self.selection
         labels = " ".join(label.text for label in s.labels)
-        return " ".join((s.id, s.performer, *s.tags, s.note, labels, s.split, self.reason)).lower()
+        words = (s.id, s.performer, s.emotion, *s.tags, s.note, labels, s.split, self.reason, self._heard_of)
+        return " ".join(words).lower()
+
+    @property
+    def _heard_of(self) -> str:
+        """What the take itself tells: its slate, where it comes from, and what was noticed then."""
+        info = self.take.info if self.take else None
+        return " ".join((info.slate, info.source, *info.notes)) if info else ""
 
     def sort_key(self, column: str) -> tuple[float, str]:
         """Sorts rows by a column; equal ones by name."""
@@ -75,7 +82,8 @@ class TakeRow:
             "split": float(("train", "val", "test", "").index(s.split)),
             "grade": float(GRADES.index(self.grade)) if self.grade in GRADES else 9.0,
         }.get(column, 0.0)
-        word = {"performer": s.performer, "tags": ", ".join(s.tags), "note": s.note}.get(column, "")
+        words = {"performer": s.performer, "emotion": s.emotion, "tags": ", ".join(s.tags), "note": s.note}
+        word = words.get(column, "")
         # Empty words go to the end: what is filled in is what one sorts for.
         return number, f"{word.lower() or '￿'}\0{s.id.lower()}"
 

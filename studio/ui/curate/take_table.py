@@ -22,7 +22,7 @@ Index = QModelIndex | QPersistentModelIndex
 ROW_ROLE = Qt.ItemDataRole.UserRole + 1
 MISSING_ROLE = Qt.ItemDataRole.UserRole + 2
 """Whether a file of the take, or all of it, is missing."""
-EDITABLE = frozenset({"performer", "tags", "note"})
+EDITABLE = frozenset({"performer", "emotion", "tags", "note"})
 _NOWHERE = QModelIndex()
 
 
@@ -137,7 +137,7 @@ class TakeTable(QAbstractTableModel):
     def _titles(self) -> tuple[str, ...]:
         return (
             self.tr("Take"), self.tr("Length"), self.tr("Stars"), self.tr("Split"), self.tr("Grade"),
-            self.tr("Performer"), self.tr("Tags"), self.tr("Note"),
+            self.tr("Performer"), self.tr("Emotion"), self.tr("Tags"), self.tr("Note"),
         )  # fmt: skip
 
     def _text(self, row: TakeRow, column: str) -> str:
@@ -152,7 +152,8 @@ class TakeTable(QAbstractTableModel):
             return f"{row.grade}  {row.reason}".strip()
         if column == "take" and self.is_missing(row):
             return self.tr("{0} (missing)").format(s.id)
-        return {"take": s.id, "performer": s.performer, "tags": ", ".join(s.tags), "note": s.note}[column]
+        words = {"take": s.id, "performer": s.performer, "emotion": s.emotion, "note": s.note}
+        return ", ".join(s.tags) if column == "tags" else words[column]
 
     def _tip(self, row: TakeRow, column: str) -> str:
         if column == "grade" and row.report:

@@ -223,6 +223,23 @@ def test_the_inspector_writes_what_is_typed(room: Room) -> None:
     assert saved["stars"] == 3
 
 
+def test_an_emotion_for_several_takes_gets_a_column_and_is_found(room: Room) -> None:
+    library, inspector = room.view.library, room.view.inspector
+    column = COLUMNS.index("emotion")
+    assert library.table.isColumnHidden(column)
+    library.select(["toy_001", "toy_002"])
+    inspector.emotion.setEditText("tired")
+    line = inspector.emotion.lineEdit()
+    assert line is not None
+    room.qtbot.keyClick(line, Qt.Key.Key_Return)
+    assert [room.saved(f"toy_00{i}").get("emotion", "") for i in (1, 2, 3)] == ["tired", "tired", ""]
+    assert not library.table.isColumnHidden(column)
+    assert library.model.index(0, column).data() == "tired"
+    assert room.view.bench.undo.text() == "Undo: Emotion of 2 takes"
+    library.filter.set_filter((), False, "tired")
+    assert library.filter.rowCount() == 2
+
+
 def test_a_note_is_kept_when_another_take_is_chosen(room: Room) -> None:
     note = room.view.inspector.note
     note.setFocus()

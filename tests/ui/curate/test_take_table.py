@@ -113,3 +113,15 @@ def test_words_typed_over_a_cell_are_reported(qtbot: QtBot, table: TakeTable) ->
         assert table.setData(place, "good light")
     assert typed.args == ["a", "note", "good light"]
     assert not table.setData(place, ""), "what is there already is no edit"
+
+
+def test_the_search_looks_through_emotions_and_what_the_take_itself_tells(qtbot: QtBot) -> None:
+    notes = ("The turns of head and eyes were read as radians.",)
+    take = Take("b", Path("b"), TakeInfo("Hello", notes=notes, source="imported (bvh)"))
+    table = TakeTable()
+    dataset = Dataset((Selection("a", "a", emotion="嬉しい"), Selection("b", "b")))
+    table.set_rows(rows_of(dataset, {"b": take}, {}))
+    shown = TakeFilter(table)
+    for words, found in (("嬉しい", ["a"]), ("RADIANS bvh", ["b"]), ("hello", ["b"]), ("radians 嬉しい", [])):
+        shown.set_filter((), False, words)
+        assert _ids(shown) == found
