@@ -43,9 +43,6 @@ def _setting(default: Any, title: str, help: str, **limits: Any) -> Any:
 class Settings:
     """All preferences of one person; frozen, so change one with `changed`."""
 
-    language: str = _setting(
-        "system", "Language", "The language of the window.", choices=("system", "en", "ja")
-    )
     theme: str = _setting("dark", "Theme", "The colours of the window.", choices=("dark", "light"))
     vmc_port: int = _setting(
         39539, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535, unit="port"
@@ -65,7 +62,6 @@ class Settings:
         1.0, "Pre-roll", "Time before the start that is kept too.", low=0, high=10, unit="s"
     )
     slate: str = _setting("Take", "Slate", "Name given to new takes.")
-    performer: str = _setting("", "Performer", "Who performs; written into new takes.")
     send_host: str = _setting("127.0.0.1", "Send to", "Address that motion is sent to.")
     send_port: int = _setting(
         39540, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
@@ -77,7 +73,7 @@ class Settings:
     export_fps: float = _setting(
         0.0, "Export rate", "Frame rate of exports; 0 keeps the motion's own.", low=0, high=240, unit="fps"
     )
-    recipe: str = _setting("audio2face", "Recipe", "Recipe that training starts with.")
+    recipe: str = _setting("balanced", "Recipe", "Recipe that training starts with.")
     recent_projects: tuple[str, ...] = ()
     phone: str = ""
     """Address of the phone that is asked to send its face; "" for none."""

@@ -16,7 +16,7 @@ def test_nothing_saved_means_defaults() -> None:
 
 
 def test_what_is_saved_is_loaded() -> None:
-    wanted = Settings().changed(vmc_port=39600, language="ja", performer="さくら").with_recent(Path("/tmp/p"))
+    wanted = Settings().changed(vmc_port=39600, theme="light", slate="さくら").with_recent(Path("/tmp/p"))
     settings.save(wanted)
     assert settings.load() == wanted
 
@@ -35,7 +35,7 @@ def test_every_setting_says_what_it_is() -> None:
         ("vmc_port", "39539", "It must be a number."),
         ("vmc_port", True, "It must be a number."),
         ("pre_roll", float("nan"), "It must be from 0 to 10 s."),
-        ("language", "fr", "It must be one of system, en, ja."),
+        ("theme", "red", "It must be one of dark, light."),
         ("slate", 3, "It must be a text."),
         ("recent_projects", "x", "It must be a list of texts."),
     ],

@@ -11,7 +11,8 @@ from PySide6.QtCore import QObject, QTimer
 from studio.dataset import edits
 from studio.errors import StudioError
 from studio.training import recipe as recipes
-from studio.ui import messages
+from studio.training.devices import Devices, devices
+from studio.ui import background, messages
 from studio.ui.jobs import Job
 from studio.ui.session import Session
 from studio.ui.train.data_facts import data_facts, one_for_validation
@@ -40,6 +41,7 @@ class TrainPresenter(QObject):
         self._shown = ""  # the run whose curves are seen
         self._stopping = False
         self._active = False
+        self._devices: Devices | None = None  # not looked for yet
         self._timer = QTimer(self)
         self._timer.setInterval(REFRESH_MS)
         self._timer.timeout.connect(self._follow)
@@ -60,6 +62,7 @@ class TrainPresenter(QObject):
         view.run_chosen.connect(self._on_run_chosen)
         view.preset_chosen.connect(self._on_preset)
         view.recipe_chosen.connect(self._on_recipe)
+        view.advanced.toggled.connect(self._on_advanced)
         session.project_opened.connect(self._on_project)
         session.takes_changed.connect(self._show_data)
         session.dataset_changed.connect(self._show_data)
@@ -99,10 +102,11 @@ class TrainPresenter(QObject):
             Preset(key, self.tr(info.preset), info.expected_time, info.summary)
             for key, info in self._by_preset.items()
         ]
-        chosen = _key("Balanced") if _key("Balanced") in self._by_preset else next(iter(self._by_preset), "")
-        view.show_presets(cards, chosen)
+        view.show_presets(cards, "")
         view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
-        self._on_preset(chosen)
+        names = [info.name for info in self._infos]
+        last = self._session.settings.recipe
+        self._on_recipe(last if last in names else recipes.DEFAULT)
 
     def _on_preset(self, key: str) -> None:
         info = self._by_preset.get(key)
@@ -112,6 +116,17 @@ class TrainPresenter(QObject):
     def _on_recipe(self, name: str) -> None:
         preset = next((key for key, info in self._by_preset.items() if info.name == name), "")
         self._choose(preset, name)
+
+    def _on_advanced(self, shown: bool) -> None:
+        """Look for graphics cards once somebody wants to choose one."""
+        if shown and self._devices is None:
+            self._devices = Devices(("cpu",))
+
+            def found(result: Devices) -> None:
+                self._devices = result
+                self._view.show_devices(result.names, result.reason)
+
+            background.run(devices, found, owner=self)
 
     def _choose(self, preset: str, name: str) -> None:
         try:
@@ -127,6 +142,8 @@ class TrainPresenter(QObject):
         project = self._session.project
         if project is None or self._job is not None:
             return
+        if wish.recipe != self._session.settings.recipe:
+            self._session.change_settings(recipe=wish.recipe)
         words = ["train", str(project.folder), "--recipe", wish.recipe]
         for key, value in (("training.epochs", wish.epochs), ("training.seed", wish.seed)):
             if value is not None:

@@ -173,6 +173,25 @@ class TrainView(QWidget):
                 self.recipe.addItem(title, name)
                 self.recipe.setItemData(self.recipe.count() - 1, summary, Qt.ItemDataRole.ToolTipRole)
 
+    def show_devices(self, names: Sequence[str], reason: str) -> None:
+        """Offer what there is to compute on, and say why the rest is not.
+
+        Args:
+            names: "cpu", "cuda" or "mps".
+            reason: one sentence, "" for none.
+        """
+        words = {
+            "cpu": self.tr("Processor"),
+            "cuda": self.tr("NVIDIA graphics card"),
+            "mps": self.tr("Apple graphics"),
+        }
+        wanted = self.device.currentData()
+        self.device.clear()
+        for name in ("auto", *names):
+            self.device.addItem(words.get(name, self.tr("Automatic")), name)
+        self.device.setCurrentIndex(max(self.device.findData(wanted), 0))
+        self._device_note.setText(reason)
+
     def choose(self, preset: str, recipe: str, epochs: int | None) -> None:
         """Mark a preset ("" for none) and its recipe, and show its epochs in the drawer."""
         for card in self._presets:
@@ -252,12 +271,9 @@ class TrainView(QWidget):
         self.device.setToolTip(
             self.tr("Where to compute; automatic takes a graphics card where there is one")
         )
-        devices = (
-            ("auto", self.tr("Automatic")), ("cpu", self.tr("Processor")),
-            ("cuda", self.tr("NVIDIA graphics card")), ("mps", self.tr("Apple graphics")),
-        )  # fmt: skip
-        for name, words in devices:
-            self.device.addItem(words, name)
+        self._device_note = label("", "caption", "device_note")
+        self._device_note.setWordWrap(True)
+        self.show_devices(("cpu",), "")
         for words, widget in (
             (self.tr("Epochs"), self.epochs),
             (self.tr("Seed"), self.seed),
@@ -269,7 +285,7 @@ class TrainView(QWidget):
             row.addWidget(caption)
             row.addWidget(widget)
             row.addSpacing(theme.INSIDE)
-        row.addStretch(1)
+        row.addWidget(self._device_note, 1)
         return drawer
 
     def _runs_card(self) -> Card:

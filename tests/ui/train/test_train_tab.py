@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 from studio.dataset import edits
 from studio.project import Project
 from studio.settings import Settings
+from studio.training.devices import devices
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
@@ -61,6 +62,32 @@ def test_the_data_card_counts_the_takes(tab: tuple[TrainView, TrainPresenter]) -
     assert view.start.isEnabled()
 
 
+def test_only_what_there_is_to_compute_on_is_offered(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter]
+) -> None:
+    view, _ = tab
+    found = devices()
+    view.advanced.click()
+    qtbot.waitUntil(lambda: _text(view, "device_note") == found.reason, timeout=MINUTE)
+    names = [view.device.itemData(i) for i in range(view.device.count())]
+    assert names == ["auto", *found.names]
+
+
+def test_the_recipe_of_the_last_time_is_chosen(qtbot: QtBot, session: Session) -> None:
+    session.change_settings(recipe="saia")
+    view = TrainView()
+    qtbot.addWidget(view)
+    presenter = TrainPresenter(view, session)
+    assert view.recipe.currentData() == "saia"
+    presenter.close()
+    session.change_settings(recipe="one that is gone")
+    again = TrainView()
+    qtbot.addWidget(again)
+    presenter = TrainPresenter(again, session)
+    assert again.recipe.currentData() == "balanced"
+    presenter.close()
+
+
 @pytest.mark.parametrize(
     ("names", "told"),
     [(["Mia"], "3 takes  0:18  1 performer"), (["Mia", "友"], "3 takes  0:18  2 performers")],
@@ -102,6 +129,9 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
     (run,) = session.project.runs
     assert run.has_weights
     assert len(run.epochs()) == 2
+    assert session.settings.recipe == "quick", "the next training starts with it"
+    qtbot.waitUntil(lambda: view.progress.preview.predicted.moving, timeout=MINUTE)
+    assert (run.folder / "card.html").is_file()
     assert view.runs.rowCount() == 1
     assert view.runs.chosen == run.id
     assert _text(view, "run_line").startswith("epoch 2 of 2")
