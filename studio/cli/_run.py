@@ -21,8 +21,8 @@ def guarded(work: Callable[[], int], out: Output) -> int:
     except StudioError as error:
         out.error(error.what, error.remedy, _write_log())
         return 1
-    except KeyboardInterrupt:
-        out.error("Interrupted.", "Nothing that was saved is lost.")
+    except KeyboardInterrupt as error:
+        out.error("Interrupted.", str(error) or "Nothing that was saved is lost.")
         return 130
     except BrokenPipeError:  # the reader left; a second failure at exit would only add noise
         silence_stdout()

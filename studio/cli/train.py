@@ -15,7 +15,7 @@ from studio.cli._words import counted
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
-    from studio.project import Run
+    from studio.project import Project, Run
     from studio.training.events import Epoch, Event, Started, Step
     from studio.training.recipe import Recipe
 
@@ -58,13 +58,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     recipe = _recipe(args, resume)
     stop = StopWish(read=out.as_json or not sys.stdin.isatty())
     out.passing("preparing", "Reading the takes ...")
-    # Torch takes seconds to load: what was wrong with the request has been said by now.
-    from studio.training.loop import train
+    finished = _trained(project, recipe, resume, out, stop)
+    # Torch takes seconds to load: what was wrong with the request was said before.
     from studio.training.loop_setup import is_first_process
 
-    finished = train(
-        project, recipe, on_event=lambda event: _tell(event, out, stop), stop=stop.is_set, resume=resume
-    )
     if not is_first_process():
         return
     report = finished.report or {}
@@ -80,6 +77,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
         seconds=seconds,
         val=report.get("best_val"),
     )
+
+
+def _trained(project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopWish) -> Run:
+    from studio.training.events import Started
+    from studio.training.loop import train
+
+    name = ""
+
+    def on_event(event: Event) -> None:
+        nonlocal name
+        name = event.run if isinstance(event, Started) else name
+        _tell(event, out, stop)
+
+    try:
+        return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
+    except KeyboardInterrupt as error:
+        again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
+        raise KeyboardInterrupt(f"`{again}` goes on where it was." if name else "") from error
 
 
 def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:

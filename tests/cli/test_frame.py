@@ -141,6 +141,7 @@ def test_the_example_of_a_verb_is_one_it_understands(verb: str) -> None:
             "There is no take Hello. Name another.\n",
         ),
         (KeyboardInterrupt(), 130, "Interrupted. Nothing that was saved is lost.\n"),
+        (KeyboardInterrupt("Go on with it."), 130, "Interrupted. Go on with it.\n"),
     ],
 )
 def test_an_error_ends_with_its_code(

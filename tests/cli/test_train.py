@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_there_is_and_says_how_to_go_on(make_toy_project: Make
         told = child.stderr.read()
     assert child.returncode == 130
     assert told.splitlines()[-1] == (
-        f"Interrupted. `saia train '{project.folder}' --resume balanced_001` goes on where it was."
+        f'Interrupted. `saia train "{project.folder}" --resume balanced_001` goes on where it was.'
     )
     assert project.run("balanced_001").has_weights
 
