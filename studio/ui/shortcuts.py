@@ -49,6 +49,8 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
                 ("1 … 9", tr("Label; hold while playing to label a span")),
                 ("X, Del", tr("Exclude the span, remove the label")),
                 ("+ − F", tr("Closer, wider, whole take")),
+                ("P", tr("Waveform or spectrogram")),
+                ("B", tr("Before and after cleaning the sound")),
             ),
         ),
         (

@@ -93,5 +93,6 @@ class CutQuestion(QWidget):
         box.setSuffix(self.tr(" s"))
         box.setValue(value)
         box.setFixedWidth(80)
+        box.setAlignment(Qt.AlignmentFlag.AlignRight)
         box.valueChanged.connect(lambda _: self.changed.emit(self.cut))
         return box

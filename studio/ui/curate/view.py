@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QMenu, QPushButton, QSplitter, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QMenu,
+    QPushButton,
+    QSplitter,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.ui import theme
 from studio.ui.curate.bench import Bench
@@ -20,6 +29,14 @@ from studio.ui.widgets.pane import Pane
 
 _SHIFT, _CTRL, _ALT = (
     Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier,
+)  # fmt: skip
+
+_GOING = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End})
+_LETTERS = frozenset(
+    {
+        Qt.Key.Key_Space, Qt.Key.Key_I, Qt.Key.Key_O, Qt.Key.Key_L, Qt.Key.Key_X, Qt.Key.Key_F,
+        Qt.Key.Key_B, Qt.Key.Key_P,
+    }
 )  # fmt: skip
 
 
@@ -56,6 +73,21 @@ class CurateView(QWidget):
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._build_room())
         self._stack.addWidget(self._build_empty())
+        for control in (*self.findChildren(QAbstractButton), *self.findChildren(QAbstractSpinBox)):
+            control.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Give the timeline its keys while a button or a number box has the focus.
+
+        Buttons would use arrows to pass the focus on, and a number box would swallow Space and letters.
+        """
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            key = Qt.Key(event.key())
+            if isinstance(watched, QAbstractButton) and key in _GOING:
+                return self._handle(event)
+            if isinstance(watched, QAbstractSpinBox) and key in _LETTERS and not event.modifiers():
+                return self._handle(event)
+        return super().eventFilter(watched, event)
 
     def show_empty(self, empty: bool) -> None:
         """Show what goes here and the buttons that bring it, or the room itself."""

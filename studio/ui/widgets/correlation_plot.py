@@ -52,15 +52,14 @@ def paint_correlation(painter: QPainter, area: QRectF, found: Alignment, scale: 
     if scale:
         painter.setFont(theme.figures_font(theme.CAPTION_PX))
         painter.setPen(theme.colour("muted"))
-        for t in np.linspace(first, last, 5).tolist():
-            room = QRectF(x(t) - 40, area.bottom() + 2, 80, 14).intersected(
-                QRectF(area.left(), area.bottom(), area.width(), 18)
-            )
-            side = (
-                Qt.AlignmentFlag.AlignLeft if t == first
-                else Qt.AlignmentFlag.AlignRight if t == last else Qt.AlignmentFlag.AlignHCenter
-            )  # fmt: skip
-            painter.drawText(room, side, f"{t * 1000:+.0f} ms")
+        marks = np.linspace(first, last, 5).tolist()
+        for t in marks:
+            left = min(max(x(t) - 40, area.left()), area.right() - 80)
+            side = Qt.AlignmentFlag.AlignHCenter
+            if t in (marks[0], marks[-1]):
+                side = Qt.AlignmentFlag.AlignLeft if t == marks[0] else Qt.AlignmentFlag.AlignRight
+            text = f"{t * 1000:+.0f} ms" if t else "0 ms"
+            painter.drawText(QRectF(left, area.bottom() + 2, 80, 14), side, text)
 
 
 class CorrelationButton(QToolButton):

@@ -689,3 +689,24 @@ def test_b_says_what_to_do_where_nothing_is_cleaned(room: Room) -> None:
     room.key(Qt.Key.Key_B)
     assert "clean" not in room.saved("toy_001")
     assert room.view.bench.clean.text() == "Clean sound"
+
+
+def test_keys_reach_the_timeline_from_buttons_and_number_boxes(room: Room) -> None:
+    bench, key = room.view.bench, room.qtbot.keyClick
+    room.presenter.playing.seek(1.0)
+    bench.play.setFocus()
+    key(bench.play, Qt.Key.Key_Right)
+    assert room.timeline.playhead == pytest.approx(1.0 + 1 / 30)
+    key(bench.play, Qt.Key.Key_End)
+    assert room.timeline.playhead == pytest.approx(6.0)
+    key(bench.pauses, Qt.Key.Key_Home)
+    assert room.timeline.playhead == 0.0
+    key(bench.offset, Qt.Key.Key_Space)
+    assert room.presenter.playing.playing
+    key(bench.offset, Qt.Key.Key_Space)
+    assert not room.presenter.playing.playing
+    key(bench.offset, Qt.Key.Key_L)
+    assert bench.loop.isChecked()
+    room.presenter.playing.seek(2.0)
+    key(bench.offset, Qt.Key.Key_I)
+    assert room.timeline.in_out[0] == pytest.approx(2.0)
