@@ -31,10 +31,10 @@ from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.time_view import clock
 
-FIXED = {"length": 68, "stars": 92, "split": 80, "performer": 84}
-EMOTION_PX = 76
+FIXED = {"length": 66, "stars": 88, "split": 78, "performer": 78}
+EMOTION_PX = 64
 """Of the emotion's column, which is there once anything has one."""
-SHARES = {"take": (96, 0.24), "grade": (80, 0.36), "tags": (52, 0.14)}
+SHARES = {"take": (96, 0.26), "grade": (72, 0.34), "tags": (46, 0.14)}
 """Least pixels, and the share of what the fixed columns leave; the note gets the rest."""
 LEAST_NOTE = 40
 SEARCH_WAIT_MS = 120
@@ -155,6 +155,7 @@ class Library(Card):
     def show_missing(self, missing: Mapping[str, tuple[str, ...]]) -> None:
         """Names of missing files by take id."""
         self.model.set_missing(missing)
+        self.delegate.thumbnails.forget_missing()
         self.find_action.setEnabled(bool(missing) and self.import_button.isEnabled())
         if self.filter.filtering:
             self._refilter()
@@ -304,6 +305,7 @@ class Library(Card):
         self.table.setAccessibleName(self.tr("Takes"))
         self.table.setModel(self.filter)
         self.table.setItemDelegate(self.delegate)
+        self.delegate.thumbnails.made.connect(self.table.viewport().update)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.table.setShowGrid(False)

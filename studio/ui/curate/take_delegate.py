@@ -5,7 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import (
     QAbstractItemModel,
     QEvent,
+    QLineF,
     QModelIndex,
+    QObject,
     QPersistentModelIndex,
     QPointF,
     QRectF,
@@ -13,12 +15,13 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPalette
+from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from studio.ui import theme
 from studio.ui.curate.take_rows import COLUMNS, TakeRow
 from studio.ui.curate.take_table import MISSING_ROLE, ROW_ROLE, split_title
+from studio.ui.curate.thumbnails import Levels, Thumbnails
 from studio.ui.widgets.time_view import clock
 
 Index = QModelIndex | QPersistentModelIndex
@@ -26,6 +29,7 @@ STAR_PX = 15
 SPLIT_COLOURS = {"train": 0, "val": 1, "test": 4}
 GRADE_TOKENS = {"A": "good", "B": "good", "C": "warn", "D": "bad"}
 ROW_PX = 32
+LEAST_SOUND_PX = 24
 
 
 class TakeDelegate(QStyledItemDelegate):
@@ -36,6 +40,10 @@ class TakeDelegate(QStyledItemDelegate):
     """
 
     stars_clicked = Signal(str, int)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.thumbnails = Thumbnails(self)
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         """Rows of one height."""
@@ -52,7 +60,10 @@ class TakeDelegate(QStyledItemDelegate):
         self._paint_ground(painter, option)
         box = QRectF(option.rect).adjusted(8, 0, -6, 0)
         if column == "take":
-            _paint_name(painter, box, row, index)
+            levels = self.thumbnails.levels(row.take) if row.take is not None else None
+            wide = _paint_name(painter, box, row, index)
+            if levels is not None:
+                _paint_sound(painter, QRectF(option.rect).adjusted(wide + 16, 6, -6, -6), levels)
         elif column == "length":
             painter.setFont(theme.figures_font())
             painter.setPen(theme.colour("muted"))
@@ -93,11 +104,27 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-def _paint_name(painter: QPainter, box: QRectF, row: TakeRow, index: Index) -> None:
+def _paint_sound(painter: QPainter, box: QRectF, levels: Levels) -> None:
+    """The sound beside the name, where there is room for it."""
+    if box.width() < LEAST_SOUND_PX:
+        return
+    step = box.width() / len(levels)
+    painter.setPen(QPen(theme.colour("disabled"), max(step * 0.5, 1.0)))
+    middle, half = box.center().y(), box.height() / 2
+    lines = []
+    for i, level in enumerate(levels.tolist()):
+        x, y = box.left() + (i + 0.5) * step, max(level * half, 0.5)
+        lines.append(QLineF(x, middle - y, x, middle + y))
+    painter.drawLines(lines)
+
+
+def _paint_name(painter: QPainter, box: QRectF, row: TakeRow, index: Index) -> int:
+    """Paint a take's name; gives how wide it is."""
     missing = index.data(MISSING_ROLE)
     painter.setFont(theme.ui_font())
     painter.setPen(theme.colour("bad" if missing else "text" if row.selection.split else "muted"))
     _elided(painter, box, index.data())
+    return painter.fontMetrics().horizontalAdvance(index.data())
 
 
 def _paint_stars(painter: QPainter, box: QRectF, stars: int) -> None:
