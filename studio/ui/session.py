@@ -99,14 +99,14 @@ class Session(QObject):
 
     def undo(self) -> str:
         """Take back the last edit; its name, "" where there is none."""
-        name = self.project.undo() if self.project else ""
+        name = self.project.undo() if self.project and not self.project.read_only else ""
         if name:
             self._tell_edited()
         return name
 
     def redo(self) -> str:
         """Make the edit taken back last again; its name, "" where there is none."""
-        name = self.project.redo() if self.project else ""
+        name = self.project.redo() if self.project and not self.project.read_only else ""
         if name:
             self._tell_edited()
         return name

@@ -103,6 +103,13 @@ class Bench(Card):
             button.setAccessibleName(text)
             button.setEnabled(bool(name))
 
+    def show_locked(self, reason: str) -> None:
+        """Why nothing can be changed, in place of undo and redo; "" where it can."""
+        self.locked.setVisible(bool(reason))
+        self.locked.setToolTip(reason)
+        for button in (self.undo, self.redo):
+            button.setVisible(not reason)
+
     def show_offset(self, offset_ms: int, sentence: str = "", role: str = "muted") -> None:
         """The offset in milliseconds, and how sure it is, in words."""
         self.offset.blockSignals(True)
@@ -204,6 +211,9 @@ class Bench(Card):
         for widget in (self.wider, self.fit, self.closer, self.curves, self.picture):
             row.addWidget(widget)
         row.addStretch(1)
+        self.locked = label(self.tr("Only to look at"), "warn", "read_only_label")
+        self.locked.hide()
+        row.addWidget(self.locked)
         row.addWidget(self.undo)
         row.addWidget(self.redo)
         return row

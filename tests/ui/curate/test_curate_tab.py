@@ -457,16 +457,25 @@ def test_a_read_only_project_shows_but_does_not_change(
 ) -> None:
     session = Session()
     session.project = Project.open(toy_project.folder, read_only=True)
+    assert session.project.undo_name, "there is a step that undo could take"
     other = Room(qtbot, session)
     other.loaded("toy_001")
     other.drag(1.0, 3.0)
-    for name in ("trim_button", "exclude_button", "add_label_button", "split_for_me_button", "import_button"):
+    for name in (
+        "trim_button", "exclude_button", "add_label_button", "split_for_me_button", "import_button",
+        "split_pauses_button", "clean_button", "align_button",
+    ):  # fmt: skip
         button = other.view.findChild(QPushButton, name)
         assert button is not None
         assert not button.isEnabled(), name
     other.key(Qt.Key.Key_I)
     other.key(Qt.Key.Key_1)
     assert session.project.dataset["toy_001"].labels == ()
+    assert other.view.bench.locked.isVisible()
+    assert not other.view.bench.undo.isVisible()
+    before = session.project.dataset
+    assert session.undo() == session.redo() == ""
+    assert session.project.dataset == before
     other.presenter.close()
 
 
