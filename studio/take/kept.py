@@ -1,7 +1,14 @@
 """Where things computed from a sound are kept, so that they are computed once.
 
-They lie in `.cache` beside the sound and can be deleted at any time; where that folder cannot be written
-(a read-only disk), in the user's own cache.
+They lie beside the sound and can be deleted at any time; a packed project leaves them out:
+
+    takes/<slate>_<nnn>/.cache/
+        spectrum1-<content>.npy         pitches, see spectrogram
+        voice1-<content>.npy            where somebody speaks, see voice_activity
+        clean1-<way>-<content>.flac     with less noise, see cleaned
+
+<content> changes with the sound. Where the folder cannot be written (a read-only disk), they lie in `sounds`
+of the user's own cache.
 """
 
 from __future__ import annotations
