@@ -22,6 +22,9 @@ FLOOR_POWER = 1e-10
 """Digital silence in a band; -100 dB. Fixed, not relative to a file's loudest moment, so that sound in
 pieces gives the same rows as sound in one piece."""
 
+HEARD_DB = 45.0
+"""How far below the loud moments of a voice its quiet ones lie; what is lower is silence or the room."""
+
 _ROWS_AT_ONCE = 4096
 
 
@@ -153,6 +156,14 @@ def rows(
             decibels = dct(decibels, axis=1, norm="ortho")[:, : spec.coefficients]
         out[a : a + len(part)] = decibels
     return out
+
+
+def heard(rows_of_sound: Floats, spec: AudioSpec) -> Floats:
+    """The rows (R, F) that are not silence: no more than HEARD_DB below the loud ones (95th percentile)."""
+    level = rows_of_sound.mean(axis=1)
+    if spec.kind == "mfcc":  # the first coefficient is the sum over the bands, by the square root of them
+        level = rows_of_sound[:, 0] / np.sqrt(spec.bands)
+    return rows_of_sound[level >= np.percentile(level, 95) - HEARD_DB]
 
 
 def _cut(samples: Floats, starts: NDArray[np.int64], length: int) -> Floats:

@@ -56,12 +56,18 @@ class Network(nn.Module):
     Attributes:
         before, after: rows needed around the frames; `before` may be negative.
         margin: frames to add on both sides of a piece and drop again.
+        draws: whether poses are drawn by chance, so that what is generated is not what is expected.
+        quietest: rows are held at this many deviations below their mean, and both are those of rows that are
+            heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
+            nothing and takes all rows.
     """
 
     sizes: Sizes
     before: int = 0
     after: int = 0
     margin: int = 0
+    draws: bool = False
+    quietest: float | None = None
     row_mean: Tensor
     row_deviation: Tensor
     pose_mean: Tensor
@@ -82,7 +88,8 @@ class Network(nn.Module):
 
     def normalised(self, rows: Tensor) -> Tensor:
         """Rows with the training mean 0 and deviation 1 in each feature."""
-        return (rows - self.row_mean) / self.row_deviation
+        normal = (rows - self.row_mean) / self.row_deviation
+        return normal if self.quietest is None else normal.clamp(min=-self.quietest)
 
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None

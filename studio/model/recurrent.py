@@ -14,11 +14,14 @@ from torch import Tensor, nn
 from studio.model._network import Network, Sizes, State
 
 MARGIN_SECONDS = 3.0
+QUIETEST = 3.0
 _STYLE_DEVIATION = 0.3
 
 
 class Recurrent(Network):
     """Frames of stacked rows -> convolution -> LSTM -> pose."""
+
+    quietest = QUIETEST
 
     def __init__(
         self,
@@ -83,6 +86,8 @@ class Ensemble(Network):
 
     Source: Hansen and Salamon 1990, Neural Network Ensembles.
     """
+
+    quietest = QUIETEST
 
     def __init__(self, sizes: Sizes, members: list[Recurrent]) -> None:
         super().__init__(sizes)

@@ -1,4 +1,4 @@
-"""What a training stands on: Fabric on the right devices, the optimiser, the learning rate."""
+"""What a training stands on: Fabric on the right devices, model, loss, optimiser, learning rate, memory."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ import math
 import os
 
 import lightning_fabric
+import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
 
-from studio.errors import RequestError
+from studio.errors import RequestError, StudioError
+from studio.features.audio import heard
 from studio.model._network import Network
-from studio.training.recipe import TrainingSettings
+from studio.training import checkpoint
+from studio.training.checkpoint import Model
+from studio.training.gather import Gathered
+from studio.training.losses import Loss, column_weights
+from studio.training.recipe import Recipe, TrainingSettings
 
 
 def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
@@ -58,6 +64,32 @@ def leave_together(fabric: lightning_fabric.Fabric) -> None:
         torch.distributed.destroy_process_group()
 
 
+def fresh_model(data: Gathered, recipe: Recipe) -> Model:
+    """The recipe's network for some takes, knowing their means and nothing else."""
+    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles))
+    rows = np.concatenate([example.sound for example in data.train])
+    rows = rows if network.quietest is None else heard(rows, recipe.sound)
+    mean = torch.from_numpy(data.layout.scaled_mean).float()
+    network.row_mean.copy_(torch.from_numpy(rows.mean(axis=0)))
+    network.row_deviation.copy_(torch.from_numpy(np.maximum(rows.std(axis=0), 1e-3)))
+    network.pose_mean.copy_(mean)
+    if recipe.training.start_at_mean:
+        network.start_at(mean)
+    return Model(network, recipe, data.layout, data.fps, styles=data.styles)
+
+
+def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
+    """The recipe's loss for the columns of some takes."""
+    layout = data.layout
+    # Columns centred on their mean get it back before cosines are taken of them.
+    centred = recipe.channels.scaling == "group"
+    shift = layout.offset / layout.scale if centred else np.zeros(layout.width)
+    values = np.concatenate([e.values[e.grid.valid > 0] for e in data.train])
+    deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
+    balance = column_weights(deviation, torch.from_numpy(layout.groups), recipe.loss)
+    return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance)
+
+
 def make_optimiser(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:
     """The recipe's optimiser for a network."""
     if settings.optimiser == "adam":
@@ -81,3 +113,19 @@ def learning_rate(settings: TrainingSettings, step: int, steps: int) -> float:
         return low + (top - low) * (1 - math.cos(math.pi * step / turn)) / 2
     part = min((step - turn) / max(steps - 1 - turn, 1), 1.0)
     return end + (top - end) * (1 + math.cos(math.pi * part)) / 2
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether numpy, torch or the device ran out of memory."""
+    if isinstance(error, MemoryError | torch.OutOfMemoryError):
+        return True
+    return "out of memory" in str(error) or "can't allocate memory" in str(error)
+
+
+def out_of_memory(recipe: Recipe) -> StudioError:
+    """What to say then: a smaller batch that may fit."""
+    crops = recipe.training.crops
+    smaller = f"training.crops={crops // 2}" if crops > 1 else "a smaller network.units"
+    return StudioError(
+        "The memory of this machine was not enough for the training.", f"Try again with {smaller}."
+    )

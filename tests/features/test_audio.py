@@ -12,6 +12,7 @@ from studio.features.audio import (
     AudioSpec,
     first_window_row,
     frame_rate,
+    heard,
     row_centres,
     rows,
     warped_bands,
@@ -125,3 +126,14 @@ def test_a_warped_tone_looks_like_a_tone_of_another_pitch(factor: float) -> None
 
 def test_no_warp_reads_each_band_where_it_is() -> None:
     np.testing.assert_allclose(warped_bands(AudioSpec(), 1.0), np.arange(40), atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["log_mel", "mfcc"])
+def test_what_is_heard_is_speech_and_not_the_silence_around_it(kind: str) -> None:
+    rng = np.random.default_rng(0)
+    spec = AudioSpec(kind=kind)
+    speech = rng.normal(0, 0.1, 8000).astype(np.float32)
+    quiet = rng.normal(0, 1e-5, 8000).astype(np.float32)
+    sound = np.concatenate([speech, 0.03 * speech, quiet, np.zeros(8000, np.float32)])
+    found = heard(rows(sound, spec, Fraction(30), 0, 240), spec)
+    assert len(found) == pytest.approx(120, abs=3)  # the loud and the soft second half-second, no more

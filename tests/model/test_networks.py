@@ -184,3 +184,12 @@ def test_pieces_equal_the_whole_in_a_style() -> None:
             poses, state = network(piece(network, rows, first, last), state, style)
             parts.append(poses)
     torch.testing.assert_close(torch.cat(parts, dim=1), whole, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("members", [1, 3])
+def test_digital_silence_and_a_quiet_room_are_the_same_to_our_own_network(members: int) -> None:
+    network = small("recurrent", members=members)
+    room = rows_for(network, 12) - 10.0
+    with torch.no_grad():
+        torch.testing.assert_close(network(room)[0], network(room - 50.0)[0])
+        assert not torch.allclose(network(room)[0], network(room + 9.0)[0])
