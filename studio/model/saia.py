@@ -31,6 +31,7 @@ class Saia(Network):
         self.score = nn.Linear(2 * units, 1, bias=False)
         # Without a sense of distance attention blurs all neighbours into one slow mean.
         self.distance = nn.Parameter(-torch.arange(-reach, reach + 1).abs().float())
+        self.draws = mixtures > 1
         self.mixture = MixtureHead(2 * units, sizes.columns, mixtures) if mixtures > 1 else None
         self.pose = nn.Linear(2 * units, sizes.columns) if mixtures == 1 else None
 

@@ -23,13 +23,21 @@ from studio.features.augment import Crop, CropShape, Variation, cut
 from studio.features.examples import Example
 from studio.project import Project, Run
 from studio.training import checkpoint, loop_run, metrics, styles
-from studio.training.checkpoint import BEST, LAST, Model, TrainingState
+from studio.training.checkpoint import BEST, LAST, TrainingState
 from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, Status, Step, is_still
 from studio.training.gather import gather
-from studio.training.loop_predict import enliven, part_errors, predict_styles, swapped
+from studio.training.loop_predict import drawn, enliven, part_errors, predict_styles, swapped
 from studio.training.loop_run import RunFolder
-from studio.training.loop_setup import learning_rate, leave_together, make_fabric, make_optimiser
-from studio.training.losses import Loss, column_weights
+from studio.training.loop_setup import (
+    fresh_model,
+    is_out_of_memory,
+    learning_rate,
+    leave_together,
+    make_fabric,
+    make_loss,
+    make_optimiser,
+    out_of_memory,
+)
 from studio.training.preview import Previewing
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks, steps_per_epoch
@@ -94,14 +102,7 @@ def train(
     except (MemoryError, RuntimeError) as error:
         if not is_out_of_memory(error):
             raise
-        raise _out_of_memory(recipe) from error
-
-
-def is_out_of_memory(error: BaseException) -> bool:
-    """Whether numpy, torch or the device ran out of memory."""
-    if isinstance(error, MemoryError | torch.OutOfMemoryError):
-        return True
-    return "out of memory" in str(error) or "can't allocate memory" in str(error)
+        raise out_of_memory(recipe) from error
 
 
 def resumed_recipe(run: Run) -> Recipe:
@@ -133,7 +134,7 @@ class _Training:
         kept = loop_run.kept_columns(self.state) if self.state else (None, None, None)
         self.data = gather(project, recipe, *kept)
         torch.manual_seed(recipe.training.seed)
-        self.model = self._fresh_model()
+        self.model = fresh_model(self.data, recipe)
         self.network = self.model.network
         self.optimiser = make_optimiser(self.network, recipe.training)
         self.average: dict[str, Tensor] = {}
@@ -142,7 +143,7 @@ class _Training:
             self._restore(self.state)
         self.wrapped, self.wrapped_optimiser = fabric.setup(self.network, self.optimiser)
         self.wrapped.mark_forward_method("learn")
-        self.loss = Loss(recipe.loss, self.data.layout, self._shift(), fabric.device, self._balance())
+        self.loss = make_loss(self.data, recipe, fabric.device)
         self.steps = steps_per_epoch(recipe.training, self.data.train)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
         self.preview = Previewing(self.folder.path, recipe.training.epochs)
@@ -282,6 +283,8 @@ class _Training:
             best = styles.choose(np.concatenate(errors, axis=1))
             predictions = [p[best] for p in in_styles]
             losses = [self._take_loss(p, e) for p, e in zip(predictions, val, strict=True)]
+            if self.network.draws:  # people see what is drawn; the expected poses only choose the epoch
+                predictions = [drawn(self.network, e, self.fabric.device, tried[best]) for e in val]
         pairs = [self._pair(p, e) for p, e in zip(predictions, val, strict=True)]
         self.first_pair = pairs[0] if pairs else None
         loss = float(np.average(losses, weights=[example.frames for example in val]))
@@ -321,18 +324,6 @@ class _Training:
         wanted, path = self.recipe.training.liveliness, self.folder.path / BEST
         if wanted and self.fabric.is_global_zero and path.is_file():
             enliven(path, self.data.val or self.data.train, self.progress.best_style, wanted)
-
-    def _fresh_model(self) -> Model:
-        data, recipe = self.data, self.recipe
-        network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles))
-        rows = np.concatenate([example.sound for example in data.train])
-        mean = torch.from_numpy(data.layout.scaled_mean).float()
-        network.row_mean.copy_(torch.from_numpy(rows.mean(axis=0)))
-        network.row_deviation.copy_(torch.from_numpy(np.maximum(rows.std(axis=0), 1e-3)))
-        network.pose_mean.copy_(mean)
-        if recipe.training.start_at_mean:
-            network.start_at(mean)
-        return Model(network, recipe, data.layout, data.fps, styles=data.styles)
 
     def _restore(self, state: TrainingState) -> None:
         facts = state.facts
@@ -386,20 +377,6 @@ class _Training:
 
     def _tensor(self, crops: list[Crop], name: str) -> Tensor:
         return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops])).to(self.fabric.device)
-
-    def _shift(self) -> Tensor:
-        """Columns centred on their mean get it back before cosines are taken of them."""
-        layout = self.data.layout
-        centred = self.recipe.channels.scaling == "group"
-        shift = layout.offset / layout.scale if centred else np.zeros(layout.width)
-        return torch.from_numpy(shift).float()
-
-    def _balance(self) -> Tensor:
-        """What each column is multiplied by in the loss, by its deviation in the training takes."""
-        layout = self.data.layout
-        values = np.concatenate([e.values[e.grid.valid > 0] for e in self.data.train])
-        deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
-        return column_weights(deviation, torch.from_numpy(layout.groups), self.recipe.loss)
 
     def _should_stop(self) -> bool:
         asked = self.stop() if self.fabric.is_global_zero else False
@@ -464,11 +441,3 @@ def _state_of(resume: Run | None) -> TrainingState | None:
 
 def _mix(seed: int, epoch: int, rank: int) -> int:
     return int(np.random.SeedSequence([seed, epoch, rank]).generate_state(1)[0])
-
-
-def _out_of_memory(recipe: Recipe) -> StudioError:
-    crops = recipe.training.crops
-    smaller = f"training.crops={crops // 2}" if crops > 1 else "a smaller network.units"
-    return StudioError(
-        "The memory of this machine was not enough for the training.", f"Try again with {smaller}."
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from torch import Tensor
 
 from studio.features.audio import Floats
 from studio.features.examples import Example
-from studio.model._network import Network
+from studio.model._network import Chance, Network
 from studio.training import checkpoint
 from studio.training.gains import region_gains
 
@@ -24,10 +25,19 @@ def predict(network: Network, example: Example, device: torch.device | str = "cp
     return predict_styles(network, example, device, (style,))[0]
 
 
+def drawn(network: Network, example: Example, device: torch.device | str, style: int) -> Floats:
+    """Scaled poses (T, C) as generating draws them where nothing else is asked for."""
+    return predict_styles(network, example, device, (style,), Chance())[0]
+
+
 def predict_styles(
-    network: Network, example: Example, device: torch.device | str = "cpu", styles: Sequence[int] = (0,)
+    network: Network,
+    example: Example,
+    device: torch.device | str = "cpu",
+    styles: Sequence[int] = (0,),
+    chance: Chance | None = None,
 ) -> Floats:
-    """Scaled poses (S, T, C) of a whole example in several styles at once."""
+    """Scaled poses (S, T, C) of a whole example in several styles at once; expected ones without chance."""
     k, out, state = network.sizes.steps_per_frame, [], None
     chosen = torch.tensor(styles, device=device)
     for first in range(0, example.frames, PIECE_FRAMES):
@@ -35,7 +45,8 @@ def predict_styles(
         a, b = first - network.margin, last + network.margin
         rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
         heard = torch.from_numpy(rows).to(device).expand(len(styles), -1, -1)
-        poses, state = network.predict(heard, state, chosen)
+        here = None if chance is None else replace(chance, first=a)
+        poses, state = network.predict(heard, state, chosen, here)
         out.append(poses[:, network.margin : network.margin + last - first].cpu().numpy())
     return np.concatenate(out, axis=1)
 

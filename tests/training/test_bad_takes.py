@@ -18,7 +18,8 @@ from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
 from studio.training.events import Event, Note, Started
-from studio.training.loop import is_out_of_memory, resumed_recipe, train
+from studio.training.loop import resumed_recipe, train
+from studio.training.loop_setup import is_out_of_memory
 from studio.training.recipe import Recipe, load_recipe
 
 MakeProject = Callable[..., Project]

@@ -195,6 +195,21 @@ def test_every_recipe_trains(make_toy_project: MakeProject, name: str, overrides
     assert run.recipe == name
 
 
+def test_the_figures_of_a_model_that_draws_are_those_of_what_it_draws(make_toy_project: MakeProject) -> None:
+    drawing, plain = (
+        load_recipe("saia").with_overrides(
+            [f"mixtures={mixtures}", "units=8", "epochs=1", "learning_rate=1e-9"]
+        )
+        for mixtures in (3, 1)
+    )
+    project = make_toy_project(("train", "val"))
+    (_, of_drawing), (_, of_plain) = (trained(project, recipe) for recipe in (drawing, plain))
+    motion = [epochs(events)[-1].val["motion_ratio"] for events in (of_drawing, of_plain)]
+    assert motion[0] is not None
+    assert motion[1] is not None
+    assert motion[0] > 0.3 > motion[1]  # unlearnt expected poses stand still, unlearnt drawn ones do not
+
+
 def test_mixed_takes_train_together(make_toy_project: MakeProject, tmp_path: Path) -> None:
     project = make_toy_project(("train", "val"))
     face = make_toy_project(("train",), bones=False, name="Face", fps=60.0)
