@@ -29,6 +29,10 @@ GENERATED = Path(".cache") / "generated"
 """Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
 
 
+DRAWING_FORMS = frozenset({"mixture"})
+"""Forms of recipes whose networks draw their motion, so that a seed makes a difference."""
+
+
 @dataclass(frozen=True)
 class Source:
     """Something that can be reviewed.
@@ -55,25 +59,32 @@ class Wanted:
     Args:
         run: the run's id, "" for no run.
         style: one that it knows, "" for the one chosen on validation.
+        seed: which of the takes that a run draws, for runs that draw.
     """
 
     run: str = ""
     style: str = ""
+    seed: int = 0
 
     @property
     def words(self) -> tuple[str, ...]:
         """What `saia generate` is told besides the run and the sound."""
-        return (f"--style={self.style}",) if self.style else ()
+        style = (f"--style={self.style}",) if self.style else ()
+        return (*style, f"--seed={self.seed}") if self.seed else style
 
     @property
     def title(self) -> str:
         """What people call it."""
-        return f"{self.run} ({self.style})" if self.style else self.run
+        more = [self.style] if self.style else []
+        more += [str(self.seed + 1)] if self.seed else []
+        return f"{self.run} ({', '.join(more)})" if more else self.run
 
     @property
     def name(self) -> str:
         """Part of a file's name."""
-        return safe_name(f"{self.run}_{self.style}") if self.style else self.run
+        more = [self.style] if self.style else []
+        more += [str(self.seed + 1)] if self.seed else []
+        return safe_name("_".join([self.run, *more])) if more else self.run
 
 
 @dataclass(frozen=True)
@@ -84,11 +95,13 @@ class RunChoice:
         id: its id.
         styles: what it can be asked for, "average" among them; empty where it learnt none.
         style: the one used unless another is asked for.
+        draws: the same sound gives another motion with another seed.
     """
 
     id: str
     styles: tuple[str, ...] = ()
     style: str = ""
+    draws: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,9 +196,10 @@ def run_choice(run: Run) -> RunChoice:
     report = run.report or {}
     found = report.get("styles")
     styles = tuple(str(name) for name in found) if isinstance(found, list) else ()
+    draws = report.get("form") in DRAWING_FORMS
     if not styles:
-        return RunChoice(run.id)
-    return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE))
+        return RunChoice(run.id, draws=draws)
+    return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE), draws)
 
 
 def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:

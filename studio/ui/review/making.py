@@ -80,7 +80,7 @@ class Making(QObject):
             if known is None:
                 side.wanted = Wanted()
             elif side.wanted.style and side.wanted.style not in known.styles:
-                side.wanted = Wanted(known.id)
+                side.wanted = Wanted(known.id, seed=side.wanted.seed)
         self._view.bar.show_runs(list(choices.values()), [side.wanted for side in self._scene.sides])
 
     def ask(self, *sides: int) -> None:

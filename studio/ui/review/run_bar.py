@@ -47,21 +47,34 @@ class RunChooser(QWidget):
         )
         for box in (self.run, self.styles):
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.another = QToolButton()
+        self.another.setObjectName(f"review_another{name}")
+        self.another.setAccessibleName(self.tr("Another take"))
+        self.another.setToolTip(self.tr("Another take: this run moves a little differently each time"))
+        theme.set_icon(self.another, "mdi6.dice-multiple-outline", "muted")
+        theme.as_role(self.another, "quiet")
+        self.another.clicked.connect(self._on_another)
+        self._seed = 0
         self.caption = label(caption, "muted")
         self.caption.setBuddy(self.run)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
-        for widget in (self.caption, self.run, self.styles):
+        for widget in (self.caption, self.run, self.styles, self.another):
             row.addWidget(widget)
         self.run.currentIndexChanged.connect(lambda _: self._on_run())
         self.styles.currentIndexChanged.connect(lambda _: self.chosen.emit(self.wanted))
 
     @property
+    def draws(self) -> bool:
+        """Whether the chosen run moves differently with another seed."""
+        return any(choice.draws for choice in self._choices if choice.id == self.run.currentData())
+
+    @property
     def wanted(self) -> Wanted:
         """What stands in the boxes."""
         style = str(self.styles.currentData() or "") if self.styles.count() else ""
-        return Wanted(str(self.run.currentData() or ""), style)
+        return Wanted(str(self.run.currentData() or ""), style, self._seed)
 
     def show_runs(self, choices: Sequence[RunChoice], wanted: Wanted) -> None:
         """Fill the boxes."""
@@ -72,9 +85,15 @@ class RunChooser(QWidget):
             for choice in choices:
                 self.run.addItem(choice.id, choice.id)
             self.run.setCurrentIndex(max(self.run.findData(wanted.run), 0))
+        self._seed = wanted.seed
         self._show_styles(wanted.style)
 
+    def _on_another(self) -> None:
+        self._seed += 1
+        self.chosen.emit(self.wanted)
+
     def _on_run(self) -> None:
+        self._seed = 0
         self._show_styles("")
         self.chosen.emit(self.wanted)
 
@@ -90,6 +109,7 @@ class RunChooser(QWidget):
                         self.styles.addItem(self._title(name), name)
                 self.styles.setCurrentIndex(max(self.styles.findData(style), 0))
         self.styles.setVisible(self.styles.count() > 1)
+        self.another.setVisible(self.draws)
 
     def _title(self, style: str) -> str:
         return self.tr("average") if style == "average" else style
@@ -198,6 +218,7 @@ class RunBar(QWidget):
         self.first.run.setVisible(not blind)
         self.first.caption.setVisible(not blind)
         self.first.styles.setVisible(not blind and self.first.styles.count() > 1)
+        self.first.another.setVisible(not blind and self.first.draws)
         self._hidden.setVisible(blind)
         self.two.setVisible(self._can_two and not blind)
 

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 from studio.project import Project
 from studio.take import safe_file
@@ -57,7 +58,10 @@ def keep(project: Project, vote: Vote) -> None:
         "sound": vote.sound,
         "first": vote.first,
         "better": vote.better,
-        **{side: {"run": one.run, "style": one.style} for side, one in (("a", vote.a), ("b", vote.b))},
+        **{
+            side: {"run": one.run, "style": one.style, "seed": one.seed}
+            for side, one in (("a", vote.a), ("b", vote.b))
+        },
     }
     try:
         path.parent.mkdir(exist_ok=True)
@@ -88,10 +92,18 @@ def tally(votes: Iterable[Vote], a: Wanted, b: Wanted) -> Tally:
 def _vote(line: str) -> Vote | None:
     try:
         facts = json.loads(line)
-        a, b = (Wanted(str(facts[side]["run"]), str(facts[side]["style"])) for side in ("a", "b"))
+        a, b = (_wanted(facts[side]) for side in ("a", "b"))
         better = str(facts["better"])
         if better not in ("a", "b", ""):
             return None
         return Vote(a, b, better, str(facts["sound"]), str(facts["first"]), str(facts["at"]))
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
+
+
+def _wanted(facts: dict[str, Any]) -> Wanted:
+    return Wanted(str(facts["run"]), str(facts["style"]), int(facts.get("seed", 0)))
+
+
+def _plain(wanted: Wanted) -> dict[str, Any]:
+    return {"run": wanted.run, "style": wanted.style, "seed": wanted.seed}

@@ -91,9 +91,33 @@ def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_pat
     _run(toy_project, "quick_001")
     run, sound = toy_project.run("quick_001"), toy_project.takes[0].audio_path
     assert sound is not None
-    words = [(), Wanted("", "a").words, Wanted("", "b").words, ("--seed=1",), ("--style=a", "--seed=1")]
-    assert len({clip.generated_path(run, sound, word) for word in words}) == 5
+    wanted = [Wanted(), Wanted("", "a"), Wanted("", "b"), Wanted("", "", 1), Wanted("", "a", 1)]
+    assert wanted[-1].words == ("--style=a", "--seed=1")
+    assert len({clip.generated_path(run, sound, one.words) for one in wanted}) == 5
     assert clip.run_choice(run) == RunChoice("quick_001")
+
+
+def test_a_run_that_draws_gives_another_take(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
+) -> None:
+    view, presenter = tab
+    assert not view.bar.first.another.isVisible(), "this one gives the same each time"
+    _run(toy_project, "saia_001", own=0.5)
+    run = toy_project.run("saia_001")
+    (run.folder / "report.json").write_text('{"status": "done", "form": "mixture"}', encoding="utf-8")
+    sound = toy_project.take("toy_003").audio_path
+    assert sound is not None
+    other = clip.generated_path(run, sound, Wanted("saia_001", seed=1).words)
+    made = read_motion(clip.generated_path(run, sound, ()))
+    write_motion(other, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
+    presenter._show_lists()
+    view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("saia_001"))
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.5, abs=0.01), timeout=MINUTE)
+    qtbot.mouseClick(view.bar.first.another, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.3, abs=0.01), timeout=MINUTE)
+    assert presenter.scene.name == "toy_003_saia_001_2"
+    view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("quick_001"))
+    assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run begins with its first take"
 
 
 def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:

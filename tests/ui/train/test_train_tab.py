@@ -153,10 +153,10 @@ def test_stop_keeps_the_best_epoch(
 ) -> None:
     view, presenter = tab
     _start(qtbot, view, 500)
-    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=2 * MINUTE)
+    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=4 * MINUTE)
     qtbot.mouseClick(view.progress.stop, Qt.MouseButton.LeftButton)
     assert view.progress.stop.text() == "Stopping after this epoch"
-    qtbot.waitUntil(lambda: not presenter.training, timeout=MINUTE)
+    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
     assert session.project is not None
     (run,) = session.project.runs
     assert run.has_weights
@@ -169,9 +169,9 @@ def test_cancel_removes_the_run(
 ) -> None:
     view, presenter = tab
     _start(qtbot, view, 500)
-    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=2 * MINUTE)
+    qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=4 * MINUTE)
     presenter.cancel()
-    qtbot.waitUntil(lambda: not presenter.training, timeout=MINUTE)
+    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
     assert session.project is not None
     assert session.project.runs == ()
     assert view.runs.rowCount() == 0
