@@ -7,9 +7,11 @@ from datetime import datetime
 from pathlib import Path
 
 from studio.cli._output import Output
+from studio.cli._words import counted
 from studio.errors import RequestError
 
 HELP = "write a data card: minutes by performer, emotion, label and split, grades, what moves"
+EXAMPLE = "saia card MyProject -o MyProject.html"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,5 +46,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     path = write_card(args.out, facts, datetime.now().astimezone().strftime("%Y-%m-%d %H:%M"))
     moving = sum(channel.moves for channel in facts.channels)
-    text = f"{path.name}: {facts.takes} takes, {minutes(facts.seconds)}, {moving} channels that move."
+    text = f"{path.name}: {counted(facts.takes, 'take')}, {minutes(facts.seconds)}, "
+    text += f"{counted(moving, 'channel')} that {'moves' if moving == 1 else 'move'}."
     out.done(text, files=[path], takes=facts.takes, seconds=facts.seconds, moving=moving)

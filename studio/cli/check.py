@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from studio.cli._output import Output
+from studio.cli._words import counted
 
 HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
 EXAMPLE = "saia check MyProject Hello_001"
@@ -40,6 +41,5 @@ def run(args: argparse.Namespace, out: Output) -> None:
             out.event(
                 "finding", f"     {finding.what}{at} {finding.remedy}", take=take.id, **finding.to_plain()
             )
-    count_text = "1 take" if len(takes) == 1 else f"{len(takes)} takes"
-    text = f"{count_text} checked." if takes else f"{project.name} has no takes yet."
+    text = f"{counted(len(takes), 'take')} checked." if takes else f"{project.name} has no takes yet."
     out.done(text, takes=reports)

@@ -146,7 +146,7 @@ def _line(take: Take) -> str:
     info = take.info
     parts = [f"{info.duration:.1f} s"]
     if info.motion_file:
-        parts.append(f"{info.frames} frames at {info.fps:.1f} fps")
+        parts.append(f"{counted(info.frames, 'frame')} at {info.fps:.1f} fps")
         parts.append(f"{counted(len(info.shape_names), 'shape')}, {counted(len(info.bone_names), 'bone')}")
     else:
         parts.append("no motion")

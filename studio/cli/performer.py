@@ -8,7 +8,7 @@ from pathlib import Path
 
 from studio.cli._output import Output
 from studio.cli._stop import stop_wishes
-from studio.cli._words import address
+from studio.cli._words import address, counted
 from studio.errors import RequestError
 
 HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
@@ -86,7 +86,11 @@ def _report(sent: int, broadcast: object, out: Output) -> None:
     facts = {
         name: getattr(broadcast, name) for name in ("frames_dropped", "datagrams_sent", "datagrams_lost")
     }
-    out.done(f"{sent} frames sent, {facts['frames_dropped']} dropped for being late.", frames=sent, **facts)
+    out.done(
+        f"{counted(sent, 'frame')} sent, {facts['frames_dropped']} dropped for being late.",
+        frames=sent,
+        **facts,
+    )
 
 
 def _sample(folder: Path, out: Output) -> None:
@@ -107,7 +111,7 @@ def _bundle(folder: Path, out: Output) -> None:
 
     files = bundle.make(resource("performer") if folder == Path() else folder)
     size = sum(path.stat().st_size for path in files)
-    out.done(f"{len(files) - 1} clips, {size / 1e6:.2f} MB in all.", files=list(files), bytes=size)
+    out.done(f"{counted(len(files) - 1, 'clip')}, {size / 1e6:.2f} MB in all.", files=list(files), bytes=size)
 
 
 def _device(text: str | None) -> str | int | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output
 from studio.cli._run import as_request
 from studio.cli._source import check_sound
-from studio.cli._words import address
+from studio.cli._words import address, counted
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -75,7 +75,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         for target in targets:
             target.stop()
     sent, dropped = (sum(getattr(t.state, name) for t in targets) for name in ("sent", "dropped"))
-    out.done(f"Sent {sent} frames; {dropped} left out.", sent=sent, dropped=dropped, seconds=player.position)
+    out.done(
+        f"Sent {counted(sent, 'frame')}; {dropped} left out.",
+        sent=sent,
+        dropped=dropped,
+        seconds=player.position,
+    )
 
 
 def _start_targets(

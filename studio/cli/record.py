@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.cli._stop import stop_wishes
+from studio.cli._words import counted
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def _tell(now: Snapshot, said: set[str], out: Output) -> None:
 def _report(take: Take, last: Snapshot, out: Output) -> None:
     info = take.info
     out.done(
-        f"Saved {take.id}: {info.duration:.1f} s, {info.frames} frames"
+        f"Saved {take.id}: {info.duration:.1f} s, {counted(info.frames, 'frame')}"
         f" ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.",
         take=take.id,
         seconds=round(info.duration, 3),

@@ -1,4 +1,8 @@
-"""`saia train`: learn a performer's motion from their voice."""
+"""`saia train`: learn a performer's motion from their voice.
+
+With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
+what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second.
+"""
 
 from __future__ import annotations
 
