@@ -57,6 +57,7 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
             tr("Review"),
             (
                 ("G", tr("Captured figure over the predicted one")),
+                ("B", tr("Switch between A and B")),
                 ("Del", tr("Remove a dropped sound from the list")),
             ),
         ),
@@ -77,7 +78,7 @@ class ShortcutsDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("shortcuts_dialog")
-        self.setWindowTitle(self.tr("Keyboard shortcuts"))
+        self.setWindowTitle(self.tr("List of keys"))
         columns = QHBoxLayout()
         columns.setSpacing(40)
         listed = groups()
