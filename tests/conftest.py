@@ -6,6 +6,7 @@ import faulthandler
 import gc
 import os
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,6 +38,13 @@ settings.register_profile(
 settings.load_profile("studio")
 
 _XDG = ("CONFIG", "DATA", "CACHE", "STATE")
+
+
+def pytest_sessionfinish() -> None:
+    """Let threads that are still ending end: one that computes would abort an interpreter that ends."""
+    for thread in threading.enumerate():
+        if thread is not threading.main_thread():
+            thread.join(5.0)
 
 
 _REAL_FIXTURES = frozenset({"virtual_audio", "qtbot", "qapp"})

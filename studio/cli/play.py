@@ -103,7 +103,9 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
     """Wait for the end, saying once a second how it goes and once each what is wrong."""
     said: set[str] = set()
     following = time.monotonic()
-    while player.playing:
+    going = True
+    while going:
+        going = player.playing  # one look more after the end: a short play may be over before the first
         time.sleep(0.05)
         for problem in [target.state.problem for target in targets]:
             if problem is not None and problem.what not in said:
