@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from studio.take.check import Report
 
 HELP = "list what to look at first: takes and spans that are most likely bad"
+EXAMPLE = "saia suggest MyProject --run balanced_001"
 WORST_FILE = "worst.json"
 """In a run's folder: where it is furthest from what was captured."""
 

@@ -1,0 +1,43 @@
+"""`saia find`: missing files of takes, looked for in a folder and put back."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from studio.cli._output import Output
+
+HELP = "find missing sound, motion or takes in a folder, and put them back"
+EXAMPLE = "saia find MyProject OldDisk"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT FOLDER."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("folder", type=Path, help="where to look, in all folders inside too")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Copy back what holds what the takes say, as one step of undo; the takes stay as they are."""
+    from studio.cli._project import opened
+    from studio.cli._run import as_request
+    from studio.dataset import edits, relink
+
+    project = opened(args.project, out, read_only=False)
+    takes = {take.id: take for take in project.takes}
+    missing = relink.missing_files(project.dataset, takes)
+    with as_request():
+        search = relink.search(missing, takes, args.folder)
+    for one, source in search.found.items():
+        relink.put_back(project.folder, one, source)
+        out.event("found", f"{one.path} is {source}.", take=one.take, path=one.path, source=source)
+    for one in search.unclear:
+        text = f"Several different files fit {one.path}; name the right one like the take."
+        out.event("unclear", text, take=one.take, path=one.path)
+    if search.found:
+        paths = [one.path for one in search.found]
+        project.edit("Put back missing files", edits.put_back(project.dataset, paths))
+    project.close()
+    text = f"{len(search.found)} of {len(missing)} missing files were found and put back."
+    facts = {"found": len(search.found), "missing": len(missing)}
+    out.done(text if missing else "No file of any take is missing.", **facts)
