@@ -37,7 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """PROJECT --recipe NAME [--set key=value]... [--resume RUN]."""
     parser.add_argument("project", type=Path, nargs="?", help="the project's folder")
     parser.add_argument(
-        "--recipe", metavar="NAME", help="how to train: quick, balanced (default), best, audio2face, saia"
+        "--recipe",
+        metavar="NAME",
+        help="how to train: quick, balanced (default), best, audio2face, faceformer, saia",
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe"

@@ -30,6 +30,7 @@ DATA = Path(os.environ.get("SAIA_DATA", ROOT.parent / "shared" / "data")) / "fac
 RECIPES = (
     ("balanced", []),
     ("quick", []),
+    ("faceformer", []),
     ("saia", ["epochs=6"]),
     ("audio2face", ["epochs=1"]),
     ("audio2face", ["form=learns", "epochs=2"]),

@@ -47,6 +47,21 @@ def test_a_form_comes_before_other_overrides() -> None:
     assert recipe.form == "learns"
 
 
+def test_faceformer_has_the_papers_decoder_and_in_its_form_the_papers_loss() -> None:
+    recipe = load_recipe("faceformer").with_overrides(["form=paper"])
+    assert (recipe.network["heads"], recipe.network["layers"], recipe.network["period"]) == (4, 1, 30)
+    assert (recipe.network["width"], recipe.network["told"]) == (64, 0.0)
+    assert (recipe.loss.point, recipe.loss.velocity) == ("mse", 0.0)
+    assert (recipe.training.optimiser, recipe.training.learning_rate) == ("adam", 0.0001)
+    assert (recipe.augment.stretch, recipe.augment.warp, recipe.augment.noise_db) == (0.0, 0.0, 0.0)
+
+
+def test_saia_offers_the_mixture_its_reports_wished_for() -> None:
+    assert load_recipe("saia").network["mixtures"] == 1
+    assert load_recipe("saia").with_overrides(["form=mixture"]).network["mixtures"] == 5
+    assert load_recipe("saia").with_overrides(["mixtures=3"]).network["mixtures"] == 3
+
+
 def test_audio2face_is_as_published() -> None:
     recipe = load_recipe("audio2face")
     assert (recipe.sound.kind, recipe.sound.coefficients, recipe.sound.window) == ("mfcc", 39, 64)
