@@ -14,6 +14,7 @@ _SLOPE_SPREAD = 100e-6
 _CORRELATED = 10.0
 _ROUNDS = 8
 _READINGS, _AT_ONCE = 8, 10e-6
+_SET, _SMOOTH = 1e-3, 0.02
 
 
 def now() -> float:
@@ -24,20 +25,30 @@ def now() -> float:
     return time.perf_counter()
 
 
-def wall_ahead() -> float:
+class WallClock:
     """How far the wall clock, whose time the kernel's receive stamps have, is ahead of the monotonic one.
 
-    To be read afresh for every few stamps, so that a wall clock set in mid-take moves nothing. Of some
-    readings the one that was held up least counts.
+    Read afresh for every lot of stamps, so that a wall clock set in mid-take moves nothing, and steady
+    enough otherwise to put stamps of one lot and the next in order.
     """
-    ahead, narrowest = 0.0, float("inf")
-    for _ in range(_READINGS):
-        before, wall, after = now(), time.time(), now()
-        if after - before < narrowest:
-            ahead, narrowest = wall - 0.5 * (before + after), after - before
-        if narrowest < _AT_ONCE:
-            break
-    return ahead
+
+    def __init__(self) -> None:
+        self._ahead: float | None = None
+
+    def ahead(self) -> float:
+        """The difference now, seconds."""
+        ahead, narrowest = 0.0, float("inf")
+        for _ in range(_READINGS):  # the one that was held up least counts
+            before, wall, after = now(), time.time(), now()
+            if after - before < narrowest:
+                ahead, narrowest = wall - 0.5 * (before + after), after - before
+            if narrowest < _AT_ONCE:
+                break
+        if self._ahead is None or abs(ahead - self._ahead) > narrowest + _SET:
+            self._ahead = ahead
+        elif narrowest < _AT_ONCE:
+            self._ahead += _SMOOTH * (ahead - self._ahead)
+        return self._ahead
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from studio.capture import clock, listener
 from studio.capture.audio import AudioInput, Block, input_devices
 from studio.capture.health import is_quiet
 from studio.capture.meter import LevelMeter
-from studio.capture.osc import bind
+from studio.capture.port import bind_wide
 from studio.capture.receiver import Batch, Heard, Receiver, unpacked
 from studio.capture.rows import Names, Row
 
@@ -60,11 +60,11 @@ class MotionInput:
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:
-                self._sockets.append(bind(port, host))
+                self._sockets += bind_wide(port, host)
         except Exception:
             self._close_sockets()
             raise
-        self.ports = tuple(int(one.getsockname()[1]) for one in self._sockets)
+        self.ports = tuple(dict.fromkeys(int(one.getsockname()[1]) for one in self._sockets))
         self.host = ports[0][1]
         self._names: Names | None = None
         self._told: deque[tuple[list[Batch], Heard]] = deque(maxlen=_KEPT_TURNS)

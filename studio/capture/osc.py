@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
+import math
 import socket
 import struct
-import sys
 from typing import NamedTuple
 
 from studio.capture import clock
-from studio.errors import StudioError
+from studio.capture.port import SO_RXQ_OVFL, SO_TIMESTAMPNS, bind, stamp_arrivals
 
-BUFFER_BYTES = 4 * 1024 * 1024
-"""Room in the kernel for seconds of motion, should this process be held up."""
 AT_ONCE = 20_000
 """Datagrams read in one go, at most."""
 MOST_PER_S = 60_000
@@ -21,9 +17,8 @@ MOST_PER_S = 60_000
 ALLOWED_AT_ONCE = 100_000
 _OLDEST_S = 60.0
 _MAX_DATAGRAM = 65_535
-_LINUX = sys.platform == "linux"
-# Python names none of these; the numbers are Linux's ABI for x86-64 and arm64.
-_SO_TIMESTAMPNS, _SO_RXQ_OVFL, _SO_RCVBUFFORCE = 35, 40, 33
+_ROOM_FOR_STAMPS = 64
+_NAMES = 256
 _TIMESPEC, _UINT32 = struct.Struct("=qq"), struct.Struct("=I")
 
 
@@ -35,62 +30,26 @@ class Datagram(NamedTuple):
     sender: str
 
 
-def bind(port: int, host: str = "127.0.0.1") -> socket.socket:
-    """A UDP socket bound to a port, with all the room the system grants.
+class Allowance:
+    """How much of what waits on a port may be read: all, but a flood.
 
-    Args:
-        port: 0 asks for any free one.
-        host: the address to bind; "0.0.0.0" opens it to the network.
-
-    Raises:
-        StudioError: the port is taken, forbidden or no port, or the address is not this machine's.
+    Attributes:
+        most_per_s: what is more is left in the kernel.
     """
-    if not 0 <= port <= 65_535:
-        raise StudioError(f"{port} is not a port.", "Choose a port from 1024 to 65535.")
-    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    try:
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
-        if _LINUX:
-            with contextlib.suppress(OSError):  # past the system's limit, where this user may
-                opened.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, 4 * BUFFER_BYTES)
-        stamp_arrivals(opened)  # before any comes: what waits while a reader gets ready has its true time too
-        opened.bind((host, port))
-        opened.setblocking(False)
-    except OSError as error:
-        opened.close()
-        raise _explained(error, port, host) from error
-    return opened
 
+    def __init__(self) -> None:
+        self.most_per_s = float(MOST_PER_S)
+        self.left = float(ALLOWED_AT_ONCE)
+        self._at = 0.0
 
-def stamp_arrivals(opened: socket.socket) -> bool:
-    """Ask Linux to stamp each datagram when it arrives, and to count what it had no room for.
+    def share(self, now: float, sockets: int = 1) -> int:
+        """Datagrams that each of a port's sockets may give now.
 
-    Returns:
-        Whether it does.
-    """
-    if _LINUX:
-        with contextlib.suppress(OSError):
-            opened.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
-            opened.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
-            return True
-    return False
-
-
-def _explained(error: OSError, port: int, host: str) -> StudioError:
-    if error.errno == errno.EADDRINUSE:
-        return StudioError(
-            f"Port {port} is already in use.",
-            "Close the other receiver, or choose another port in Record (or with --port).",
-        )
-    if error.errno in (errno.EACCES, errno.EPERM):
-        return StudioError(
-            f"Port {port} may not be opened.",
-            "Choose a port above 1024, or allow it in the firewall.",
-        )
-    return StudioError(
-        f"{host} is not an address of this computer.",
-        "Use 127.0.0.1 for programs on this computer, or 0.0.0.0 for the whole network.",
-    )
+        A sender that was held up for seconds and makes up for it is no flood: so much is ahead of it.
+        """
+        self.left = min(self.left + (now - self._at) * self.most_per_s, ALLOWED_AT_ONCE)
+        self._at = now
+        return min(math.ceil(max(self.left, 0.0) / sockets), AT_ONCE)
 
 
 class DatagramInput:
@@ -109,7 +68,6 @@ class DatagramInput:
         dropped: datagrams the kernel had no room for, because nobody read for too long.
         stamped: the kernel stamps what comes in, so reading late costs no precision.
         emptied: the last reading left nothing behind.
-        most_per_s: what is more is left in the kernel.
     """
 
     def __init__(self, port: int, host: str = "127.0.0.1", *, opened: socket.socket | None = None) -> None:
@@ -120,9 +78,8 @@ class DatagramInput:
         self.stamped = False
         self.emptied = True
         self.socket: socket.socket | None = None
-        self._last = 0.0
-        self.most_per_s = MOST_PER_S
-        self._allowed, self._allowed_at = float(ALLOWED_AT_ONCE), 0.0
+        self._last = clock.now() - _OLDEST_S
+        self._names: dict[tuple[str, int], str] = {}
 
     def start(self) -> None:
         """Bind and listen.
@@ -142,19 +99,24 @@ class DatagramInput:
         if listening is not None:
             listening.close()
 
-    def read(self) -> list[Datagram]:
-        """Everything that came since the last call, oldest first; a flood is left in the kernel, which throws
-        away what it has no room for at no cost to us."""
+    def read(self, ahead: float = 0.0, most: int = AT_ONCE) -> list[Datagram]:
+        """What came since the last call, oldest first.
+
+        Args:
+            ahead: how far the wall clock is ahead of `clock.now()`, for the kernel's stamps.
+            most: datagrams that are taken; the rest stays in the kernel, which throws away what it has no
+                room for at no cost to us.
+        """
         listening = self.socket
         if listening is None:
             return []
-        begun = clock.now()
-        most = self._allowance(begun)
-        receive = self._receive_stamped if self.stamped else self._receive_plain
         found: list[Datagram] = []
         self.emptied = True
         try:
-            receive(listening, found, most)
+            if self.stamped:
+                self._receive_stamped(listening, found, most, ahead)
+            else:
+                self._receive_plain(listening, found, most)
             self.emptied = False
         except BlockingIOError:
             pass
@@ -162,35 +124,41 @@ class DatagramInput:
             # Windows reports a vanished receiver of our own as an error here; the port lives on.
             self.emptied = bool(found)
         self.received += len(found)
-        self._allowed -= len(found)
         return found
-
-    def _allowance(self, now: float) -> int:
-        """A sender that was held up for seconds and makes up for it is no flood: so much is ahead of it."""
-        self._allowed = min(self._allowed + (now - self._allowed_at) * self.most_per_s, ALLOWED_AT_ONCE)
-        self._allowed_at = now
-        return max(min(int(self._allowed), AT_ONCE), 0)
 
     def _receive_plain(self, listening: socket.socket, found: list[Datagram], most: int) -> None:
         for _ in range(most):
             data, sender = listening.recvfrom(_MAX_DATAGRAM)
             found.append(Datagram(clock.now(), data, f"{sender[0]}:{sender[1]}"))
 
-    def _receive_stamped(self, listening: socket.socket, found: list[Datagram], most: int) -> None:
+    def _receive_stamped(
+        self, listening: socket.socket, found: list[Datagram], most: int, ahead: float
+    ) -> None:
         """With the kernel's stamps: waiting for this process to run then costs no precision."""
-        # One reading of both clocks serves the whole lot, so that no stamp of it overtakes another.
-        ahead = clock.wall_ahead()
-        oldest = clock.now() - _OLDEST_S
+        # Called 13,000 times a second: what can be known before is looked up before.
+        receive, unpack, names = listening.recvmsg, _TIMESPEC.unpack_from, self._names
+        begun = clock.now()
         for _ in range(most):
-            data, extras, _, sender = listening.recvmsg(_MAX_DATAGRAM, 64)
-            arrival = clock.now()
+            data, extras, _, sender = receive(_MAX_DATAGRAM, _ROOM_FOR_STAMPS)
+            arrival = math.inf
             for _, kind, payload in extras:
-                if kind == _SO_TIMESTAMPNS and len(payload) >= _TIMESPEC.size:
-                    seconds, nanoseconds = _TIMESPEC.unpack_from(payload)
-                    stamp = seconds + nanoseconds * 1e-9 - ahead
-                    # A wall clock set between stamp and reading must not throw a frame out of the take.
-                    arrival = min(stamp, arrival) if stamp > oldest else arrival
-                elif kind == _SO_RXQ_OVFL and len(payload) >= _UINT32.size:
+                if kind == SO_TIMESTAMPNS:
+                    seconds, nanoseconds = unpack(payload)
+                    arrival = seconds + nanoseconds * 1e-9 - ahead
+                elif kind == SO_RXQ_OVFL:
                     (self.dropped,) = _UINT32.unpack_from(payload)
-            self._last = arrival = max(arrival, self._last)
-            found.append(Datagram(arrival, data, f"{sender[0]}:{sender[1]}" if sender else ""))
+            if not self._last <= arrival <= begun:
+                arrival = max(self._sane(arrival), self._last)
+            self._last = arrival
+            found.append(Datagram(arrival, data, names.get(sender) or self._name(sender)))
+
+    def _sane(self, arrival: float) -> float:
+        """A wall clock set between stamp and reading must not throw a frame out of the take."""
+        now = clock.now()
+        return arrival if now - _OLDEST_S < arrival <= now else now
+
+    def _name(self, sender: tuple[str, int]) -> str:
+        if len(self._names) >= _NAMES:
+            self._names.clear()
+        name = self._names[sender] = f"{sender[0]}:{sender[1]}" if sender else ""
+        return name

@@ -31,7 +31,7 @@ _LONGEST_TEXT = 256
 
 def kind_of(datagram: bytes) -> str:
     """Which app a datagram comes from; "" where it is none of theirs."""
-    if len(datagram) > _MOST_BYTES or datagram[:1] in (b"/", b"#"):
+    if datagram.startswith((b"/", b"#")) or len(datagram) > _MOST_BYTES:
         return ""
     if datagram[:1] == bytes([_VERSION]) and len(datagram) > _FLOATS.size:
         return LIVE_LINK_FACE

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 import select
 import socket
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from studio.capture import clock
 from studio.capture.assembler import FrameAssembler, Source
-from studio.capture.osc import Datagram, DatagramInput
+from studio.capture.osc import Allowance, Datagram, DatagramInput
 from studio.capture.rows import Names, Packer, Row
 from studio.capture.watch import FrameWatch, RateWatch
 
@@ -76,6 +77,7 @@ class Receiver:
 
     def __init__(self, sockets: Sequence[socket.socket]) -> None:
         self._inputs = [DatagramInput(0, opened=opened) for opened in sockets]
+        self._wall = clock.WallClock()
         self._assembler = FrameAssembler()
         self._watch = FrameWatch()
         self._packer = Packer()
@@ -87,6 +89,9 @@ class Receiver:
         self._present = self._read_until = -math.inf
         for port in self._inputs:
             port.start()
+        self._sockets_of = Counter(port.port for port in self._inputs)
+        self._allowances = {port: Allowance() for port in self._sockets_of}
+        self._early: list[tuple[Datagram, int]] = []
 
     @property
     def stamped(self) -> bool:
@@ -173,17 +178,30 @@ class Receiver:
         if len(self._backlog) >= _BACKLOG:
             return
         begun = clock.now()
-        come: list[tuple[Datagram, int]] = []
+        ahead = self._wall.ahead()
+        shares = {port: one.share(begun, self._sockets_of[port]) for port, one in self._allowances.items()}
+        come = self._early
         known_until = begun
         for port in self._inputs:
-            found = port.read()
+            found = port.read(ahead, shares[port.port])
+            self._allowances[port.port].left -= len(found)
             if not port.emptied:
                 known_until = min(known_until, found[-1].arrival if found else self._present + _ON_THE_WAY)
             come += [(datagram, port.port) for datagram in found]
-        if len(self._inputs) > 1:
-            come.sort(key=lambda one: one[0].arrival)
-        self._backlog.extend(come)
         self._read_until = known_until - _ON_THE_WAY
+        self._early = []
+        if len(self._inputs) > 1:
+            come = self._in_order(come)
+        self._backlog.extend(come)
+
+    def _in_order(self, come: list[tuple[Datagram, int]]) -> list[tuple[Datagram, int]]:
+        """Those of several sockets by their arrival; what another socket may still precede waits a turn."""
+        come.sort(key=lambda one: one[0].arrival)
+        if not self.stamped:
+            return come
+        at = bisect.bisect_right(come, self._read_until, key=lambda one: one[0].arrival)
+        self._early = come[at:]
+        return come[:at]
 
     def _in_time(self, arrival: float) -> bool:
         """Whether a frame is one of those a second that may be kept."""

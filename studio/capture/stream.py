@@ -189,7 +189,8 @@ class Stream:
 
     def end_if_silent(self, now: float) -> None:
         """End the frame by silence: soon where nothing more is due, much later where the rest must come."""
-        if not self.empty and now - self.last > self._patience():
+        silent = now - self.last
+        if silent > GAP and not self.empty and silent > self._patience():
             self.end()
 
     def _patience(self) -> float:

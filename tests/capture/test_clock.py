@@ -61,5 +61,13 @@ def test_arrays_and_numbers_are_mapped_alike() -> None:
 
 def test_wall_clock_stamps_land_on_the_monotonic_clock() -> None:
     before = clock.now()
-    stamp = time.time() - clock.wall_ahead()
+    stamp = time.time() - clock.WallClock().ahead()
     assert before - 0.01 <= stamp <= clock.now() + 0.01
+
+
+def test_one_reading_of_the_wall_clock_moves_the_next_stamps_little() -> None:
+    wall = clock.WallClock()
+    readings = [wall.ahead() for _ in range(200)]
+    assert np.ptp(readings) < 0.1
+    wall._ahead = readings[-1] + 3600.0  # as if it had been set
+    assert wall.ahead() == pytest.approx(readings[-1], abs=0.1)

@@ -14,7 +14,8 @@ import pytest
 
 from studio.capture import clock
 from studio.capture.inputs import MotionInput
-from studio.capture.osc import MOST_PER_S, bind
+from studio.capture.osc import MOST_PER_S
+from studio.capture.port import bind
 from studio.capture.receiver import MOST_FRAMES_PER_S
 from studio.capture.recorder import Recorder
 from studio.capture.rows import Row

@@ -8,43 +8,45 @@ from collections.abc import Iterator
 
 import pytest
 
-from studio.capture import clock, osc
-from studio.capture.osc import BUFFER_BYTES, Datagram, DatagramInput
+from studio.capture import clock, port
+from studio.capture.osc import ALLOWED_AT_ONCE, AT_ONCE, MOST_PER_S, Allowance, Datagram, DatagramInput
+from studio.capture.port import BUFFER_BYTES
 from studio.errors import StudioError
 
 
 @pytest.fixture
-def port() -> Iterator[DatagramInput]:
+def listening() -> Iterator[DatagramInput]:
     opened = DatagramInput(0)
     opened.start()
     yield opened
     opened.stop()
 
 
-def drained(port: DatagramInput, count: int) -> list[Datagram]:
+def drained(listening: DatagramInput, count: int) -> list[Datagram]:
     """So many datagrams, waited for."""
     found: list[Datagram] = []
+    wall = clock.WallClock()
     until = time.monotonic() + 30
     while len(found) < count and time.monotonic() < until:
-        found += port.read()
+        found += listening.read(wall.ahead())
         time.sleep(0.002)
     return found
 
 
-def test_datagrams_come_in_order_with_stamps_and_sender(port: DatagramInput) -> None:
+def test_datagrams_come_in_order_with_stamps_and_sender(listening: DatagramInput) -> None:
     before = clock.now()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         out.bind(("127.0.0.1", 0))
         for i in range(100):
-            out.sendto(b"/%d" % i, ("127.0.0.1", port.port))
+            out.sendto(b"/%d" % i, ("127.0.0.1", listening.port))
         me = "{}:{}".format(*out.getsockname())
-    found = drained(port, 100)
+    found = drained(listening, 100)
     assert [d.data for d in found] == [b"/%d" % i for i in range(100)]
     assert {d.sender for d in found} == {me}
     stamps = [d.arrival for d in found]
     assert stamps == sorted(stamps)
     assert before - 0.001 <= stamps[0] <= stamps[-1] <= clock.now()
-    assert (port.received, port.dropped, port.emptied) == (100, 0, True)
+    assert (listening.received, listening.dropped, listening.emptied) == (100, 0, True)
 
 
 class OneDatagram:
@@ -69,7 +71,7 @@ class OneDatagram:
 def read_from(other: OneDatagram) -> tuple[DatagramInput, Datagram]:
     opened = DatagramInput(0)
     opened.socket, opened.stamped = other, True  # type: ignore[assignment]
-    (datagram,) = opened.read()
+    (datagram,) = opened.read(clock.WallClock().ahead())
     return opened, datagram
 
 
@@ -91,16 +93,16 @@ def test_a_wall_clock_that_was_set_throws_no_frame_away(off: float) -> None:
 def test_no_stamp_is_before_the_one_before_it() -> None:
     opened, first = read_from(OneDatagram(time.time() - 1.0))
     opened.socket = OneDatagram(time.time() - 2.0)  # type: ignore[assignment]
-    (second,) = opened.read()
+    (second,) = opened.read(clock.WallClock().ahead())
     assert second.arrival == first.arrival
 
 
-def test_the_largest_datagram_comes_whole(port: DatagramInput) -> None:
+def test_the_largest_datagram_comes_whole(listening: DatagramInput) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
-        out.sendto(bytes(60_000), ("127.0.0.1", port.port))
-        out.sendto(b"", ("127.0.0.1", port.port))
-        out.sendto(b"/after", ("127.0.0.1", port.port))
-    assert [len(d.data) for d in drained(port, 3)] == [60_000, 0, 6]
+        out.sendto(bytes(60_000), ("127.0.0.1", listening.port))
+        out.sendto(b"", ("127.0.0.1", listening.port))
+        out.sendto(b"/after", ("127.0.0.1", listening.port))
+    assert [len(d.data) for d in drained(listening, 3)] == [60_000, 0, 6]
 
 
 def test_the_kernel_has_room_while_nobody_reads() -> None:
@@ -116,9 +118,9 @@ def test_the_kernel_has_room_while_nobody_reads() -> None:
     assert granted >= min(BUFFER_BYTES, usual)
 
 
-@pytest.mark.skipif(not osc._LINUX, reason="only Linux counts what it had no room for")
+@pytest.mark.skipif(not port._LINUX, reason="only Linux counts what it had no room for")
 def test_what_the_kernel_had_no_room_for_is_counted() -> None:
-    small = osc.bind(0)
+    small = port.bind(0)
     small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     opened = DatagramInput(0, opened=small)
     opened.start()
@@ -133,34 +135,44 @@ def test_what_the_kernel_had_no_room_for_is_counted() -> None:
     assert (came, opened.dropped) == (opened.received, 201 - came)
 
 
-def test_a_flood_stays_in_the_kernel(port: DatagramInput) -> None:
-    port.most_per_s, port._allowed = 0, 10.0
+def test_a_flood_is_given_a_share_and_a_sender_that_catches_up_all() -> None:
+    allowed = Allowance()
+    assert allowed.share(1000.0) == AT_ONCE
+    assert allowed.share(1000.0, sockets=1000) == ALLOWED_AT_ONCE / 1000
+    allowed.left -= ALLOWED_AT_ONCE  # seconds of motion at once are no flood
+    assert allowed.share(1000.0) == 0
+    assert allowed.share(1000.1) == pytest.approx(MOST_PER_S / 10, abs=1)
+    assert allowed.share(1000.1, sockets=4) == pytest.approx(MOST_PER_S / 40, abs=1)
+    assert allowed.share(2000.0) == AT_ONCE
+
+
+def test_what_is_not_read_stays_in_the_kernel(listening: DatagramInput) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         for _ in range(30):
-            out.sendto(b"/x", ("127.0.0.1", port.port))
-    assert len(drained(port, 10)) == 10
-    assert not port.emptied
-    assert port.read() == []
-    port.most_per_s = osc.MOST_PER_S
-    assert len(drained(port, 20)) == 20
-    assert port.dropped == 0
+            out.sendto(b"/x", ("127.0.0.1", listening.port))
+    assert len(listening.read(0.0, 10)) == 10
+    assert not listening.emptied
+    assert listening.read(0.0, 0) == []
+    assert not listening.emptied
+    assert len(drained(listening, 20)) == 20
+    assert (listening.received, listening.dropped) == (30, 0)
 
 
-def test_an_error_of_the_system_ends_nothing(port: DatagramInput) -> None:
+def test_an_error_of_the_system_ends_nothing(listening: DatagramInput) -> None:
     class Reset(OneDatagram):
         def recvmsg(self, *_: int) -> tuple[bytes, list[tuple[int, int, bytes]], int, tuple[str, int]]:
             raise OSError(errno.ECONNRESET, "reset by our own vanished receiver")
 
-    mine, port.socket = port.socket, Reset(0.0)  # type: ignore[assignment]
-    port.stamped = True
-    assert port.read() == []
-    port.socket = mine
+    mine, listening.socket = listening.socket, Reset(0.0)  # type: ignore[assignment]
+    listening.stamped = True
+    assert listening.read() == []
+    listening.socket = mine
 
 
-def test_a_taken_port_is_a_sentence(port: DatagramInput) -> None:
+def test_a_taken_port_is_a_sentence(listening: DatagramInput) -> None:
     with pytest.raises(StudioError) as caught:
-        DatagramInput(port.port).start()
-    assert caught.value.what == f"Port {port.port} is already in use."
+        DatagramInput(listening.port).start()
+    assert caught.value.what == f"Port {listening.port} is already in use."
     assert (
         caught.value.remedy == "Close the other receiver, or choose another port in Record (or with --port)."
     )
