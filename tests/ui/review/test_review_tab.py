@@ -97,6 +97,24 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
     qtbot.waitUntil(lambda: presenter.scene.tuned.shapes.max() == pytest.approx(before), timeout=MINUTE)
 
 
+def test_head_and_body_are_tuned_apart(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+
+    def nod() -> float:
+        tuned = presenter.scene.tuned
+        assert tuned is not None
+        return float(np.ptp(tuned.rotations[:, tuned.bone_names.index("Head"), 0]))
+
+    before, first = nod(), presenter.scene.tuned
+    assert before > 0.1
+    view.tune._fields["body"][1].setValue(0.0)
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not first, timeout=MINUTE)
+    assert nod() == pytest.approx(before, abs=1e-3), "the head is none of the body's"
+    view.tune._fields["head"][1].setValue(0.0)
+    qtbot.waitUntil(lambda: nod() == pytest.approx(0.0, abs=1e-3), timeout=MINUTE)
+
+
 def test_sending_reaches_a_listener_and_the_light_says_so(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
