@@ -65,11 +65,11 @@ class Mixture:
         Source: Maddison et al. 2017, The Concrete Distribution.
         """
         frames, components, columns = self.means.shape[1:]
-        noise = torch.from_numpy(slow_noise(chance, frames, columns + components, fps)).to(self.means)
-        uniform = torch.special.ndtr(noise[:, columns:]).clamp(1e-6, 1 - 1e-6)
-        gumbel = -(-uniform.log()).log()
+        noise = slow_noise(chance, frames, columns + components, fps)
+        deviates = torch.from_numpy(noise[:, None, :columns]).to(self.means)
+        gumbel = torch.from_numpy(_gumbel(noise[:, columns:])).to(self.means)
         chosen = torch.softmax((self.log_weights + gumbel) / _SWITCH, dim=-1)[..., None]
-        drawn = (chosen * (self.means + self.deviations * noise[:, None, :columns])).sum(dim=2)
+        drawn = (chosen * (self.means + self.deviations * deviates)).sum(dim=2)
         mean = self.mean
         return mean + chance.liveliness * (drawn - mean)
 
@@ -116,3 +116,11 @@ def slow_noise(chance: Chance, frames: int, columns: int, fps: float) -> NDArray
     white = np.concatenate(blocks)[skip : skip + last - first]
     near = np.lib.stride_tricks.sliding_window_view(white, len(window), axis=0)
     return (near @ (window / np.linalg.norm(window))).astype(np.float32)
+
+
+def _gumbel(noise: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Gumbel noise made of Gaussian noise, number by number."""
+    from scipy.special import ndtr
+
+    uniform = np.clip(ndtr(noise.astype(np.float64)), 1e-6, 1 - 1e-6)
+    return (-np.log(-np.log(uniform))).astype(np.float32)
