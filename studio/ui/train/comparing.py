@@ -32,7 +32,8 @@ class Comparing(QObject):
 
     def open(self, project: Project, runs: Sequence[str]) -> None:
         """Compare some runs."""
-        self.close()
+        if self.dialog is not None:
+            self.dialog.close()
         dialog = self.dialog = CompareDialog(runs, self._parent)
         dialog.ground_chosen.connect(lambda split: self._measure(project, runs, split))
         dialog.finished.connect(lambda _: self._on_closed(dialog))
@@ -41,8 +42,9 @@ class Comparing(QObject):
         self._measure(project, runs, "test")
 
     def close(self) -> None:
-        """End it; nothing is measured any more."""
-        self._end_job()
+        """The window closes: nothing is measured any more."""
+        if self._job is not None:
+            self._job.close()
         if self.dialog is not None:
             self.dialog.close()
 
@@ -53,8 +55,12 @@ class Comparing(QObject):
 
     def _end_job(self) -> None:
         job, self._job = self._job, None
-        if job is not None:
-            job.close()
+        if job is None:
+            return
+        if job.running:
+            job.ended.connect(job.deleteLater)
+            job.cancel()  # a window that is used must not wait for a child to end
+        else:
             job.deleteLater()
 
     def _measure(self, project: Project, runs: Sequence[str], split: str) -> None:
