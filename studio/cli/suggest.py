@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 HELP = "list what to look at first: takes and spans that are most likely bad"
 EXAMPLE = "saia suggest MyProject --run balanced_001"
-WORST_FILE = "worst.json"
-"""In a run's folder: where it is furthest from what was captured."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +50,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
         StudioError: the run cannot generate, or there is nothing to hold it against.
     """
     from studio.cli.evaluate import choose_ground
-    from studio.dataset.suggest import worst_spans
+    from studio.dataset.suggest import keep_worst, worst_spans
     from studio.generate import load_predictor
     from studio.take.sound import Sound
     from studio.training.metrics_evaluate import pair
@@ -70,19 +68,8 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     start = {material.selection.id: max(material.selection.in_point, 0.0) for material in ground.material}
     errors = {name: (times + start[name], error) for name, (times, error) in frame_errors(pairs).items()}
     spans = worst_spans(errors)
-    _keep(chosen, {name: [asdict(span) for span in found] for name, found in spans.items()})
+    keep_worst(chosen.folder, spans)
     return spans
-
-
-def _keep(chosen: Run, worst: dict[str, Any]) -> None:
-    """Beside the weights; a folder that cannot be written is no matter."""
-    from contextlib import suppress
-
-    from studio.errors import StudioError
-    from studio.take.safe_file import write_json
-
-    with suppress(StudioError):
-        write_json(chosen.folder / WORST_FILE, {"worst": worst})
 
 
 def _checked(project: Project, out: Output) -> dict[str, Report]:

@@ -7,14 +7,18 @@ been trained, the spans where the captured motion is furthest from what the run 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Dataset, Selection
+from studio.errors import StudioError
+from studio.take import safe_file
 
 if TYPE_CHECKING:
     from studio.take.check import Report
@@ -33,6 +37,8 @@ STANDS_OUT = 4.0
 """Deviations (as the median measures them) above the median that make an error a large one."""
 MOST_SPANS = 5
 """Of one take."""
+WORST_FILE = "worst.json"
+"""In a run's folder: where it is furthest from what was captured."""
 
 Span = tuple[float, float]
 Floats = NDArray[np.floating]
@@ -124,6 +130,30 @@ def worst_spans(takes: Mapping[str, tuple[Floats, Floats]]) -> dict[str, tuple[W
         name: _spans_above(times, error, limit, max(usual, 1e-9)) for name, (times, error) in smooth.items()
     }
     return {name: found for name, found in spans.items() if found}
+
+
+def keep_worst(run_folder: Path, worst: Mapping[str, tuple[WorstSpan, ...]]) -> None:
+    """Keep a run's spans beside its weights; a folder that cannot be written is no matter."""
+    plain = {name: [asdict(span) for span in spans] for name, spans in worst.items()}
+    with suppress(StudioError):
+        safe_file.write_json(run_folder / WORST_FILE, {"worst": plain})
+
+
+def kept_worst(run_folder: Path) -> dict[str, tuple[WorstSpan, ...]] | None:
+    """A run's spans by selection id as they were kept; None where there are none, or they are damaged."""
+    try:
+        content = safe_file.read_json(run_folder / WORST_FILE)["worst"]
+        return worst_of_plain(content)
+    except (OSError, StudioError, KeyError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def worst_of_plain(content: Mapping[str, Any]) -> dict[str, tuple[WorstSpan, ...]]:
+    """Spans out of JSON values; KeyError, TypeError or ValueError where they make no sense."""
+    return {
+        str(name): tuple(WorstSpan(float(s["start"]), float(s["end"]), float(s["ratio"])) for s in spans)
+        for name, spans in content.items()
+    }
 
 
 def _leaks(dataset: Dataset) -> Iterator[Suggestion]:

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Selection, edits
-from studio.dataset.suggest import WorstSpan, suggest, worst_spans
+from studio.dataset.suggest import WorstSpan, keep_worst, kept_worst, suggest, worst_spans
 from studio.take._finding import Finding
 from studio.take.check import Report
 
@@ -110,3 +111,13 @@ def test_a_part_that_judges_what_was_learnt_from_its_own_take_is_told() -> None:
     (found,) = suggest(edits.set_split(dataset, ["a.2"], "val"), TEN, {})
     assert (found.selection, found.kind, found.span) == ("a.2", "leak", None)
     assert found.what == "It judges the training, yet other parts of a are learnt from."
+
+
+def test_a_runs_spans_are_kept_beside_its_weights(tmp_path: Path) -> None:
+    worst = {"声": (WorstSpan(1.0, 2.0, 3.5), WorstSpan(4.0, 5.0, 2.0)), "b": ()}
+    keep_worst(tmp_path, worst)
+    assert kept_worst(tmp_path) == worst
+    assert kept_worst(tmp_path / "none") is None
+    for damaged in ("{", "{}", '{"worst": 3}', '{"worst": {"a": [{"start": "x"}]}}'):
+        (tmp_path / "worst.json").write_text(damaged, encoding="utf-8")
+        assert kept_worst(tmp_path) is None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.dataset import Dataset, edits
-from studio.dataset.suggest import Suggestion, WorstSpan, suggest
+from studio.dataset.suggest import Suggestion, WorstSpan, kept_worst, suggest, worst_of_plain
 from studio.ui import messages
 from studio.ui.curate.library import Library
 from studio.ui.curate.marks import title
@@ -103,6 +103,12 @@ class Suggesting(QObject):
 
     def _on_project_opened(self) -> None:
         self._errors, self._run, self._going = {}, "", None
+        project = self._session.project
+        for run in reversed(project.runs if project else ()):
+            kept = kept_worst(run.folder)
+            if kept is not None:
+                self._errors, self._run = kept, run.id
+                break
         if self._job.running:
             self._job.cancel()
         self._show_runs()
@@ -127,11 +133,7 @@ class Suggesting(QObject):
             self._list.compare.setText(self.tr("Comparing… {0}").format(f"{fraction:.0%}"))
 
     def _on_measured(self, facts: dict[str, Any]) -> None:
-        worst = facts.get("worst") or {}
-        self._errors = {
-            str(name): tuple(WorstSpan(s["start"], s["end"], s["ratio"]) for s in spans)
-            for name, spans in worst.items()
-        }
+        self._errors = worst_of_plain(facts.get("worst") or {})
         count = sum(len(spans) for spans in self._errors.values())
         sentence = self.tr("{0} spans stand out of the run's errors.")
         self._room.say(sentence.format(count) if count != 1 else self.tr("One span stands out."))
