@@ -252,7 +252,7 @@ class Recorder:
         self.close_audio()
         self._closing.set()
         if threading.current_thread() is not self._pump:
-            self._pump.join(2.0)
+            self._pump.join(30.0)
 
     def _refuse_while_rolling(self, what: str) -> None:
         if self._roll is not None:

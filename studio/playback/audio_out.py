@@ -104,7 +104,7 @@ class SoundOutput:
         self._feed = None
         self._closing.set()
         self._wake.set()
-        self._feeder.join(timeout=2.0)
+        self._feeder.join(timeout=10.0)
         self._stream.close(ignore_errors=True)
         self._source.close()
 

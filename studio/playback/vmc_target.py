@@ -199,7 +199,7 @@ class VmcTarget:
         self._fade = fade
         self._stop.set()
         if wait:
-            thread.join(timeout=FADE_SECONDS + 2.0)
+            thread.join(timeout=FADE_SECONDS + 10.0)
             self._thread = None
 
     def _run(self, sock: socket.socket, destination: Destination, stop: threading.Event) -> None:

@@ -391,7 +391,8 @@ def _load_pyvista() -> None:
     """Import pyvista on a thread of its own, once: the GUI goes on meanwhile."""
     global _loading
     if _loading is None:
-        _loading = threading.Thread(target=_import_pyvista, name="load pyvista", daemon=True)
+        # No daemon: a thread left in the midst of VTK's loading would abort a program that ends.
+        _loading = threading.Thread(target=_import_pyvista, name="load pyvista")
         _loading.start()
 
 
