@@ -212,7 +212,9 @@ def paint_parts(painter: QPainter, spread: Span, left: float, view: TimeView, pa
     ends = [view.start, *(t for part in parts for t in part), view.end]
     for gap in zip(ends[::2], ends[1::2], strict=True):
         if gap[1] > gap[0]:
-            painter.fillRect(_box(spread, left, view, gap), theme.colour("ground", 165))
+            box = _box(spread, left, view, gap)
+            painter.fillRect(box, theme.colour("ground", 165))
+            painter.fillRect(box, QBrush(theme.colour("disabled", 130), Qt.BrushStyle.BDiagPattern))
     painter.setFont(theme.figures_font(theme.CAPTION_PX))
     for number, part in enumerate(parts, 1):
         if part[1] < view.start or part[0] > view.end:
