@@ -156,7 +156,7 @@ def spectrogram(path: Path, on_progress: Callable[[float], bool] = lambda _: Tru
     place = kept.find(path, name)
     if place is not None:
         try:
-            found = np.load(place, mmap_mode="r", allow_pickle=False)
+            found = np.load(place, allow_pickle=False)
             if found.dtype == np.uint8 and found.ndim == 2 and found.shape[1] == BANDS:
                 return Spectrogram(path, rate, found)
         except (OSError, ValueError, EOFError):

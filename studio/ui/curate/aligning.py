@@ -42,6 +42,7 @@ class Aligning(QObject):
         self._waiting: list[Take] = []
         self._answers: list[Answer] = []
         self._count = 0
+        self._task: background.Task | None = None
         self._by: By = "mouth"
         self._nudge = QTimer(self)
         self._nudge.setSingleShot(True)
@@ -68,6 +69,17 @@ class Aligning(QObject):
         if self._nudge.isActive():
             self._nudge.stop()
             self._keep_nudge()
+
+    def forget_all(self) -> None:
+        """Another project is shown: nothing found before is about its takes."""
+        self._nudge.stop()
+        if self._task is not None:
+            self._task.forget()
+            self._task = None
+        self._heard.clear()
+        self._waiting.clear()
+        self._count = 0
+        self._bench.show_aligning(False)
 
     def start(self, by: By = "mouth") -> None:
         """Find the offsets of all selected takes, and use those that are sure; again to stop."""
@@ -106,7 +118,7 @@ class Aligning(QObject):
         take = self._waiting.pop(0)
         self._bench.certainty.setText(self._working())
         found, failed = partial(self._on_found, take), partial(self._on_failed, take)
-        background.run(partial(_find, take, self._by), found, failed, self)
+        self._task = background.run(partial(_find, take, self._by), found, failed, self)
 
     def _working(self) -> str:
         if self._count < 2:

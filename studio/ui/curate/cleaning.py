@@ -57,6 +57,13 @@ class Cleaning(QObject):
             else:
                 self._start(way, sounds)
 
+    def forget_all(self) -> None:
+        """Another project is shown: what is being made for the one before is not waited for."""
+        self._wished = None
+        self._tried.clear()
+        self._job.cancel()
+        self.forget()
+
     def toggle(self) -> None:
         """Hear the recording in place of the cleaned sound, and back."""
         row = self._room.row

@@ -193,6 +193,9 @@ class CuratePresenter(QObject):
     def _on_project_opened(self) -> None:
         self.grading.clear()
         self.playing.forget()
+        self.aligning.forget_all()
+        self.cleaning.forget_all()
+        self.cutting.drop()
         self._shown = ""
         self.refresh()
 

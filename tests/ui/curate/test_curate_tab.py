@@ -21,6 +21,7 @@ from studio.motion import Motion, rotation
 from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.spectrogram import Spectrogram
+from studio.ui import background
 from studio.ui.curate.align_report import AlignReport
 from studio.ui.curate.presenter import CuratePresenter
 from studio.ui.curate.sound_picture import Tiles
@@ -291,6 +292,7 @@ def test_a_gap_is_marked_and_excluded_with_one_click(qtbot: QtBot, tmp_path: Pat
 
 def _late_project(tmp_path: Path, names: tuple[str, ...]) -> Project:
     """Takes whose mouth opens 0.12 s after the sound; one called "guess" moves by chance."""
+    tmp_path.mkdir(exist_ok=True)
     project = Project.create(tmp_path / "P")
     random = np.random.default_rng(5)
     t = np.arange(16_000 * 40) / 16_000
@@ -720,3 +722,24 @@ def test_keys_reach_the_timeline_from_buttons_and_number_boxes(room: Room) -> No
     room.presenter.playing.seek(2.0)
     key(bench.offset, Qt.Key.Key_I)
     assert room.timeline.in_out[0] == pytest.approx(2.0)
+
+
+def test_what_was_found_in_one_project_is_not_told_of_the_next(qtbot: QtBot, tmp_path: Path) -> None:
+    project = _late_project(tmp_path / "one", ("late",))
+    session = Session()
+    session.project = project
+    room = Room(qtbot, session)
+    room.loaded("late")
+    room.click("align_button")
+    qtbot.waitUntil(lambda: room.view.bench.curve.isVisible(), timeout=LONG)
+    session.project = _late_project(tmp_path / "two", ("late",))
+    session.project_opened.emit()
+    room.loaded("late")
+    assert not room.view.bench.curve.isVisible()
+    assert room.view.bench.certainty.text() == ""
+    room.click("align_button")
+    session.close_project()
+    background.wait(60_000)
+    qtbot.wait(50)  # the answer arrives, and nobody asks for it any more
+    assert not room.view.bench.curve.isVisible()
+    room.presenter.close()
