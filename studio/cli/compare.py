@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from studio.project import Run
 
 HELP = "compare runs on the same takes"
+EXAMPLE = "saia compare MyProject quick_001 balanced_001"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from studio.project import Project
 
 HELP = "cut takes into many where nobody speaks"
+EXAMPLE = "saia cut MyProject Hello_001"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -17,6 +17,7 @@ from studio import __version__, stage
 from studio.cli._output import Output
 
 HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
+EXAMPLE = "saia doctor"
 
 VMC_PORT = 39539
 PROBE_TIMEOUT = 120.0

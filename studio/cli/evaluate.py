@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from studio.training.metrics_evaluate import Evaluation
 
 HELP = "measure a run on takes it has not learnt from"
+EXAMPLE = "saia evaluate MyProject balanced_001"
 SPLITS = ("test", "val", "train")
 MAIN = (
     ("rmse", "RMSE", 4), ("pearson", "r", 2), ("pearson_mouth", "r mouth", 2), ("pearson_jaw", "r jaw", 2),
