@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,8 @@ from pytestqt.qtbot import QtBot
 from studio.dataset import Label, edits
 from studio.motion import Motion, rotation
 from studio.project import Project
-from studio.take import TakeInfo
+from studio.take import TakeInfo, kept
+from studio.take.sound import read_sound, write_sound
 from studio.take.spectrogram import Spectrogram
 from studio.ui import background
 from studio.ui.curate.align_report import AlignReport
@@ -742,4 +744,34 @@ def test_what_was_found_in_one_project_is_not_told_of_the_next(qtbot: QtBot, tmp
     background.wait(60_000)
     qtbot.wait(50)  # the answer arrives, and nobody asks for it any more
     assert not room.view.bench.curve.isVisible()
+    room.presenter.close()
+
+
+def test_before_and_after_go_on_playing_from_the_same_place(qtbot: QtBot, toy_project: Project) -> None:
+    recorded = toy_project.take("toy_001").audio_path
+    assert recorded is not None
+    with kept.keeping(recorded, "clean1-voice.flac") as beside:
+        write_sound(beside.with_suffix(".flac"), read_sound(recorded))
+        beside.with_suffix(".flac").replace(beside)
+    change = edits.update(toy_project.dataset, ["toy_001"], lambda s: replace(s, clean="voice"))
+    toy_project.edit("Clean", change)
+    session = Session()
+    session.project = toy_project
+    room = Room(qtbot, session)
+    room.loaded("toy_001")
+    playing = room.presenter.playing
+    qtbot.waitUntil(lambda: (sound := _player_sound(room)) is not None and sound != recorded, timeout=LONG)
+    room.presenter.moving.set_loop()
+    room.click("loop_button")
+    room.key(Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: playing.position > 0.2, timeout=LONG)
+    room.key(Qt.Key.Key_B)
+    assert _player_sound(room) == recorded
+    there = playing.position
+    assert playing.playing
+    assert playing._player is not None
+    assert playing._player.loop is not None
+    qtbot.waitUntil(lambda: playing.position != there, timeout=LONG)
+    room.key(Qt.Key.Key_Space)
+    assert not playing.playing
     room.presenter.close()
