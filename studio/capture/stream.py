@@ -13,6 +13,8 @@ from studio.capture.decoder import Placed
 
 GAP = 0.008
 """Seconds of silence that end a frame where nothing more of it is due."""
+_UNKNOWN = 0.5
+"""Seconds that the first frames of a sender are waited for, of which nobody knows yet how they end."""
 LATE_MARK = 0.25
 """Seconds that a whole frame is waited for whose end mark, or whose T, is still due."""
 STALLED = 5.0
@@ -93,6 +95,7 @@ class Stream:
         self._opener = ""
         self._bones_trail = self._root_trails = self._time_trails = False
         self._usual_bones = self._usual_shapes = 0
+        self._ended = 0
         self._leading = _HABIT - 1
         self._since_apply = self._since_time = _MARKS_FORGOTTEN
         self._led_at = self._watched_from = -math.inf
@@ -199,6 +202,8 @@ class Stream:
         What is due is known from the marks of the frames before, not from silence: a sender that is held up
         between two datagrams of a frame still sends the second.
         """
+        if self._ended < _HABIT and not self._closed:
+            return _UNKNOWN
         applies = self._since_apply < _MARKS_FORGOTTEN
         if not applies and self._since_time >= _MARKS_FORGOTTEN:
             return GAP
@@ -219,6 +224,7 @@ class Stream:
         self._on_end(self)
         if self._closed or self.sender_time is not None:
             self._usual_bones, self._usual_shapes = len(self.bones), len(self.shapes)
+        self._ended += 1
         self._since_apply += 1
         self._since_time += 1
         self._remember_channels()

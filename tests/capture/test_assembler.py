@@ -260,6 +260,14 @@ def test_a_sender_held_up_anywhere_in_a_frame_tears_none(habit: str, seconds: fl
             assert all(timed) or habit in ("saia client", "bones after apply")
 
 
+@pytest.mark.parametrize("part", [3, 5, 7])
+def test_the_very_first_frame_of_a_sender_is_not_torn_either(part: int) -> None:
+    """Nobody knows yet how it ends its frames."""
+    found = held_up([HABITS["unbundled"](k) for k in range(20)], 0, part, 0.3)
+    assert len(found) == 20
+    assert found[0].fresh_bones == 4
+
+
 def test_a_lost_apply_freezes_nothing() -> None:
     """What came is given as soon as the next frame begins; and soon where there is no next."""
     assembler, given = FrameAssembler(), []
