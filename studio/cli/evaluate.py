@@ -216,6 +216,12 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
         write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))
 
 
+READING = (
+    "RMSE, degrees and wrist are errors: less is better. r, motion and std are best near 1, as you moved.\n"
+    "captured is yourself; zero, train_mean and ridge are simple guesses to beat. --all names every figure."
+)
+
+
 def table(rows: Mapping[str, Mapping[str, float | None]], every: bool = False) -> str:
     """Figures side by side for people; those that apply to none are left out.
 
@@ -231,7 +237,7 @@ def table(rows: Mapping[str, Mapping[str, float | None]], every: bool = False) -
     for name, figures in rows.items():
         cells = (_cell(figures.get(key), digits) for key, _, digits in shown)
         lines.append(f"{name:<{width}}" + "".join(f"{cell:>9}" for cell in cells))
-    return "\n".join(lines)
+    return "\n".join([*lines, READING])
 
 
 def _tall_table(rows: Mapping[str, Mapping[str, float | None]]) -> str:
