@@ -107,7 +107,6 @@ def test_a_take_that_chips_hide_is_shown_all_the_same(room: Room) -> None:
 
 
 def test_spans_of_a_run_are_listed_with_their_run(room: Room) -> None:
-    room.qtbot.waitUntil(lambda: len(room.presenter.grading.reports) == 2, timeout=LONG)
     room.presenter.suggesting._run = "best_001"
     room.presenter.suggesting._on_measured({"worst": {"fine": [vars(WorstSpan(1.0, 2.0, 9.0))]}})
     room.click("to_fix_button")
