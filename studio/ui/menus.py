@@ -94,9 +94,7 @@ class Menus(QObject):
 
     def _build_help(self, menu: QMenu) -> None:
         window = self._window
-        self._add(
-            menu, self.tr("List of keys"), window.show_shortcuts, "Ctrl+/", "mdi6.keyboard-outline"
-        )
+        self._add(menu, self.tr("List of keys"), window.show_shortcuts, "Ctrl+/", "mdi6.keyboard-outline")
         self._add(menu, self.tr("Copy diagnostics"), window.start.copy_report)
         self._add(menu, self.tr("About Saia Studio"), self._on_about)
 
