@@ -69,6 +69,7 @@ class Recorder:
         self._fault: Problem | None = None
         self._snapshot = Snapshot()
         self._closing = threading.Event()
+        self._left = False
         self._pump = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._pump.start()
         self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
@@ -85,7 +86,8 @@ class Recorder:
         """
         ports = tuple(dict.fromkeys((port, *also)) if port else (port, *also))
         with self._lock:
-            if self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host):
+            opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
+            if opened or self._left:
                 return
             self._refuse_while_rolling("The port cannot be changed")
             self.close_motion()
@@ -112,6 +114,8 @@ class Recorder:
             StudioError: there is none of that name, or it cannot be opened; or a take is rolling.
         """
         with self._lock:
+            if self._left:
+                return
             self._refuse_while_rolling("The microphone cannot be changed")
             self.close_audio()
             self._sound = SoundInput(device, (sample_rate, channels))
@@ -241,7 +245,9 @@ class Recorder:
             self._finish()
 
     def close(self) -> None:
-        """Save what rolls, and let go of all inputs."""
+        """Save what rolls, and let go of all inputs; who is about to open one opens none any more."""
+        with self._lock:
+            self._left = True
         if self._roll is not None:
             try:
                 self.stop()

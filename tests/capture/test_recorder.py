@@ -329,6 +329,16 @@ def test_closing_while_rolling_saves_the_take(tmp_path: Path, send: Callable[...
     assert load_take(tmp_path / "takes" / "Hello_001").info.frames > 5
 
 
+def test_a_recorder_that_was_closed_opens_nothing_any_more(tmp_path: Path) -> None:
+    """Inputs are opened on other threads, which may come to it when the project has been left."""
+    recorder = Recorder(tmp_path / "takes")
+    recorder.close()
+    recorder.open_motion(0)
+    recorder.open_audio()
+    assert recorder.snapshot().state is State.IDLE
+    assert recorder.snapshot().ports == ()
+
+
 RECORDING = textwrap.dedent("""
     import sys, time
     from pathlib import Path
