@@ -5,6 +5,7 @@ from __future__ import annotations
 import faulthandler
 import gc
 import os
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from studio.project import Project
 
 faulthandler.enable()
+# Started in the background of a shell, everything here would be deaf to Ctrl+C, which some tests send.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # A busy machine is no failure, and a run must not fail by its dice: the same examples are tried each time.
 # SAIA_EXPLORE=1 tries others, to look for what nobody thought of.
 settings.register_profile(
