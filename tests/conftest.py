@@ -47,7 +47,7 @@ _XDG = ("CONFIG", "DATA", "CACHE", "STATE")
 def pytest_sessionfinish() -> None:
     """Let threads that are still ending end: one that computes would abort an interpreter that ends."""
     for thread in threading.enumerate():
-        # Those of Qt's pool are known here by name only, and cannot be waited for: the tests of windows do so.
+        # Those of Qt's pool are known by name only, and cannot be waited for here: tests of windows do so.
         if thread is not threading.main_thread() and not thread.name.startswith("Dummy"):
             thread.join(5.0)
 
