@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import QCoreApplication, QEvent, QThreadPool
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
@@ -36,9 +36,11 @@ class PatientBot(QtBot):
 
 @pytest.hookimpl(wrapper=True, trylast=True)
 def pytest_runtest_teardown() -> Iterator[None]:
-    """Take a test's windows down with it: without an event loop of its own Qt leaves what is to be deleted
-    alive, and its timers would go on in the tests after it."""
+    """Take a test's windows down with it, and what they wait for: without an event loop of its own Qt leaves
+    what is to be deleted alive, and its timers and results would come in the tests after it."""
     yield
+    QThreadPool.globalInstance().waitForDone(PATIENCE_MS)
+    QCoreApplication.processEvents()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
 
 
