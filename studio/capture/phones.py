@@ -25,6 +25,14 @@ _BONES = {"head": "Head", "righteye": "RightEye", "lefteye": "LeftEye"}
 _PLACE = (0.0, 0.0, 0.0)
 _VERSION = 6
 _VALUES = 61
+_SWAPPED = {
+    "JawRight": "JawLeft",
+    "JawLeft": "JawRight",
+    "MouthRight": "MouthLeft",
+    "MouthLeft": "MouthRight",
+}
+_LIVE_LINK_SHAPES = tuple(_SWAPPED.get(name, name) for name in ARKIT_SHAPES)
+"""The packet's order, which is Unreal's: left before right, where the app's CSV has right before left."""
 _INT, _FLOATS = struct.Struct(">i"), struct.Struct(f">{_VALUES}f")
 _LONGEST_TEXT = 256
 
@@ -95,8 +103,8 @@ def _binary(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
     if at + 1 + _FLOATS.size > len(datagram) or datagram[at] != _VALUES:
         raise MalformedError("the face is cut off")
     values = _FLOATS.unpack_from(datagram, at + 1)
-    shapes = {name: _weight(value) for name, value in zip(ARKIT_SHAPES, values, strict=False)}
-    angles = values[len(ARKIT_SHAPES) :]
+    shapes = {name: _weight(value) for name, value in zip(_LIVE_LINK_SHAPES, values, strict=False)}
+    angles = values[len(_LIVE_LINK_SHAPES) :]
     turns: dict[str, Placed] = {}
     for place, bone in enumerate(("Head", "LeftEye", "RightEye")):
         yaw, pitch, roll = angles[3 * place : 3 * place + 3]
