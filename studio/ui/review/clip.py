@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from studio.dataset import Selection
 from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
 from studio.playback.layers import Tuning, tuned
@@ -38,11 +39,12 @@ class Source:
     """Something that can be reviewed.
 
     Args:
-        key: unique: "take:ID" or "sound:PATH".
+        key: unique: "take:ID" of a selection, or "sound:PATH".
         title: what the list shows.
         sound: its sound, or None.
         take: the take, or None for a dropped sound.
-        duration: seconds, 0 where not known yet.
+        duration: seconds that are used, 0 where not known yet.
+        selection: what is used of the take; None for a dropped sound, and for a take nothing is used of.
     """
 
     key: str
@@ -50,6 +52,13 @@ class Source:
     sound: Path | None
     take: Take | None = None
     duration: float = 0.0
+    selection: Selection | None = None
+
+    @property
+    def stands_for(self) -> tuple[object, ...]:
+        """What decides how it is seen and heard: where this changes it has to be read anew."""
+        used = self.selection
+        return self.sound, (used.in_point, used.out_point, used.offset) if used is not None else None
 
 
 @dataclass(frozen=True)
@@ -131,15 +140,29 @@ class Tuned:
 
 
 def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
-    """Dropped sounds with their seconds (0 where not known yet) first, then all takes as they are heard."""
-    ways = {selection.id: selection.clean for selection in project.dataset.selections}
+    """Dropped sounds with their seconds (0 where not known yet) first, then all takes as they are heard.
+
+    Each part that was cut from a take is an entry of its own.
+    """
+    used: dict[str, list[Selection]] = {}
+    for selection in project.dataset.selections:
+        used.setdefault(selection.take, []).append(selection)
     dropped = [Source(f"sound:{path}", path.stem, path, None, length) for path, length in sounds.items()]
     takes = [
-        Source(f"take:{take.id}", take.id, _heard(take, ways.get(take.id, "")), take, take.info.duration)
+        _source(take, selection)
         for take in project.takes
         if take.audio_path or take.motion_path
+        for selection in used.get(take.id, [None])
     ]
     return (*dropped, *takes)
+
+
+def _source(take: Take, selection: Selection | None) -> Source:
+    if selection is None:
+        return Source(f"take:{take.id}", take.id, take.audio_path, take, take.info.duration)
+    start, end = selection.span(take.info.duration)
+    sound = _heard(take, selection.clean)
+    return Source(f"take:{selection.id}", selection.id, sound, take, end - start, selection)
 
 
 def _heard(take: Take, way: str) -> Path | None:
@@ -147,18 +170,17 @@ def _heard(take: Take, way: str) -> Path | None:
     return heard(take.audio_path, way) if take.audio_path is not None else None
 
 
-def load_captured(project: Project, take: Take) -> Captured:
+def load_captured(take: Take, selection: Selection | None) -> Captured:
     """Read a take's motion and apply the offset of its selection."""
     motion = read_motion(take.motion_path) if take.motion_path else None
-    if take.id not in project.dataset:
+    if selection is None:
         return Captured(motion, 0.0, None)
-    selection = project.dataset[take.id]
     if motion is not None and selection.offset:
         motion = motion.shifted(selection.offset)
     return Captured(motion, selection.in_point, selection.out_point)
 
 
-def load(project: Project, source: Source, device: str | None) -> Clip:
+def load(source: Source, device: str | None) -> Clip:
     """Read everything about a source.
 
     Args:
@@ -167,8 +189,9 @@ def load(project: Project, source: Source, device: str | None) -> Clip:
     Raises:
         StudioError: motion or sound cannot be read.
     """
-    captured = load_captured(project, source.take) if source.take else Captured(None, 0.0, None)
-    duration = source.duration if source.take else 0.0
+    take = source.take
+    captured = load_captured(take, source.selection) if take else Captured(None, 0.0, None)
+    duration = take.info.duration if take else 0.0
     if captured.motion is not None and len(captured.motion):
         duration = max(duration, float(captured.motion.times[-1]))
     loudness = peaks(source.sound) if source.sound else None

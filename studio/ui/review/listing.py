@@ -68,9 +68,8 @@ class Listing(QObject):
     def first(self) -> Source | None:
         """A take nobody trained on where there is one: that is what a model is judged by."""
         for split in ("test", "val"):
-            used = {s.take for s in self._project.dataset.of_split(split)} if self._project else set()
             for source in self.sources:
-                if source.take is not None and source.take.id in used:
+                if source.selection is not None and source.selection.split == split:
                     return source
         return self.sources[0] if self.sources else None
 

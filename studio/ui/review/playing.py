@@ -9,6 +9,8 @@ from studio.ui.review.showing import Showing
 from studio.ui.review.view import ReviewView
 
 FRAME_MS = 16
+AT_END_S = 0.05
+"""So near to the end of what is used, Play begins anew."""
 
 
 class Playing(QObject):
@@ -24,6 +26,7 @@ class Playing(QObject):
         super().__init__(view)
         self._view, self._scene, self._showing = view, scene, showing
         self._span: tuple[float, float] | None = None
+        self._last = 0.0  # where the picture before was
         self._frames = QTimer(self)
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
         self._frames.setInterval(FRAME_MS)
@@ -60,11 +63,16 @@ class Playing(QObject):
         """Go to a moment."""
         if self._scene.player is not None:
             self._scene.player.seek(min(t, self._scene.player.duration))
+            self._last = t
             self._showing.dirty = True
 
     def _on_play(self) -> None:
         player = self._scene.player
         if player is not None:
+            start, end = self._scene.used
+            if not player.playing and abs(player.position - end) < AT_END_S:
+                self.seek(start)
+            self._last = player.position
             player.toggle()
             self._view.show_notice(player.problem.what if player.problem else "")
 
@@ -102,8 +110,21 @@ class Playing(QObject):
             return
         showing.dirty = playing  # one more picture after the last moving one
         t = player.position
+        if self._reaches_end(t):
+            return
         self._view.show_transport(playing, t, player.duration)
         self._view.timeline.set_playhead(t, follow=playing)
         showing.show_pose(t)
         if player.problem is not None and playing:
             self._view.show_notice(player.problem.what)
+
+    def _reaches_end(self, t: float) -> bool:
+        """Rest at the end of what is used; who begins behind it hears what was trimmed away."""
+        before, self._last = self._last, t
+        player, (start, end) = self._scene.player, self._scene.used
+        crosses = start <= before < end <= t
+        if player is None or player.loop is not None or end >= player.duration or not crosses:
+            return False
+        player.pause()
+        self.seek(end)
+        return True

@@ -114,8 +114,13 @@ class ReviewPresenter(QObject):
         scene, listing = self.scene, self._listing
         listing.refresh()
         self._view.show_empty(not listing.sources)
-        if scene.source is not None and listing.find(scene.source.key) is None:
-            self._forget()
+        if scene.source is not None:
+            found = listing.find(scene.source.key)
+            if found is None:
+                self._forget()
+            elif found.stands_for != scene.source.stands_for:  # trimmed, moved or cleaned in Curate
+                self._choose(found)
+                return
         listing.show(scene.source)
         self._making.show_runs()
         first = listing.first()
@@ -155,7 +160,7 @@ class ReviewPresenter(QObject):
             if turn == self._loads:
                 self._on_load_error(source, error)
 
-        background.run(lambda: clip.load(project, source, device), loaded, failed, owner=self)
+        background.run(lambda: clip.load(source, device), loaded, failed, owner=self)
 
     def _on_load_error(self, source: Source, error: BaseException) -> None:
         """Say what is wrong; a dropped sound that cannot be read is of no use in the list."""

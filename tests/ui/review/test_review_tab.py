@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QLabel, QMessageBox
 from pytestqt.qtbot import QtBot
 
 from studio.cli import main
+from studio.dataset import edits
 from studio.formats import bvh
 from studio.project import Project
 from studio.settings import Settings
@@ -262,6 +263,45 @@ def test_a_take_that_went_is_no_longer_on_the_stage(
     qtbot.waitUntil(lambda: presenter.scene.player is not None, timeout=MINUTE)
     assert presenter.scene.source is not None
     assert presenter.scene.source.key != "take:toy_003"
+
+
+def test_a_part_plays_to_its_end_and_then_from_its_beginning_again(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    project = session.project
+    assert project is not None
+    take = project.take("toy_003")
+    cut = edits.split_at(project.dataset, "toy_003", [0.4, 0.8], take.info.duration)
+    project.edit("Cut", cut)
+    presenter.deactivate()
+    presenter.activate()  # the whole take is no longer there: its first part comes up
+    view.sources.setCurrentRow([title.split()[0] for title in _titles(view)].index("toy_003.2"))
+    qtbot.waitUntil(lambda: presenter.scene.used == (0.4, 0.8), timeout=MINUTE)
+    player = presenter.scene.player
+    assert player is not None
+    assert player.position == pytest.approx(0.4)
+    for _ in range(2):
+        view.play.click()
+        qtbot.waitUntil(lambda: not player.playing and player.position == pytest.approx(0.8), timeout=MINUTE)
+
+
+def test_what_was_moved_in_curate_is_seen_moved(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    _, presenter = tab
+    _loaded(qtbot, presenter)
+    project, before = session.project, presenter.scene.captured.motion
+    assert project is not None
+    assert before is not None
+    project.edit("Align", edits.set_offset(project.dataset, ["toy_003"], 0.2))
+    presenter.deactivate()
+    presenter.activate()
+    qtbot.waitUntil(lambda: presenter.scene.captured.motion not in (None, before), timeout=MINUTE)
+    moved = presenter.scene.captured.motion
+    assert moved is not None
+    assert moved.times[0] == pytest.approx(before.times[0] + 0.2)
 
 
 @pytest.mark.slow
