@@ -26,6 +26,7 @@ from studio.ui.session import Session
 
 if TYPE_CHECKING:
     from studio.capture.recorder import Recorder
+    from studio.project import Project
 
 SHOWN_MS, HIDDEN_MS = 16, 500
 """How often the recorder is looked at while Record is shown, and while another room is."""
@@ -186,13 +187,18 @@ class RecordPresenter(QObject):
         self._next_number()
         self.takes.refresh()
         # First what an earlier session left behind; only then may a new journal be begun.
-        background.run(lambda: _recovered(folder), self._on_recovered, self._on_not_recovered, owner=self)
+        background.run(
+            lambda: _recovered(folder),
+            lambda takes: self._on_recovered(project, takes),
+            lambda error: self._on_not_recovered(project, error),
+            owner=self,
+        )
 
-    def _on_recovered(self, takes: tuple[Take, ...]) -> None:
+    def _on_recovered(self, project: Project, takes: tuple[Take, ...]) -> None:
+        """The project's recorder; nothing where another project was opened meanwhile, which has its own."""
         from studio.capture.recorder import Recorder
 
-        project = self._session.project
-        if project is None:
+        if project is not self._session.project:
             return
         for take in takes:
             self._session.adopt(take)
@@ -206,9 +212,9 @@ class RecordPresenter(QObject):
             text = self.tr("A recording that was cut short was recovered: {0}.").format(names)
             messages.show_note(self._view, text, self.tr("It is among your takes."))
 
-    def _on_not_recovered(self, error: BaseException) -> None:
+    def _on_not_recovered(self, project: Project, error: BaseException) -> None:
         messages.show_error(self._view, error)
-        self._on_recovered(())
+        self._on_recovered(project, ())
 
     def _leave_recorder(self, wait: bool) -> None:
         recorder, self._recorder = self._recorder, None

@@ -363,6 +363,19 @@ def test_a_recording_cut_short_is_recovered_with_a_sentence(
     assert toast.remedy.text() == "It is among your takes."
 
 
+def test_what_was_recovered_of_a_project_that_was_left_makes_no_second_recorder(
+    room: Room, qtbot, tmp_path
+) -> None:
+    first = room.project
+    Project.create(tmp_path / "Other").close()
+    room.session.open_project(tmp_path / "Other")
+    qtbot.waitUntil(lambda: room.presenter._recorder is not None, timeout=30_000)
+    recorder = room.presenter._recorder
+    room.presenter._on_recovered(first, ())
+    assert room.presenter._recorder is recorder
+    assert recorder.takes_folder == room.project.takes_folder
+
+
 @pytest.mark.slow
 def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, qtbot) -> None:
     room.view.inputs.practice.click()
