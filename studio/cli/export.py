@@ -118,12 +118,13 @@ def _selection(project: Project, name: str) -> tuple[Selection, Take]:
 
 def _clip(selection: Selection, take: Take, folder: Path) -> _Clip:
     from studio.dataset.material import load_material
+    from studio.take.cleaned import clean
     from studio.take.sound import Sound, read_span, write_sound
 
     motion = load_material(selection, take, 8000).motion if take.motion_path else None
     start = max(selection.in_point, 0.0)
     end = take.info.duration if selection.out_point is None else selection.out_point
-    audio = take.audio_path
+    audio = clean(take.audio_path, selection.clean) if take.audio_path is not None else None
     if audio is not None and (start > 0 or end < take.info.audio_seconds):
         span: Sound = read_span(audio, start, end)
         audio = folder / f"{selection.id}.wav"

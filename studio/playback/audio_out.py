@@ -227,4 +227,4 @@ def _open_stream(device: str | int | None, rate: int, output: SoundOutput) -> tu
 
 
 def _no_device() -> StudioError:
-    return StudioError("No sound device can play.", "Plug in headphones or speakers and press Play again.")
+    return StudioError("No sound device can play.", "Plug in headphones or speakers, then play it again.")

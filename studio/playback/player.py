@@ -196,7 +196,7 @@ class Player:
         output, self._output = self._output, None
         self._problem = StudioError(
             "The sound device stopped answering.",
-            "Check its cable and press Play again; the picture goes on.",
+            "Check its cable and play it again; the motion goes on.",
         )
         self._clock_start = time.monotonic() - self._position
         if output is not None:

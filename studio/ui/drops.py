@@ -1,4 +1,4 @@
-"""What dropped files are: a project to open, packed or not, a sound for Review, or material to import."""
+"""What dropped files are: a project (packed or not), a run, a sound for Review, or material to import."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ SOUNDS = frozenset(
 
 @dataclass(frozen=True)
 class Drop:
-    """What to do with dropped paths; only one of the four is filled.
+    """What to do with dropped paths; only one of the five is filled.
 
     Args:
         project: a project folder to open.
         packed: a packed project to open.
+        run: a run that was exported elsewhere.
         sound: a sound to generate motion for at once.
         imports: files and folders to bring into the project.
     """
 
     project: Path | None = None
     packed: Path | None = None
+    run: Path | None = None
     sound: Path | None = None
     imports: tuple[Path, ...] = ()
 
@@ -34,11 +36,15 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
         paths: existing files and folders.
         room: the name of the room shown, "" for the welcome page.
     """
+    from studio.training.run_file import SUFFIX as RUN_SUFFIX  # not needed for the window to come up
+
     first = paths[0] if len(paths) == 1 else None
     if first is not None and (first.name == "project.json" or (first / "project.json").is_file()):
         return Drop(project=first.parent if first.name == "project.json" else first)
     if first is not None and first.suffix.lower() == ".zip":
         return Drop(packed=first)
+    if first is not None and first.suffix.lower() == RUN_SUFFIX:
+        return Drop(run=first)
     if first is not None and room == "review" and first.suffix.lower() in SOUNDS:
         return Drop(sound=first)
     return Drop(imports=paths)

@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.errors import StudioError
 from studio.paths import resource
 from studio.ui import messages, rooms, theme, window_state
 from studio.ui.drops import sort_drop
@@ -191,10 +192,21 @@ class MainWindow(QMainWindow):
                 self.start.open_project(drop.project)
         elif drop.packed is not None:
             self.packing.ask_place(drop.packed)
+        elif drop.run is not None:
+            self._take_run(drop.run)
         elif drop.sound is not None:
             self.session.sound_dropped.emit(drop.sound)
         else:
             self.importer.start(drop.imports)
+
+    def _take_run(self, path: Path) -> None:
+        """Show Train, which brings the run in."""
+        if self.session.project is None:
+            what = self.tr("There is no project to bring {0} into.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            return
+        self.show_room("train")
+        self.session.run_dropped.emit(path)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -29,6 +29,7 @@ class Session(QObject):
         status_changed: (key, text, health) for the status strip; health is "good", "warn", "bad" or "".
         rolling_changed: a recording began or ended.
         sound_dropped: a sound file was dropped on the window while Review was shown.
+        run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
         import_cancelled: end the import that is going on.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
@@ -43,6 +44,7 @@ class Session(QObject):
     status_changed = Signal(str, str, str)
     rolling_changed = Signal(bool)
     sound_dropped = Signal(object)
+    run_dropped = Signal(object)
     import_requested = Signal(object)
     import_cancelled = Signal()
     import_progress = Signal(str, object)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import soundfile
 
 from studio import cli
 from studio.dataset import edits
 from studio.formats import bvh, saia_csv
 from studio.project import Project
-from studio.take import TakeInfo
+from studio.take import TakeInfo, kept
 from studio.take.motion_file import read_motion
 from studio.take.sound import read_sound
 from tests.formats.examples import a_motion, a_sound, assert_same_motion
@@ -68,6 +70,22 @@ def test_points_and_offset_are_applied(
     assert back.audio is not None
     np.testing.assert_allclose(back.motion.pose(0.5).shapes, a_motion(120).pose(0.9).shapes, atol=1e-4)
     assert read_sound(back.audio).duration == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("trim", [False, True])
+def test_cleaned_sound_goes_along_where_it_was_chosen(folder: Path, tmp_path: Path, trim: bool) -> None:
+    project = Project.open(folder)
+    recorded = project.take("full").audio_path
+    assert recorded is not None
+    quiet = read_sound(recorded)
+    with kept.keeping(recorded, "clean1-noise.flac") as beside:  # as if it had been made
+        soundfile.write(str(beside), quiet.samples * 0.25, quiet.sample_rate, "PCM_24", format="FLAC")
+    dataset = edits.update(project.dataset, ["full"], lambda s: replace(s, clean="noise"))
+    project.edit("Clean", edits.trim(dataset, "full", 0.5, 1.5) if trim else dataset)
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / "x.csv")]) == 0
+    found = read_sound(tmp_path / "Audio" / "x.wav")
+    wanted = quiet.samples[len(quiet.samples) // 4 : -len(quiet.samples) // 4] if trim else quiet.samples
+    np.testing.assert_allclose(found.samples, wanted * 0.25, atol=1e-3)
 
 
 def test_another_frame_rate(folder: Path, tmp_path: Path) -> None:

@@ -113,9 +113,7 @@ def test_an_unknown_device_is_said_and_the_clock_leads(virtual_audio: str, click
         assert not player.sound_leads
         problem = player.problem
         assert problem is not None
-        assert (
-            str(problem) == "No sound device can play. Plug in headphones or speakers and press Play again."
-        )
+        assert str(problem) == "No sound device can play. Plug in headphones or speakers, then play it again."
     finally:
         player.close()
 
@@ -256,7 +254,7 @@ def test_a_device_that_falls_silent_is_said_and_the_picture_goes_on(
         problem = player.problem
         assert problem is not None
         assert problem.what == "The sound device stopped answering."
-        assert problem.remedy == "Check its cable and press Play again; the picture goes on."
+        assert problem.remedy == "Check its cable and play it again; the motion goes on."
         here = player.position
         _until(lambda: player.position > here + 0.2)
     finally:

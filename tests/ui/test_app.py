@@ -169,6 +169,14 @@ def test_dropping_files_without_a_project_says_what_to_do(open_window, tmp_path:
     assert toast.remedy.text() == "Open or make a project first."
 
 
+def test_a_dropped_run_needs_a_project_too(open_window, tmp_path: Path) -> None:
+    window = open_window()
+    window.take_paths((tmp_path / "best_001.saiarun",))
+    toast = window.findChild(Toast)
+    assert toast.text.text() == "There is no project to bring best_001.saiarun into."
+    assert toast.remedy.text() == "Open or make a project first."
+
+
 @pytest.mark.slow
 def test_dropped_sound_is_imported_by_a_child(
     open_window, project_folder: Path, tmp_path: Path, qtbot

@@ -25,3 +25,8 @@ def test_several_files_are_imported_everywhere(tmp_path: Path) -> None:
 def test_a_packed_project_is_opened_in_every_room(tmp_path: Path) -> None:
     packed = tmp_path / "P.ZIP"
     assert sort_drop((packed,), "review") == sort_drop((packed,), "") == Drop(packed=packed)
+
+
+def test_a_run_is_brought_in_in_every_room(tmp_path: Path) -> None:
+    run = tmp_path / "best_001.SAIARUN"
+    assert sort_drop((run,), "review") == sort_drop((run,), "curate") == Drop(run=run)

@@ -62,6 +62,7 @@ class RunKeeping(QObject):
         view.card_requested.connect(lambda run: self._with_project(self._carrying.show_card, run))
         view.export_requested.connect(lambda run: self._with_project(self._carrying.ask_export, run))
         view.import_requested.connect(lambda: self._with_project(self._carrying.ask_import))
+        session.run_dropped.connect(lambda path: self._with_project(self._carrying.bring_in, path))
         view.delete_requested.connect(self._on_delete)
         view.folder_requested.connect(self._on_folder)
         view.note_changed.connect(self._on_note)
@@ -118,7 +119,7 @@ class RunKeeping(QObject):
         if self._session.project is not None and runs:
             self._comparing.open(self._session.project, runs)
 
-    def _with_project(self, work: Callable[..., None], *words: str) -> None:
+    def _with_project(self, work: Callable[..., None], *words: str | Path) -> None:
         if self._session.project is not None and all(words):
             work(self._session.project, *words)
 

@@ -74,7 +74,7 @@ def test_a_file_that_is_no_run_is_a_sentence_in_the_window(
     view, presenter = tab
     broken = tmp_path / "壊れた.saiarun"
     broken.write_bytes(b"no run")
-    presenter._keeping._carrying.bring_in(toy_project, broken)
+    presenter._session.run_dropped.emit(broken)
 
     def told() -> str:
         toast = view.findChild(Toast)
