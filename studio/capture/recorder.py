@@ -374,15 +374,19 @@ class Recorder:
             rolling.sync()
 
     def _end_early(self, rolling: roll.Roll, why: str) -> None:
-        """The disk takes no more: what is there is closed well, and `stop` makes a take of it."""
+        """The disk takes no more: what is there is closed well, and `stop` makes a take of it.
+
+        No longer ROLLING, so that nobody takes it for a recording that goes on.
+        """
         if self._ended.is_set():
             return
         at = max(rolling.audio_seconds, rolling.last_arrival - rolling.start)
         self._ended_early = (
             f"{why} Recording ended at {at:.1f} s.",
-            "Stop to keep the take, then make room.",
+            "What came until then is kept. Make room before the next take.",
         )
         rolling.notes.append(self._ended_early[0])
+        self._until, self._state = clock.now(), State.SAVING
         self._close_roll(rolling)
 
     def _end_if_due(self, rolling: roll.Roll, now: float) -> None:

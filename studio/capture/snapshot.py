@@ -27,7 +27,8 @@ class Snapshot:
     """One look at a capture.
 
     Args:
-        state: IDLE with no input open, ARMED with one, ROLLING, SAVING.
+        state: IDLE with no input open, ARMED with one, ROLLING, SAVING; a take that a full disk ended is
+            SAVING until `stop`.
         elapsed: seconds recorded so far, pre-roll included; 0 unless rolling.
         packets, packets_bad, packets_lost: datagrams received, refused in part or whole, and dropped for
             want of room.

@@ -103,15 +103,18 @@ def _record(
 
 
 def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, out: Output) -> None:
-    """Tell how it goes until the time is up or somebody wishes to stop."""
+    """Tell how it goes until the time is up, somebody wishes to stop, or nothing more can be written."""
     told, said = 0.0, set[str]()
     while not stop.wait(_LOOK_S):
         now = recorder.snapshot()
         if seconds is not None and now.elapsed >= seconds:
             return
-        if now.elapsed - told >= _TELL_S:
+        ended = now.state != "rolling"  # by itself: the disk takes no more
+        if ended or now.elapsed - told >= _TELL_S:
             told = now.elapsed
             _tell(now, said, out)
+        if ended:
+            return
 
 
 def _wait_for_sound(recorder: Recorder) -> None:

@@ -258,7 +258,11 @@ def test_a_full_disk_ends_the_take_and_keeps_it(tmp_path: Path, send: Callable[.
     wait_for(lambda: recorder.snapshot().frames > 30)
     recorder.start("Hello", pre_roll=10.0)
     wait_for(lambda: any("The disk is full." in what for what, _ in recorder.snapshot().problems))
-    assert recorder.snapshot().problems[0][1] == "Stop to keep the take, then make room."
+    ended = recorder.snapshot()
+    assert ended.problems[0][1] == "What came until then is kept. Make room before the next take."
+    assert ended.state == State.SAVING  # nobody may take it for a recording that goes on
+    wait_for(lambda: recorder.snapshot() is not ended)
+    assert recorder.snapshot().elapsed == ended.elapsed
     take = recorder.stop()
     assert take.info.frames > 0
     assert any(note.startswith("The disk is full. Recording ended at") for note in take.info.notes)

@@ -1,5 +1,6 @@
 """`saia record` as a person and a program call it."""
 
+import argparse
 import json
 import os
 import signal
@@ -7,6 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -15,7 +17,10 @@ import numpy as np
 import pytest
 
 from studio import cli
+from studio.capture.recorder import Recorder, State
 from studio.capture.vmc import encode_frame
+from studio.cli import record
+from studio.cli._output import Output
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.project import Project
@@ -145,6 +150,28 @@ def test_what_an_earlier_session_left_is_recovered_first(tmp_path: Path, sending
     told = events(again.stdout)
     assert (told[0]["event"], told[0]["take"]) == ("recovered", "Left_001")
     assert told[-1]["take"] == "Left_002"
+
+
+def test_a_take_that_a_full_disk_ends_is_told_and_kept(
+    tmp_path: Path, sending: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorder = Recorder(tmp_path / "takes")
+
+    def fill() -> None:
+        while recorder.snapshot().state != State.ROLLING or recorder.snapshot().frames < 20:
+            time.sleep(0.01)
+        recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
+
+    filling = threading.Thread(target=fill, daemon=True)
+    filling.start()
+    asked = argparse.Namespace(host="127.0.0.1", device="none", slate="Full", seconds=None)
+    try:
+        take, _ = record._record(recorder, asked, sending, Output(as_json=False))
+    finally:
+        recorder.close()
+    filling.join()
+    assert take.info.frames >= 20
+    assert "The disk is full. Recording ended at" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

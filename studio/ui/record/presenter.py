@@ -45,6 +45,8 @@ class RecordPresenter(QObject):
         self._recorder: Recorder | None = None
         self._busy = ""
         """"starting" or "saving" while that is going on off the GUI thread, else ""."""
+        self._ended_by: tuple[str, str] | None = None
+        """Why the recorder ended the take by itself, and what to do."""
         self._slate = session.settings.slate
         self._number = 1
         self._ticks = 0
@@ -92,8 +94,12 @@ class RecordPresenter(QObject):
             self._view, question, details, self.tr("Stop and save"), self.tr("Go on recording")
         ):
             return False
-        if self.rolling:  # it may have been stopped while the question stood
-            self._recorder.stop()
+        try:
+            if self.rolling:  # it may have been stopped while the question stood
+                self._recorder.stop()
+        except StudioError as error:
+            self._on_failed(error)
+            return False
         return True
 
     def close(self) -> None:
@@ -168,9 +174,12 @@ class RecordPresenter(QObject):
             text = self.tr("{0} is saved: {1} s.").format(take.id, f"{take.info.duration:.1f}")
             play = (self.tr("Play"), lambda: self.takes.toggle_play(take.id))
             messages.show_note(self._view, text, moved, play)
+        why, self._ended_by = self._ended_by, None
+        if why is not None:
+            messages.show_failure(self._view, *why)
 
     def _on_failed(self, error: BaseException) -> None:
-        self._busy = ""
+        self._busy, self._ended_by = "", None
         state = self._recorder.snapshot().state if self._recorder else State.IDLE
         self._session.set_rolling(state == State.ROLLING)
         self._next_number()
@@ -258,7 +267,8 @@ class RecordPresenter(QObject):
             return
         snap = recorder.snapshot()
         if self.rolling and not self._busy and snap.state != State.ROLLING:
-            self._stop()  # the recorder ended the take by itself, and said why among its problems
+            self._ended_by = next(iter(snap.problems), None)
+            self._stop()  # the recorder ended the take by itself, and says why first
         shown = self._view.isVisible()
         self.inputs.may_refresh = shown and self.takes.hearing is None
         self._ticks += 1

@@ -363,6 +363,18 @@ def test_a_recording_cut_short_is_recovered_with_a_sentence(
     assert toast.remedy.text() == "It is among your takes."
 
 
+def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Sender, qtbot) -> None:
+    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().motion_alive, timeout=30_000)
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().frames > 20, timeout=30_000)
+    room.presenter._recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
+    qtbot.waitUntil(lambda: bool(room.project.takes), timeout=30_000)
+    assert not room.presenter.rolling
+    toast = room.view.findChild(Toast)
+    assert toast.text.text().startswith("The disk is full. Recording ended at ")
+    assert toast.remedy.text() == "What came until then is kept. Make room before the next take."
+
+
 def test_what_was_recovered_of_a_project_that_was_left_makes_no_second_recorder(
     room: Room, qtbot, tmp_path
 ) -> None:
