@@ -192,7 +192,15 @@ class FrameAssembler:
         self._done = []
         for stream in self._streams.values():
             stream.end_if_silent(now)
+        self._forget_gone()
         return self._done
+
+    def _forget_gone(self) -> None:
+        """Who left takes along what nobody else sends, once others are heard: it would stand still in every
+        later take. A sender that only pauses, with nobody in its place, keeps all."""
+        latest = max((stream.last for stream in self._streams.values()), default=0.0)
+        for stream in [s for s in self._streams.values() if s.last < latest - _SENDER_GONE]:
+            self._forget(stream)
 
     def _stream(self, sender: str, port: int, arrival: float) -> Stream | None:
         """The sender's stream, or None where too many senders are heard already."""
@@ -219,14 +227,17 @@ class FrameAssembler:
         host = name.rpartition(":")[0]
         for stream in list(self._streams.values()):
             if stream.port == port and stream.sender.rpartition(":")[0] == host and stream.brief:
-                self._forget(stream)
+                self._forget(stream, but_values=True)
 
-    def _forget(self, stream: Stream) -> None:
-        """Its channels are anyone's from now on."""
+    def _forget(self, stream: Stream, but_values: bool = False) -> None:
+        """Its channels are anyone's from now on, and no channels any more until somebody sends them."""
         del self._streams[stream.sender, stream.port]
-        for owners in (self._held.bone_owners, self._held.shape_owners):
+        held = self._held
+        for owners, values in ((held.bone_owners, held.bones), (held.shape_owners, held.shapes)):
             for name in [name for name, owner in owners.items() if owner is stream]:
                 del owners[name]
+                if not but_values:
+                    del values[name]
         if self._leader is stream:
             self._leader = None
 

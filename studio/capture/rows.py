@@ -54,7 +54,7 @@ class Row:
 
 
 class Packer:
-    """Packs frames of one assembler; names only ever grow there, so counts tell when they changed."""
+    """Packs frames of one assembler; the same names are the same object."""
 
     def __init__(self) -> None:
         self.names = Names((), ())
@@ -62,8 +62,9 @@ class Packer:
     def pack(self, frame: Frame) -> Row:
         """One frame as a row."""
         names = self.names
-        if len(names.shapes) != len(frame.shapes) or len(names.bones) != len(frame.bones):
-            names = self.names = Names(tuple(frame.shapes), tuple(frame.bones))
+        shapes, bones = tuple(frame.shapes), tuple(frame.bones)
+        if names.shapes != shapes or names.bones != bones:
+            names = self.names = Names(shapes, bones)
         placed = chain(frame.bones.values(), (frame.root or _NO_ROOT,))
         numbers = chain(frame.shapes.values(), chain.from_iterable(chain.from_iterable(placed)))
         values = np.fromiter(numbers, dtype=np.float32, count=names.width)

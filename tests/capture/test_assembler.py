@@ -160,6 +160,34 @@ def test_a_sender_that_pauses_goes_on() -> None:
     assert [f.arrival for f in found] == [0.0, 0.02, 5.0, 5.02]
 
 
+def test_a_sender_that_left_takes_along_what_nobody_else_sends() -> None:
+    assembler = FrameAssembler()
+    apply = message("/VMC/Ext/Blend/Apply")
+    practice = bundle(bone("Head"), bone("LeftThumbProximal"), shape("A", 0.5), shape("Fun", 0.7), apply)
+    tracker = bundle(bone("Head", 0.2), shape("A", 0.1), apply)
+    found = [(t, assembler.feed(t, practice, "127.0.0.1:1")) for t in (0.0, 0.1, 0.2)]
+    for k in range(150):
+        t = 1.0 + k / 10
+        found.append((t, [*assembler.feed(t, tracker, "127.0.0.1:2"), *assembler.flush(t + 0.05)]))
+    early = [frame for t, frames in found for frame in frames if 3 < t < 9]
+    late = [frame for t, frames in found for frame in frames if t > 12]
+    assert all(set(frame.bones) == {"Head", "LeftThumbProximal"} for frame in early)
+    assert all(frame.bones["Head"][0][0] == pytest.approx(0.2) for frame in early)
+    assert len(late) > 30
+    assert all((set(frame.bones), set(frame.shapes)) == ({"Head"}, {"A"}) for frame in late)
+
+
+def test_a_sender_that_pauses_alone_keeps_all_it_sent() -> None:
+    assembler = FrameAssembler()
+    whole = bundle(bone("Head"), bone("Hips"), shape("A", 0.5), message("/VMC/Ext/Blend/Apply"))
+    part = bundle(bone("Head"), message("/VMC/Ext/Blend/Apply"))
+    assembler.feed(0.0, whole, "127.0.0.1:1")
+    assembler.flush(60.0)
+    (frame,) = [*assembler.feed(60.0, part, "127.0.0.1:1"), *assembler.flush(61.0)]
+    assert set(frame.bones) == {"Head", "Hips"}
+    assert set(frame.shapes) == {"A"}
+
+
 def test_a_slow_frame_is_not_torn_by_a_gap_before_its_mark() -> None:
     """A busy sender may pause in mid-frame; one that marks its ends is waited for."""
     frames = [[*bones(k), shape("A", k / 100), APPLY] for k in range(20)]

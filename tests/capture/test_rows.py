@@ -28,6 +28,7 @@ def test_names_are_shared_until_they_change() -> None:
     three = packer.pack(frame(2, {"A": 0, "I": 0}, {}))
     assert one.names is two.names
     assert three.names == Names(("A", "I"), ())
+    assert packer.pack(frame(3, {"A": 0, "Joy": 0}, {})).names == Names(("A", "Joy"), ())  # as many, others
 
 
 def test_a_channel_that_came_late_is_held_back_to_the_start() -> None:
