@@ -11,7 +11,6 @@ from studio.errors import RequestError
 from studio.project import PROJECT_FILE, is_project
 from studio.take import safe_file
 
-LARGEST_BYTES = 1 << 40
 _OTHER = "Choose a zip that Saia Studio packed."
 
 
@@ -60,7 +59,7 @@ def unpack(source: Path, folder: Path) -> Path:
     beside = folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.new")
     try:
         with zipfile.ZipFile(source) as file:
-            members = _members(file, source)
+            members = _members(file, source, _room(folder))
             beside.mkdir(parents=True)
             for member in members:
                 target = beside.joinpath(*PurePosixPath(member.filename).parts)
@@ -74,8 +73,7 @@ def unpack(source: Path, folder: Path) -> Path:
         if source.exists():
             raise safe_file.cannot_write(folder, error) from error
         raise RequestError(f"There is no file at {source}.", "Check how the path is written.") from error
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
-        # RuntimeError is zipfile's word for a file with a password, NotImplementedError for odd packing.
+    except safe_file.UNREADABLE_ZIP as error:
         raise RequestError(f"{source.name} is damaged or no zip.", _OTHER) from error
     except OSError as error:
         raise safe_file.cannot_write(folder, error) from error
@@ -84,8 +82,14 @@ def unpack(source: Path, folder: Path) -> Path:
     return folder
 
 
-def _members(file: zipfile.ZipFile, source: Path) -> list[zipfile.ZipInfo]:
-    """The files in it; RequestError unless they are a project's, and lie inside of it."""
+def _room(folder: Path) -> int:
+    """Bytes free where a folder is to be made; of a file no more is unpacked than the zip announces."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return shutil.disk_usage(there).free
+
+
+def _members(file: zipfile.ZipFile, source: Path, room: int) -> list[zipfile.ZipInfo]:
+    """The files in it; RequestError unless they are a project's, lie inside of it, and fit into the room."""
     members = [member for member in file.infolist() if not member.is_dir()]
     for member in members:
         plain, windows = PurePosixPath(member.filename), PureWindowsPath(member.filename)
@@ -93,6 +97,7 @@ def _members(file: zipfile.ZipFile, source: Path) -> list[zipfile.ZipInfo]:
             raise RequestError(f"{source.name} holds a path that leads out of the project.", _OTHER)
     if PROJECT_FILE not in {member.filename for member in members}:
         raise RequestError(f"There is no project in {source.name}.", _OTHER)
-    if sum(member.file_size for member in members) > LARGEST_BYTES:
-        raise RequestError(f"{source.name} would fill the disk.", _OTHER)
+    if (needed := sum(member.file_size for member in members)) > room:
+        what = f"{source.name} needs {needed / 1e9:.1f} GB, and there is room for {room / 1e9:.1f} GB."
+        raise RequestError(what, "Make room, or choose a folder on another disk.")
     return members

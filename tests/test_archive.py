@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.archive import pack, unpack
+from studio.archive import _members, pack, unpack
 from studio.cli import main
 from studio.dataset import edits
 from studio.errors import RequestError, StudioError
@@ -66,6 +66,33 @@ def test_what_is_no_packed_project_is_one_sentence(toy_project: Project, tmp_pat
             unpack(path, place)
         assert error.value.what == what
         assert not place.exists()
+
+
+def test_what_would_fill_the_disk_is_refused_before_anything_is_written(
+    toy_project: Project, tmp_path: Path
+) -> None:
+    packed = pack(toy_project.folder, tmp_path / "big.zip")
+    with zipfile.ZipFile(packed) as file:
+        needed = sum(member.file_size for member in file.infolist())
+        assert _members(file, packed, needed)
+        with pytest.raises(RequestError) as error:
+            _members(file, packed, needed - 1)
+    assert error.value.what.startswith("big.zip needs ")
+    assert error.value.remedy == "Make room, or choose a folder on another disk."
+
+
+def test_a_zip_damaged_in_its_midst_leaves_nothing(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.zip"
+    with zipfile.ZipFile(bad, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("project.json", "{}" * 5000)
+        first = file.getinfo("project.json").header_offset + 30 + len("project.json")
+    content = bytearray(bad.read_bytes())
+    content[first] = 0xFF  # a kind of block that there is not
+    bad.write_bytes(bytes(content))
+    with pytest.raises(StudioError) as error:
+        unpack(bad, tmp_path / "Out")
+    assert error.value.what == "bad.zip is damaged or no zip."
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.zip"]
 
 
 def test_a_full_folder_and_a_zip_inside_the_project_are_refused(toy_project: Project, tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ STEPS_KEPT = 50
 """Undo steps that outlive the program."""
 CHANGES_KEPT = 5000
 """Selections in all those steps together, so that the file stays small."""
+_SENSELESS = (TypeError, ValueError, KeyError, AttributeError, OverflowError)
+"""What an entry that makes no sense raises; OverflowError where a number is infinite or endless."""
 
 
 def to_plain(dataset: Dataset) -> dict[str, Any]:
@@ -34,7 +36,7 @@ def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
     for entry in entries:
         try:
             selection = selection_from_plain(entry)
-        except (TypeError, ValueError, KeyError, AttributeError):
+        except _SENSELESS:
             continue
         found.setdefault(selection.id, selection)
     return Dataset(tuple(found.values()), _paths(content.get("found"))), len(entries) - len(found)
@@ -109,7 +111,7 @@ def history_from_plain(dataset: Dataset, content: dict[str, Any]) -> History[Dat
     try:
         undo_steps = _values(dataset, content["undo"])
         redo_steps = _values(dataset, content["redo"])
-    except (TypeError, ValueError, KeyError, AttributeError):
+    except _SENSELESS:
         return history
     history.undo_steps, history.redo_steps = undo_steps, redo_steps
     return history
@@ -121,7 +123,8 @@ def _changes(value: Dataset, steps: list[Step[Dataset]]) -> list[dict[str, Any]]
     size = 0
     for step in reversed(steps[-STEPS_KEPT:]):
         here = {s.id: s for s in value.selections}
-        put = [s for s in step.value.selections if here.get(s.id) != s]
+        # Most are the very same object: asking that first is what keeps an edit among 1,000 takes quick.
+        put = [s for s in step.value.selections if (old := here.get(s.id)) is not s and old != s]
         change: dict[str, Any] = {"name": step.name, "put": [selection_to_plain(s) for s in put]}
         order = [s.id for s in step.value.selections]
         if order != list(here):

@@ -329,7 +329,9 @@ class Project:
         dataset, lost = store.from_plain(content)
         if lost:
             self._tell_damaged(path, safe_file.damaged(path))
-        self._seen = {str(take) for take in content.get("seen", ())} | {s.take for s in dataset.selections}
+        seen = content.get("seen")
+        self._seen = {str(take) for take in seen} if isinstance(seen, list) else set()
+        self._seen |= {s.take for s in dataset.selections}
         self._history = History(dataset)
         with suppress(OSError, StudioError):
             steps = safe_file.read_json(self.folder / HISTORY_FILE)

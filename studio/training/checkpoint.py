@@ -116,11 +116,20 @@ def load_model(path: Path) -> Model:
         with torch.device("meta"):  # a hostile header must not make us fill the memory first
             network = build_network(recipe, layout, fps, len(styles))
         network.load_state_dict(tensors, assign=True)
-    except (KeyError, TypeError, ValueError, RuntimeError, ZeroDivisionError, StudioError) as error:
+        epoch = int(facts.get("epoch", 0))
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        RuntimeError,
+        ArithmeticError,
+        AttributeError,
+        StudioError,
+    ) as error:
         raise _damaged(path) from error
     for parameter in network.parameters():
         parameter.requires_grad_(False)
-    return Model(network.eval(), recipe, layout, fps, int(facts.get("epoch", 0)), styles, style)
+    return Model(network.eval(), recipe, layout, fps, epoch, styles, style)
 
 
 def save_state(path: Path, state: TrainingState) -> None:

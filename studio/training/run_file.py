@@ -11,7 +11,6 @@ import json
 import shutil
 import struct
 import zipfile
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -33,11 +32,6 @@ _NEEDED = (_WEIGHTS, _RECIPE)
 _MOST_BYTES = {_WEIGHTS: 4 << 30, _RECIPE: 1 << 20, _REPORT: 8 << 20, _EPOCHS: 64 << 20,
                EVALUATION_FILE: 8 << 20, "note.txt": 1 << 20, LICENCE_FILE: 1 << 20}  # fmt: skip
 """What a run file holds, and how much of each is believed."""
-# RuntimeError is zipfile's word for a file with a password, NotImplementedError for odd packing.
-_UNREADABLE = (
-    zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError,
-    KeyError, TypeError, ValueError,
-)  # fmt: skip
 _LARGEST_HEADER = 100 << 20
 _OTHER = "Choose a run that Saia Studio exported, or export it again."
 
@@ -125,15 +119,7 @@ def _extract(source: Path, folder: Path) -> dict[str, Any]:
                 if name in there:
                     _copy(file, name, most, folder / name, source)
             return dict(mark)
-    except (
-        zipfile.BadZipFile,
-        NotImplementedError,
-        RuntimeError,
-        EOFError,
-        KeyError,
-        TypeError,
-        ValueError,
-    ) as error:
+    except (*safe_file.UNREADABLE_ZIP, KeyError, TypeError) as error:
         raise _damaged(source) from error
 
 

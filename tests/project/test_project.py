@@ -274,13 +274,22 @@ def test_a_damaged_file_is_kept_aside_and_the_rest_goes_on(
     assert Project.open(tmp_path / "p").problems == []
 
 
-def test_one_bad_choice_does_not_cost_the_others(tmp_path: Path, sound: Path) -> None:
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"id": 7},
+        {"id": "Hello_001", "take": "Hello_001", "stars": float("inf")},
+        {"id": "Hello_001", "take": "Hello_001", "in_point": 10**400},
+    ],
+)
+def test_one_bad_choice_does_not_cost_the_others(tmp_path: Path, sound: Path, bad: dict[str, object]) -> None:
     project = with_takes(tmp_path / "p", sound)
     project.edit("Star", edits.set_stars(project.dataset, ["Hello_003"], 4))
     del project
     path = tmp_path / "p" / "dataset.json"
     content = json.loads(path.read_text())
-    content["selections"][0] = {"id": 7}
+    content["selections"][0] = bad
+    content["seen"] = None
     path.write_text(json.dumps(content))
     project = Project.open(tmp_path / "p")
     assert project.dataset["Hello_003"].stars == 4

@@ -113,6 +113,10 @@ def test_a_newer_file_says_so(tmp_path: Path) -> None:
         {"layout": None},
         {"fps": [30, 0]},
         {"fps": "fast"},
+        {"fps": [float("inf"), 1]},
+        {"recipe": [1]},
+        {"epoch": "last"},
+        {"epoch": float("inf")},
     ],
 )
 def test_hostile_headers_are_refused(tmp_path: Path, change: dict[str, Any]) -> None:
