@@ -189,6 +189,7 @@ class RecordPresenter(QObject):
 
     def _on_project_opened(self) -> None:
         self._leave_recorder(wait=False)
+        self.takes.stop()
         project = self._session.project
         if project is None:
             return

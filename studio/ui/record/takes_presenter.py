@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -19,6 +20,10 @@ from studio.ui.session import Session
 
 if TYPE_CHECKING:
     from studio.playback.player import Player
+
+
+EVENING = timedelta(hours=8)
+"""How long a take stays listed past midnight."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +56,8 @@ class TakesPresenter(QObject):
         super().__init__(parent)
         self._card = card
         self._session = session
-        self._verdicts: dict[str, Verdict] = {}
-        self._asked: set[str] = set()
+        self._verdicts: dict[Path, Verdict] = {}
+        self._asked: set[Path] = set()
         self._hearing: Hearing | None = None
         self._wanted = ""
         card.play_requested.connect(self.toggle_play)
@@ -116,14 +121,14 @@ class TakesPresenter(QObject):
         project = self._session.project
         if project is None:
             return []
-        today = datetime.now().astimezone().date().isoformat()
-        takes = [take for take in project.takes if take.info.created.startswith(today)]
+        now = datetime.now().astimezone()
+        takes = [take for take in project.takes if of_today(take.info.created, now)]
         return sorted(takes, key=lambda take: take.info.created, reverse=True)
 
     def _line(self, take: Take) -> TakeLine:
         project = self._session.project
         assert project is not None
-        verdict = self._verdicts.get(take.id, Verdict("", ""))
+        verdict = self._verdicts.get(take.folder, Verdict("", ""))
         selection = next((s for s in project.dataset.selections if s.id == take.id), None)
         seconds = round(take.info.duration)
         return TakeLine(
@@ -137,12 +142,12 @@ class TakesPresenter(QObject):
         )
 
     def _check(self, take: Take) -> None:
-        if take.id in self._asked:
+        if take.folder in self._asked:
             return
-        self._asked.add(take.id)
+        self._asked.add(take.folder)
 
         def done(verdict: Verdict) -> None:
-            self._verdicts[take.id] = verdict
+            self._verdicts[take.folder] = verdict
             self.refresh()
 
         background.run(lambda: _judge(take), done, lambda _e: done(Verdict("?", "")), owner=self)
@@ -189,6 +194,19 @@ class TakesPresenter(QObject):
 
     def _show_error(self, error: BaseException) -> None:
         messages.show_error(self._card, error)
+
+
+def of_today(created: str, now: datetime) -> bool:
+    """Whether a take was made today; who records past midnight still has the takes of that evening.
+
+    Args:
+        created: as the take has it, ISO 8601. now: with its time zone.
+    """
+    try:
+        made = datetime.fromisoformat(created).astimezone(now.tzinfo)
+    except ValueError:
+        return False
+    return made.date() == now.date() or now - made < EVENING
 
 
 def _open(take: Take) -> Hearing:

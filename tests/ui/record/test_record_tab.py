@@ -24,6 +24,7 @@ from studio.ui.messages import Toast
 from studio.ui.record.inputs import NO_MICROPHONE, OTHER, own_address
 from studio.ui.record.practice import Practice
 from studio.ui.record.presenter import RecordPresenter
+from studio.ui.record.takes_presenter import of_today
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
 
@@ -316,6 +317,38 @@ def test_takes_are_graded_with_a_reason(room: Room, sender: Sender, qtbot) -> No
     record(room, qtbot)
     row = room.view.takes.row("Hello_001")
     qtbot.waitUntil(lambda: row.grade.text() in "ABCD" and row.grade.text() != "", timeout=30_000)
+
+
+def test_a_take_of_another_project_has_no_grade_of_this_ones(
+    room: Room, sender: Sender, qtbot, tmp_path
+) -> None:
+    record(room, qtbot)
+    row = room.view.takes.row("Hello_001")
+    qtbot.waitUntil(lambda: row.grade.text() in "ABCD" and row.grade.text() != "", timeout=30_000)
+    other = Project.create(tmp_path / "Other")
+    today = datetime.now().astimezone().isoformat(timespec="seconds")
+    moving = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
+    other.add_take("Hello_001", TakeInfo("Hello", 1, created=today, source="imported"), moving, None)
+    other.close()
+    assert row.reason.text() == "No sound was recorded."
+    room.session.open_project(other.folder)
+    other_row = room.view.takes.row("Hello_001")
+    qtbot.waitUntil(lambda: other_row.reason.text() == "The take has no sound.", timeout=30_000)
+
+
+@pytest.mark.parametrize(
+    ("created", "listed"),
+    [
+        ("2026-03-02T00:10:00+01:00", True),
+        ("2026-03-01T23:50:00+01:00", True),
+        ("2026-03-01T22:50:00+00:00", True),
+        ("2026-03-01T16:00:00+01:00", False),
+        ("", False),
+    ],
+)
+def test_who_records_past_midnight_still_has_the_takes_of_the_evening(created: str, listed: bool) -> None:
+    now = datetime.fromisoformat("2026-03-02T00:20:00+01:00")
+    assert of_today(created, now) is listed
 
 
 def test_closing_while_rolling_asks_and_saves(room: Room, sender: Sender, qtbot, monkeypatch) -> None:
