@@ -14,6 +14,7 @@ from studio.cli.evaluate import (
     captured_figures,
     choose_ground,
     measure,
+    say_learnt,
     seed_of,
     table,
 )
@@ -44,6 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ground = choose_ground(project, args.takes, args.split, out)
     rows, frames = {}, 0
     for one in chosen:
+        say_learnt(one, ground, out)
         result = measure(one, ground)
         rows[one.id], frames = result.metrics, result.frames
         out.event("measured", run=one.id, metrics=rows[one.id])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,6 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     chosen = project.run(args.run)
     ground = choose_ground(project, args.takes, args.split, out)
+    say_learnt(chosen, ground, out)
     result = measure(chosen, ground, args.style, args.seed, args.liveliness)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen, ground, out)
     facts = {
@@ -140,13 +142,23 @@ def choose_ground(project: Project, takes: list[str] | None, split: str, out: Ou
             f"There is no take with sound and motion in {where}.",
             "Mark takes as test in Curate, or name some with --takes.",
         )
-    if label == "train":
-        out.event("note", _TRAINED, text=_TRAINED)
     return Ground(material, label)
 
 
+def say_learnt(chosen: Run, ground: Ground, out: Output) -> None:
+    """A note where the run learnt from a take measured on, whatever that take is marked as by now."""
+    names = [str(name) for name in (chosen.report or {}).get("train", ())]
+    learnt = {*names, *(_PART.sub("", name) for name in names)}
+    measured = [material.selection for material in ground.material]
+    found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
+    if found:
+        text = f"{chosen.id} learnt from all or part of {', '.join(found)}; such figures say nothing about new sound."
+        out.event("note", text, text=text)
+
+
+_PART = re.compile(r"\.\d+$")
+"""What the id of a part adds to its take's."""
 _TO_VAL = "No take is marked as test; measured on the validation takes, which chose the best epoch."
-_TRAINED = "These takes were learnt from; the figures say nothing about new sound."
 
 
 def measure(

@@ -65,6 +65,21 @@ def test_the_mean_pose_is_the_training_mean(project: Project, capsys: pytest.Cap
     assert 0 < on_train["baselines"]["train_mean"]["rmse"] < on_train["baselines"]["zero"]["rmse"]
 
 
+@pytest.mark.parametrize("command", ["evaluate", "compare"])
+def test_a_take_marked_as_test_only_after_it_was_learnt_from_is_named(
+    project: Project, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    from studio.dataset import edits
+
+    cut = edits.split_at(project.dataset, "Toy_002", [2.0], 6.0)
+    project.edit("Split", edits.set_split(cut, ["Toy_002.2"], "test"))
+    _, events = outcome(capsys, command, str(project.folder), "balanced_001", "--no-baselines")
+    assert events[-1]["takes"] == ["Toy_002.2", "Toy_004"]
+    assert events[0]["text"] == (
+        "balanced_001 learnt from all or part of Toy_002; such figures say nothing about new sound."
+    )
+
+
 def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["evaluate", str(project.folder), "balanced_001"]) == 0
     lines = capsys.readouterr().out.splitlines()
