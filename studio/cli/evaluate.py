@@ -152,7 +152,8 @@ def say_learnt(chosen: Run, ground: Ground, out: Output) -> None:
     measured = [material.selection for material in ground.material]
     found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
     if found:
-        text = f"{chosen.id} learnt from all or part of {', '.join(found)}; such figures say nothing about new sound."
+        takes = ", ".join(found)
+        text = f"{chosen.id} learnt from all or part of {takes}; such figures say nothing about new sound."
         out.event("note", text, text=text)
 
 

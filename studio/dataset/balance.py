@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 def balanced_split(
     dataset: Dataset, durations: Mapping[str, float], shares: Mapping[str, float] = SHARES
 ) -> Dataset:
-    """Selections divided by duration and by what they are labelled, performer by performer.
+    """Selections divided by duration and by what they are labelled, performer by performer where they can be.
 
     Parts cut from one take stay together, so that nothing tested was trained on. Selections that are not
     used (split "") stay unused, and takes with a locked test part stay whole in test. With two takes or
@@ -37,18 +37,34 @@ def balanced_split(
         shares: the wanted fraction of all seconds, and of the seconds of each emotion, gesture and other
             label with a vocabulary, for each split.
     """
-    where: dict[str, str] = {}
     used = [s for s in dataset.selections if s.split]
-    locked = {s.take for s in used if s.locked}
-    for takes in _groups(used, durations):
-        divided = _divided(takes, locked & takes.keys(), shares)
-        where |= _by_label(_amounts(takes, used, durations), sorted(takes), divided, locked, shares)
+    groups = _groups(used, durations)
+    where = _divided_groups(groups, used, durations, shares)
+    # Performers with a take or two each leave nothing to judge by: then all of them are divided as one.
+    if len(set(where.values())) < min(len(where), len(shares)) and len(groups) > 1:
+        everybody = {take: seconds for takes in groups for take, seconds in takes.items()}
+        where = _divided_groups([everybody], used, durations, shares)
     return replace(
         dataset,
         selections=tuple(
             replace(s, split=where[s.take]) if s.split and not s.locked else s for s in dataset.selections
         ),
     )
+
+
+def _divided_groups(
+    groups: Sequence[dict[str, float]],
+    used: Sequence[Selection],
+    durations: Mapping[str, float],
+    shares: Mapping[str, float],
+) -> dict[str, str]:
+    """The split of each take, one group after another."""
+    where: dict[str, str] = {}
+    locked = {s.take for s in used if s.locked}
+    for takes in groups:
+        divided = _divided(takes, locked & takes.keys(), shares)
+        where |= _by_label(_amounts(takes, used, durations), sorted(takes), divided, locked, shares)
+    return where
 
 
 def leaking(dataset: Dataset) -> tuple[str, ...]:

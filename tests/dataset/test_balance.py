@@ -60,6 +60,13 @@ def test_every_performer_is_trained_and_tested() -> None:
         assert {split for name, split in made.items() if name.startswith(who)} == {"train", "val", "test"}
 
 
+def test_performers_with_one_take_each_still_leave_something_to_judge_by() -> None:
+    made = _divided(*(Selection(who, who, performer=who) for who in ("Mika", "Ren", "Aoi", "Jo")))
+    assert set(made.values()) == {"train", "val", "test"}
+    made = _divided(Selection("a", "a", performer="Mika"), Selection("b", "b", performer="Ren"))
+    assert set(made.values()) == {"train", "val"}
+
+
 def test_the_same_takes_are_divided_the_same_way() -> None:
     takes = [Selection(f"t{i}", f"t{i}") for i in range(12)]
     assert _divided(*takes) == _divided(*reversed(takes))
