@@ -9,21 +9,7 @@ from numpy.typing import NDArray
 
 from studio.features.audio import AudioSpec, Floats, warped_bands
 from studio.features.examples import Example
-
-
-@dataclass(frozen=True)
-class Variation:
-    """How far crops may vary; see training.recipe.AugmentSettings for the fields."""
-
-    stretch: float = 0.0
-    gain_db: float = 0.0
-    tilt_db: float = 0.0
-    warp: float = 0.0
-    noise_db: float = 0.0
-    time_masks: int = 0
-    time_mask_frames: int = 0
-    band_masks: int = 0
-    band_mask_width: int = 0
+from studio.features.variation import Variation
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from torch import Tensor
 
 from studio.errors import StudioError
 from studio.features.audio import Floats
-from studio.features.augment import Crop, CropShape, Variation, cut
+from studio.features.augment import Crop, CropShape, cut
 from studio.features.examples import Example
 from studio.project import Project, Run
 from studio.training import checkpoint, loop_run, metrics, styles
 from studio.training.checkpoint import BEST, LAST, TrainingState
-from studio.training.events import STILL_ADVICE, Epoch, Event, Note, Started, Status, Step, is_still
+from studio.training.events import STILL_ADVICE, Cleaning, Epoch, Event, Note, Started, Status, Step, is_still
 from studio.training.gather import gather
 from studio.training.loop_predict import drawn, enliven, part_errors, predict_styles, swapped
 from studio.training.loop_run import RunFolder
@@ -132,7 +132,7 @@ class _Training:
         self.tell = on_event if fabric.is_global_zero else lambda event: None
         self.state = _state_of(resume)
         kept = loop_run.kept_columns(self.state) if self.state else (None, None, None)
-        self.data = gather(project, recipe, *kept)
+        self.data = gather(project, recipe, *kept, on_cleaning=lambda *done: self.tell(Cleaning(*done)))
         torch.manual_seed(recipe.training.seed)
         self.model = fresh_model(self.data, recipe)
         self.network = self.model.network
@@ -372,8 +372,7 @@ class _Training:
             self.network.after,
             self.recipe.sound,
         )
-        vary = Variation(**vars(self.recipe.augment))
-        return cut(self.data.train[take], first, shape, vary, rng)
+        return cut(self.data.train[take], first, shape, self.recipe.augment, rng)
 
     def _tensor(self, crops: list[Crop], name: str) -> Tensor:
         return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops])).to(self.fabric.device)

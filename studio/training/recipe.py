@@ -14,6 +14,7 @@ from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import AudioSpec
+from studio.features.variation import Variation
 from studio.paths import resource
 
 Scalar = bool | int | float | str
@@ -127,31 +128,6 @@ class TrainingSettings:
 
 
 @dataclass(frozen=True)
-class AugmentSettings:
-    """How crops are varied; 0 turns a kind off.
-
-    Args:
-        stretch: tempo varies by up to this fraction.
-        gain_db: loudness varies by up to this.
-        tilt_db: treble against bass varies by up to this.
-        warp: frequencies vary by up to this fraction, like voices of other lengths of throat.
-        noise_db: the noise floor rises up to this far above the take's quietest rows.
-        time_masks, time_mask_frames: silenced spans and their longest length in motion frames.
-        band_masks, band_mask_width: silenced bands and their largest width.
-    """
-
-    stretch: float = 0.0
-    gain_db: float = 0.0
-    tilt_db: float = 0.0
-    warp: float = 0.0
-    noise_db: float = 0.0
-    time_masks: int = 0
-    time_mask_frames: int = 0
-    band_masks: int = 0
-    band_mask_width: int = 0
-
-
-@dataclass(frozen=True)
 class Recipe:
     """All choices of a training run.
 
@@ -177,7 +153,7 @@ class Recipe:
     network: Mapping[str, Scalar] = field(default_factory=dict)
     loss: LossSettings = field(default_factory=LossSettings)
     training: TrainingSettings = field(default_factory=TrainingSettings)
-    augment: AugmentSettings = field(default_factory=AugmentSettings)
+    augment: Variation = field(default_factory=Variation)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values in the shape of a recipe file."""
@@ -258,7 +234,7 @@ _SECTIONS = {
     "channels": ChannelSettings,
     "loss": LossSettings,
     "training": TrainingSettings,
-    "augment": AugmentSettings,
+    "augment": Variation,
 }
 _PRESET_ORDER = ("Quick look", "Balanced", "Best", "")
 

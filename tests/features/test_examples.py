@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from studio.features.audio import AudioSpec
-from studio.features.augment import CropShape, Variation, cut
+from studio.features.augment import CropShape, cut
 from studio.features.examples import Example, cached_rows, learnt_rate, make_example, nominal_rate, on_grid
 from studio.features.motion import fit
+from studio.features.variation import Variation
 from studio.motion import Motion
 
 SPEC = AudioSpec()
