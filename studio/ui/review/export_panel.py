@@ -74,76 +74,12 @@ class ExportPanel(QWidget):
         self._formats: tuple[FormatChoice, ...] = ()
         self._ready = self._busy = False
         self._body = True
-        self.format = QComboBox()
-        self.format.setObjectName("export_format")
-        self.format.currentIndexChanged.connect(lambda _: self._show_note())
-        self.note = label("", "caption", "export_note")
-        self.note.setWordWrap(True)
-        self.name = QLineEdit()
-        self.name.setObjectName("export_name")
-        self.fps = QComboBox()
-        self.fps.setObjectName("export_fps")
-        self.fps.addItem(self.tr("As they are"), 0.0)
-        for fps in (24, 30, 60, 120):
-            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
-        self.folder = QLineEdit()
-        self.folder.setObjectName("export_folder")
-        choose = QToolButton()
-        choose.setObjectName("choose_export_folder")
-        choose.setAccessibleName(self.tr("Choose the folder"))
-        theme.set_icon(choose, "mdi6.folder-outline", "muted")
-        choose.clicked.connect(self._choose_folder)
-        folder = QHBoxLayout()
-        folder.setSpacing(theme.TIGHT)
-        folder.addWidget(self.folder, 1)
-        folder.addWidget(choose)
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(theme.INSIDE)
-        grid.setVerticalSpacing(theme.INSIDE)
-        grid.setColumnStretch(1, 1)
-        rows: tuple[tuple[str, QWidget], ...] = (
-            (self.tr("Name"), self.name),
-            (self.tr("Frames"), self.fps),
-            (self.tr("Format"), self.format),
-        )
-        for row, (words, widget) in enumerate(rows):
-            widget.setAccessibleName(words)
-            grid.addWidget(label(words, "muted"), row, 0)
-            grid.addWidget(widget, row, 1)
-        self.folder.setAccessibleName(self.tr("Folder"))
-        grid.addWidget(label(self.tr("Folder"), "muted"), 4, 0)
-        grid.addLayout(folder, 4, 1)
-        grid.addWidget(self.note, 3, 0, 1, 2)
-        self.export = QPushButton(self.tr("Export"))
-        self.export.setObjectName("export_button")
-        theme.as_role(self.export, "primary")
-        self.export.clicked.connect(self._on_export)
-        self.cancel = QPushButton(self.tr("Cancel"))
-        self.cancel.setObjectName("cancel_export")
-        self.cancel.clicked.connect(self.cancel_requested)
-        self.cancel.hide()
-        self.bar = QProgressBar()
-        self.bar.setObjectName("export_bar")
-        self.bar.setTextVisible(False)
-        self.bar.setAccessibleName(self.tr("Export progress"))
-        self.bar.hide()
-        self.result = label("", "good", "export_result")
-        self.result.setWordWrap(True)
-        self.show_folder = QPushButton(self.tr("Show in folder"))
-        self.show_folder.setObjectName("show_export_folder")
-        self.show_folder.clicked.connect(self.folder_requested)
-        self.show_folder.hide()
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.export, 1)
-        buttons.addWidget(self.cancel)
         column = QVBoxLayout(self)
         column.setContentsMargins(12, 12, 12, 12)
         column.setSpacing(10)
-        column.addLayout(grid)
-        column.addLayout(buttons)
-        column.addWidget(self.bar)
-        column.addWidget(self.result)
-        column.addWidget(self.show_folder, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addLayout(self._build_form())
+        column.addLayout(self._build_buttons())
+        self._build_outcome(column)
         column.addStretch(1)
 
     def show_formats(self, formats: Sequence[FormatChoice]) -> None:
@@ -224,3 +160,81 @@ class ExportPanel(QWidget):
         if choice is not None and name and self.folder.text().strip():
             folder = Path(self.folder.text().strip()).expanduser()
             self.export_requested.emit(ExportWish(name, choice, float(self.fps.currentData()), folder))
+
+    def _build_form(self) -> QGridLayout:
+        """What is exported, how, and where to."""
+        self.format = QComboBox()
+        self.format.setObjectName("export_format")
+        self.format.currentIndexChanged.connect(lambda _: self._show_note())
+        self.note = label("", "caption", "export_note")
+        self.note.setWordWrap(True)
+        self.name = QLineEdit()
+        self.name.setObjectName("export_name")
+        self.fps = QComboBox()
+        self.fps.setObjectName("export_fps")
+        self.fps.addItem(self.tr("As they are"), 0.0)
+        for fps in (24, 30, 60, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        rows: tuple[tuple[str, QWidget], ...] = (
+            (self.tr("Name"), self.name),
+            (self.tr("Frames"), self.fps),
+            (self.tr("Format"), self.format),
+        )
+        for row, (words, widget) in enumerate(rows):
+            widget.setAccessibleName(words)
+            grid.addWidget(label(words, "muted"), row, 0)
+            grid.addWidget(widget, row, 1)
+        grid.addWidget(self.note, 3, 0, 1, 2)
+        grid.addWidget(label(self.tr("Folder"), "muted"), 4, 0)
+        grid.addLayout(self._build_folder(), 4, 1)
+        return grid
+
+    def _build_folder(self) -> QHBoxLayout:
+        self.folder = QLineEdit()
+        self.folder.setObjectName("export_folder")
+        self.folder.setAccessibleName(self.tr("Folder"))
+        choose = QToolButton()
+        choose.setObjectName("choose_export_folder")
+        choose.setAccessibleName(self.tr("Choose the folder"))
+        theme.set_icon(choose, "mdi6.folder-outline", "muted")
+        choose.clicked.connect(self._choose_folder)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        row.addWidget(self.folder, 1)
+        row.addWidget(choose)
+        return row
+
+    def _build_buttons(self) -> QHBoxLayout:
+        self.export = QPushButton(self.tr("Export"))
+        self.export.setObjectName("export_button")
+        theme.as_role(self.export, "primary")
+        self.export.clicked.connect(self._on_export)
+        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel.setObjectName("cancel_export")
+        self.cancel.clicked.connect(self.cancel_requested)
+        self.cancel.hide()
+        row = QHBoxLayout()
+        row.addWidget(self.export, 1)
+        row.addWidget(self.cancel)
+        return row
+
+    def _build_outcome(self, column: QVBoxLayout) -> None:
+        """How far it is, and what came of it."""
+        self.bar = QProgressBar()
+        self.bar.setObjectName("export_bar")
+        self.bar.setTextVisible(False)
+        self.bar.setAccessibleName(self.tr("Export progress"))
+        self.bar.hide()
+        self.result = label("", "good", "export_result")
+        self.result.setWordWrap(True)
+        self.show_folder = QPushButton(self.tr("Show in folder"))
+        self.show_folder.setObjectName("show_export_folder")
+        self.show_folder.clicked.connect(self.folder_requested)
+        self.show_folder.hide()
+        column.addWidget(self.bar)
+        column.addWidget(self.result)
+        column.addWidget(self.show_folder, 0, Qt.AlignmentFlag.AlignLeft)
