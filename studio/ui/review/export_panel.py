@@ -74,6 +74,7 @@ class ExportPanel(QWidget):
         self._formats: tuple[FormatChoice, ...] = ()
         self._ready = self._busy = False
         self._body = True
+        self._proposed = ""
         column = QVBoxLayout(self)
         column.setContentsMargins(12, 12, 12, 12)
         column.setSpacing(10)
@@ -110,8 +111,9 @@ class ExportPanel(QWidget):
             wanted = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
             self.format.setCurrentIndex(max(self.format.findData(wanted), 0))
         self.name.setText(name)
-        if folder is not None and not self.folder.text():
-            self.folder.setText(str(folder))
+        if folder is not None and self.folder.text() in ("", self._proposed):
+            self._proposed = str(folder)  # another project has another one
+            self.folder.setText(self._proposed)
         self._ready = ready
         self.export.setEnabled(ready and not self._busy)
         self.export.setToolTip("" if ready else self.tr("There is no motion to export yet"))
