@@ -1,7 +1,8 @@
 """`saia train`: learn a performer's motion from their voice.
 
 With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
-what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second.
+what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, and before it
+starts a `cleaning` where cleaned sound was chosen and is not there.
 """
 
 from __future__ import annotations
@@ -179,7 +180,7 @@ def _tell(event: Event, out: Output, stop: StopWish) -> None:
 def _print(event: Event, out: Output) -> None:
     from dataclasses import asdict
 
-    from studio.training.events import Epoch, Note, Started, Step
+    from studio.training.events import Cleaning, Epoch, Note, Started, Step
 
     if isinstance(event, Epoch):
         out.event("epoch", _epoch_line(event), **event.as_dict())
@@ -187,6 +188,9 @@ def _print(event: Event, out: Output) -> None:
         out.event("note", event.text, text=event.text)
     elif isinstance(event, Started):
         out.event("started", _start_line(event), **asdict(event))
+    elif isinstance(event, Cleaning):
+        text = f"Cleaning the sound of {event.take} {event.fraction:4.0%}"
+        out.passing("cleaning", text, **asdict(event))
     elif isinstance(event, Step):
         out.passing("step", _step_line(event), **asdict(event))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from studio.dataset.dataset import Selection
 from studio.motion import Motion
 from studio.motion.mend import mended
-from studio.take.cleaned import clean
+from studio.take.cleaned import clean, kept_clean
 from studio.take.motion_file import read_motion
 from studio.take.sound import Sound, read_span
 from studio.take.take import Take
@@ -45,13 +46,19 @@ class Material:
         return keep
 
 
-def load_material(selection: Selection, take: Take, sample_rate: int | None = None) -> Material:
+def load_material(
+    selection: Selection,
+    take: Take,
+    sample_rate: int | None = None,
+    on_cleaning: Callable[[float], None] = lambda done: None,
+) -> Material:
     """Read the part of a take that a selection uses; cleaned sound that is not there yet is made first.
 
     Args:
         selection: in and out points, offset and excluded spans.
         take: the take it was made of.
         sample_rate: wanted rate of the sound; the file's own where None.
+        on_cleaning: is told how much of the cleaned sound is made (0..1), where it has to be.
 
     Raises:
         StudioError: a file is missing or damaged.
@@ -59,7 +66,11 @@ def load_material(selection: Selection, take: Take, sample_rate: int | None = No
     start = max(selection.in_point, 0.0)
     end = take.info.duration if selection.out_point is None else min(selection.out_point, take.info.duration)
     end = max(end, start)
-    sound = _sound(selection, take, start, end, sample_rate)
+    heard = Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
+    if take.audio_path is not None:
+        made = kept_clean(take.audio_path, selection.clean)
+        heard = read_span(made or clean(take.audio_path, selection.clean, on_cleaning), start, end)
+    sound = heard if sample_rate is None else heard.resampled(sample_rate)
     motion = Motion.build([])
     if take.motion_path is not None:
         whole = mended(read_motion(take.motion_path))[0].shifted(selection.offset)
@@ -69,10 +80,3 @@ def load_material(selection: Selection, take: Take, sample_rate: int | None = No
         (max(a, start) - start, min(b, end) - start) for a, b in selection.excluded if b > start and a < end
     )
     return Material(selection, sound.mono(), sound.sample_rate, motion, end - start, excluded)
-
-
-def _sound(selection: Selection, take: Take, start: float, end: float, sample_rate: int | None) -> Sound:
-    if take.audio_path is None:
-        return Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
-    sound = read_span(clean(take.audio_path, selection.clean), start, end)
-    return sound if sample_rate is None else sound.resampled(sample_rate)

@@ -62,6 +62,19 @@ class Note:
 
 
 @dataclass(frozen=True)
+class Cleaning:
+    """Before it starts: the cleaned sound of a take is made, since that was chosen and it is not there.
+
+    Args:
+        take: whose.
+        fraction: how much of it is done, 0..1.
+    """
+
+    take: str
+    fraction: float
+
+
+@dataclass(frozen=True)
 class Epoch:
     """One epoch is over.
 
@@ -141,7 +154,7 @@ class Step:
     eta_s: float = 0.0
 
 
-Event = Started | Note | Epoch | Step
+Event = Started | Note | Cleaning | Epoch | Step
 
 
 def is_still(motion_ratio: float | None) -> bool:

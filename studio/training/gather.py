@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ HELD_BACK = 0.15
 """Share of the longest training take that is held back where no validation take is marked."""
 
 Chosen = tuple[Selection, Take]
+OnCleaning = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,7 @@ def gather(
     layout: Layout | None = None,
     fps: Fraction | None = None,
     styles: tuple[str, ...] | None = None,
+    on_cleaning: OnCleaning = lambda take, done: None,
 ) -> Gathered:
     """The training and validation examples of a project.
 
@@ -80,15 +83,16 @@ def gather(
         project: its dataset says which selections.
         recipe: sound features, frame rate, scaling.
         layout, fps, styles: those of a run that is resumed; measured where None.
+        on_cleaning: is told of a take whose cleaned sound has to be made, and how much of it is (0..1).
 
     Raises:
         StudioError: there is too little, or what there is cannot be used.
     """
     notes: list[str] = []
-    train = _usable(project.selected("train"), recipe.sound, notes)
+    train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
     if not train:
         raise RequestError("No take with sound and motion is marked for training.", _MARK)
-    val = _usable(project.selected("val"), recipe.sound, notes)
+    val = _usable(project.selected("val"), recipe.sound, notes, on_cleaning)
     if not val:
         train, val = _hold_back(train, notes)
     fps = fps or _rate(recipe, train)
@@ -129,10 +133,15 @@ def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[Materi
     return _usable(chosen, sound, notes), notes
 
 
-def _usable(chosen: Sequence[Chosen], sound: AudioSpec, notes: list[str]) -> list[Material]:
+def _usable(
+    chosen: Sequence[Chosen],
+    sound: AudioSpec,
+    notes: list[str],
+    on_cleaning: OnCleaning = lambda take, done: None,
+) -> list[Material]:
     found = []
     for selection, take in chosen:
-        material = load_material(selection, take, sound.sample_rate)
+        material = load_material(selection, take, sound.sample_rate, partial(on_cleaning, selection.id))
         if not len(material.samples):
             notes.append(f"{selection.id} has no sound and is left out.")
         elif len(material.motion) < 2:

@@ -131,8 +131,10 @@ class _Training:
         self.stop, self.step_seconds = stop, step_seconds
         self.tell = on_event if fabric.is_global_zero else lambda event: None
         self.state = _state_of(resume)
-        kept = loop_run.kept_columns(self.state) if self.state else (None, None, None)
-        self.data = gather(project, recipe, *kept, on_cleaning=lambda *done: self.tell(Cleaning(*done)))
+        layout, fps, names = loop_run.kept_columns(self.state) if self.state else (None, None, None)
+        self.data = gather(
+            project, recipe, layout, fps, names, lambda take, done: self.tell(Cleaning(take, done))
+        )
         torch.manual_seed(recipe.training.seed)
         self.model = fresh_model(self.data, recipe)
         self.network = self.model.network

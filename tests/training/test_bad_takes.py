@@ -17,7 +17,7 @@ from studio.errors import StudioError
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Event, Note, Started
+from studio.training.events import Cleaning, Event, Note, Started
 from studio.training.loop import resumed_recipe, train
 from studio.training.loop_setup import is_out_of_memory
 from studio.training.recipe import Recipe, load_recipe
@@ -49,6 +49,20 @@ def waving(seconds: float, fps: float = 30.0) -> Motion:
 
 def notes(events: list[Event]) -> list[str]:
     return [event.text for event in events if isinstance(event, Note)]
+
+
+def test_cleaned_sound_that_is_not_there_is_made_in_sight(make_toy_project: MakeProject) -> None:
+    project = make_toy_project()
+    name = project.selected("train")[0][0].id
+    project.edit("Clean", edits.update(project.dataset, [name], lambda s: replace(s, clean="noise")))
+    _, events = trained(project, tiny())
+    told = [event for event in events if isinstance(event, Cleaning)]
+    assert {event.take for event in told} == {name}
+    assert told[-1].fraction == 1.0
+    kinds = [type(event) for event in events]
+    assert kinds.index(Started) == len(told), "all of it before the training starts"
+    _, events = trained(project, tiny())
+    assert not any(isinstance(event, Cleaning) for event in events), "it is there by now"
 
 
 def test_a_silent_take_is_named_and_the_rest_is_learnt(make_toy_project: MakeProject, tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ class TrainPresenter(QObject):
         self._folder: Path | None = None
         self._events: list[dict[str, Any]] = []
         self._notes: list[str] = []
+        self._preparing = ""  # what is done before the first epoch, where that takes long
         self._shown = ""  # the run whose curves are seen
         self._stopping = False
         self._active = False
@@ -171,7 +172,7 @@ class TrainPresenter(QObject):
         self._job, self._events, self._stopping = job, list(events), False
         self._run_id, self._shown = run_id, run_id
         self._folder = self._folder if run_id else None
-        self._resuming, self._notes = bool(run_id), []
+        self._resuming, self._notes, self._preparing = bool(run_id), [], ""
         job.start(words)
         self._view.progress.show_alarm("")
         self._view.show_running(True)
@@ -210,6 +211,11 @@ class TrainPresenter(QObject):
             self._view.runs.choose(self._run_id)
         if event.get("event") == "epoch":
             self._events.append(event)
+        elif event.get("event") == "cleaning":
+            done = round(100 * float(event.get("fraction") or 0.0))
+            self._preparing = self.tr("cleaning the sound of {0}: {1} %").format(event.get("take"), done)
+        elif event.get("event") == "started":
+            self._preparing = ""
         elif event.get("text"):
             self._notes.append(str(event["text"]))
 
@@ -298,7 +304,8 @@ class TrainPresenter(QObject):
 
     def _line(self, facts: RunFacts, live: bool) -> str:
         if not facts.epochs:
-            return self.tr("reading the takes; the first epoch follows") if live else ""
+            reading = self._preparing or self.tr("reading the takes; the first epoch follows")
+            return reading if live else ""
         parts = [self.tr("epoch {0} of {1}").format(facts.epochs, facts.of or facts.epochs)]
         if facts.best is not None:
             parts.append(self.tr("best {0}").format(facts.best))
