@@ -22,7 +22,8 @@ from studio.take.sound import Sound
 LISTEN_S = 7.0
 """How long the performer claps or speaks."""
 UNNOTICED_MS, ACCEPTED_MS = (-45.0, 15.0), (-125.0, 45.0)
-"""Sound late (negative) or early against the picture. Source: ITU-R BT.1359."""
+"""Sound late (negative) or early against the picture. Source: ATSC IS-191 for what nobody notices; ITU-R
+BT.1359 for what an audience begins to see."""
 _SURE = 0.6
 _HANDS = ("LeftHand", "RightHand")
 _FARTHEST_MS = 400.0

@@ -6,10 +6,8 @@ from PySide6.QtCore import QCoreApplication
 
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
+from studio.capture.sync_test import grade
 
-DETECTABLE_MS = (-45.0, 15.0)
-"""Sound this much later or earlier than the picture is not noticed. Source: ITU-R BT.1359."""
-ACCEPTABLE_MS = (-125.0, 45.0)
 LOW_DISK_S = 30 * 60.0
 NAMELESS = ("default", "pulse", "sysdefault")
 """What sound systems call the microphone that the system chooses."""
@@ -74,12 +72,10 @@ def sync_text(snap: Snapshot) -> tuple[str, str]:
     """How sound and motion stand to each other, and its health."""
     if snap.offset_ms is None or not snap.motion_alive:
         return _tr("needs sound and motion"), ""
-    health, word = "bad", _tr("far off, corrected")
-    if DETECTABLE_MS[0] <= snap.offset_ms <= DETECTABLE_MS[1]:
-        health, word = "good", _tr("in sync")
-    elif ACCEPTABLE_MS[0] <= snap.offset_ms <= ACCEPTABLE_MS[1]:
-        health, word = "warn", _tr("corrected")
-    return f"{snap.offset_ms:+.0f} ms  {word}", health
+    early = -snap.offset_ms  # sound that is handed over late is late, as the sync test counts it
+    words = {"good": _tr("in sync"), "warn": _tr("corrected"), "bad": _tr("far off, corrected")}
+    health = grade(early)
+    return f"{round(early):+d} ms  {words[health]}", health
 
 
 def drift_text(snap: Snapshot) -> str:

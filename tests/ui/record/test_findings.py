@@ -64,9 +64,11 @@ def test_motion_with_a_problem_is_not_steady(what: str) -> None:
 @pytest.mark.parametrize(
     ("offset", "said", "health"),
     [
-        (2.0, "+2 ms  in sync", "good"),
-        (30.0, "+30 ms  corrected", "warn"),
-        (200.0, "+200 ms  far off, corrected", "bad"),
+        (2.0, "-2 ms  in sync", "good"),
+        (40.0, "-40 ms  in sync", "good"),  # late sound is noticed later than early sound
+        (-40.0, "+40 ms  corrected", "warn"),
+        (80.0, "-80 ms  corrected", "warn"),
+        (200.0, "-200 ms  far off, corrected", "bad"),
     ],
 )
 def test_the_offset_is_judged_by_what_people_notice(offset: float, said: str, health: str) -> None:
