@@ -1,7 +1,7 @@
 """Writes packaging/constraints.txt from `.venv`: `.venv/bin/python packaging/lock.py`.
 
-Every distribution the studio and its tests need, transitively, at the version installed there. Packages
-that only another system needs are kept as the file has them.
+Every distribution the studio and its tests need, transitively, at the version installed there. What only
+another system needs has to be installed there too (see ELSEWHERE).
 """
 
 from __future__ import annotations

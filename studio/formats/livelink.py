@@ -1,6 +1,6 @@
 """Live Link Face: the CSV of Apple's ARKit face capture, with its sound beside it.
 
-Source: Epic Games' Live Link Face app; columns as FORMATS names them. The timecode counts frames of 60 a
+Source: Epic Games' Live Link Face app; columns as the app writes them. The timecode counts frames of 60 a
 second, its part behind the point being a fraction of a frame.
 """
 
