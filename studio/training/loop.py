@@ -162,8 +162,7 @@ class _Training:
                 if stopped and self.progress.best_epoch:
                     break
                 self._finish_epoch(loss, last=stopped)
-            if self.progress.epochs_here or not self.state:
-                self._enliven()
+            self._enliven()  # once a model: also where a power cut came after the last epoch
             status = Status.STOPPED if stopped else Status.DONE
         except KeyboardInterrupt:
             status = Status.STOPPED

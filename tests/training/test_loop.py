@@ -308,6 +308,15 @@ def test_liveliness_matches_the_best_models_motion_to_the_capture(make_toy_proje
     assert (gain <= LIVELIEST).all()
 
 
+def test_a_run_cut_off_after_its_last_epoch_still_gets_its_liveliness(make_toy_project: MakeProject) -> None:
+    project = make_toy_project()
+    # As a power cut would leave it: all epochs are there, the gains are not.
+    cut_off, _ = trained(project, tiny("epochs=2", "liveliness=0"))
+    done, events = trained(project, tiny("epochs=2", "liveliness=1"), resume=cut_off)
+    assert epochs(events) == []
+    assert (load_file(done.folder / "best.safetensors")["gain"] > 1.5).any()
+
+
 def test_one_cycle_rises_and_falls() -> None:
     settings = TrainingSettings(learning_rate=1.0)
     rates = [learning_rate(settings, step, 100) for step in range(100)]
