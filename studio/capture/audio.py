@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ _NO_AUDIO = (
     "Install it (Debian and Ubuntu: sudo apt install libportaudio2) and start the studio again.",
 )
 _library_lock = threading.Lock()
+_open_inputs: WeakSet[AudioInput] = WeakSet()
+"""Looking for devices anew would cut them off."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,8 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     """Every sound input of this computer, the default one first.
 
     Args:
-        refresh: look again for what was plugged in; streams that are open would be cut off, so it is
-            for moments without one.
+        refresh: look again for what was plugged in, unless an input is open, which it would cut off; a sound
+            that is being played it does cut off.
 
     Raises:
         StudioError: PortAudio is missing or cannot start.
@@ -87,8 +90,9 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     try:
         if refresh:
             with _library_lock:
-                sd._terminate()  # PortAudio lists devices only when it starts
-                sd._initialize()
+                if not _open_inputs:
+                    sd._terminate()  # PortAudio lists devices only when it starts
+                    sd._initialize()
         listed = sd.query_devices()
         chosen = sd.default.device[0]
         api = sd.query_hostapis()
@@ -173,6 +177,7 @@ class AudioInput:
         self._blocks: deque[Block] = deque(maxlen=QUEUE_BLOCKS)
         self._stream: Any = None
         self._stopping = False
+        self._closing = threading.Lock()
 
     def start(self) -> None:
         """Open the device and listen.
@@ -180,7 +185,11 @@ class AudioInput:
         Raises:
             StudioError: there is no such device, it is taken, or it refuses the format.
         """
-        sd = library()
+        with _library_lock:
+            self._open(library())
+            _open_inputs.add(self)
+
+    def _open(self, sd: ModuleType) -> None:
         self.device = find_device(self._wanted)
         self.sample_rate = self.sample_rate or _own_rate(sd, self.device)
         # "default" of a sound server offers dozens of channels it makes up; a microphone has one or two.
@@ -206,12 +215,18 @@ class AudioInput:
             ) from error
 
     def stop(self) -> None:
-        """Close the device; safe to call twice, and with the device gone."""
+        """Close the device; safe to call twice, from two threads at once, and with the device gone."""
         self._stopping = True
-        if self._stream is not None:
-            with contextlib.suppress(library().PortAudioError):
-                self._stream.close()
-            self._stream = None
+        if not self._closing.acquire(blocking=False):
+            return  # another thread is at it: PortAudio must not be asked twice
+        try:
+            if self._stream is not None:
+                with contextlib.suppress(library().PortAudioError):
+                    self._stream.close()
+                self._stream = None
+            _open_inputs.discard(self)
+        finally:
+            self._closing.release()
 
     def let_go(self) -> None:
         """Close a device that is gone already; it stays so."""

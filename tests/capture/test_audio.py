@@ -1,0 +1,43 @@
+"""A sound device, opened and closed while others look for devices or let go of it."""
+
+import threading
+import time
+
+from studio.capture.audio import AudioInput, input_devices
+
+
+def _heard(microphone: AudioInput, seconds: float = 30.0) -> bool:
+    """Whether a block comes from now on."""
+    microphone.drain()
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if microphone.drain():
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def test_looking_for_devices_anew_cuts_off_no_open_input(virtual_audio: str) -> None:
+    microphone = AudioInput()
+    microphone.start()
+    try:
+        assert _heard(microphone)
+        assert microphone.device in input_devices(refresh=True)
+        assert _heard(microphone)
+        assert not microphone.ended
+    finally:
+        microphone.stop()
+
+
+def test_two_threads_may_let_go_of_it_at_once_and_it_opens_again(virtual_audio: str) -> None:
+    for _ in range(3):
+        microphone = AudioInput()
+        microphone.start()
+        threads = [threading.Thread(target=microphone.stop) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(30)
+        assert not any(thread.is_alive() for thread in threads)
+        assert not microphone.ended
+    assert input_devices(refresh=True)
