@@ -167,6 +167,9 @@ class RecordPresenter(QObject):
 
     def _on_saved(self, take: Take) -> None:
         self._busy = ""
+        project = self._session.project
+        if project is None or take.folder.parent != project.takes_folder:
+            return  # another project was opened while it was saved; its own finds it when it is opened again
         self._session.adopt(take)
         moved = self.sync.apply(take, self._recorder.snapshot()) if self._recorder is not None else ""
         self._next_number()

@@ -18,6 +18,7 @@ from studio.motion import Motion
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.project import Project
 from studio.take import TakeInfo
+from studio.take.folder import save_take
 from studio.take.motion_file import read_motion
 from studio.ui import background, theme
 from studio.ui.messages import Toast
@@ -408,15 +409,18 @@ def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Se
     assert toast.remedy.text() == "What came until then is kept. Make room before the next take."
 
 
-def test_what_was_recovered_of_a_project_that_was_left_makes_no_second_recorder(
-    room: Room, qtbot, tmp_path
-) -> None:
+def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Room, qtbot, tmp_path) -> None:
     first = room.project
     Project.create(tmp_path / "Other").close()
     room.session.open_project(tmp_path / "Other")
     qtbot.waitUntil(lambda: room.presenter._recorder is not None, timeout=30_000)
     recorder = room.presenter._recorder
-    room.presenter._on_recovered(first, ())
+    motion = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
+    late = save_take(first.takes_folder / "Late_001", TakeInfo("Late", 1), motion, None)
+    room.presenter._on_saved(late)
+    assert room.project.takes == ()
+    room.presenter._on_recovered(first, (late,))
+    assert room.project.takes == ()
     assert room.presenter._recorder is recorder
     assert recorder.takes_folder == room.project.takes_folder
 
