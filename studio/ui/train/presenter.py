@@ -36,6 +36,8 @@ class TrainPresenter(QObject):
         self._job: Job | None = None
         self._run_id = ""  # of the training under way
         self._folder: Path | None = None
+        self._runs_folder: Path | None = None
+        """Where the runs of its project lie, which need not be the one that is open."""
         self._events: list[dict[str, Any]] = []
         self._notes: list[str] = []
         self._preparing = ""  # what is done before the first epoch, where that takes long
@@ -75,6 +77,12 @@ class TrainPresenter(QObject):
     def training(self) -> bool:
         """Whether a training is under way."""
         return self._job is not None
+
+    @property
+    def _here(self) -> bool:
+        """Whether the training is of the project that is open."""
+        project = self._session.project
+        return project is not None and project.runs_folder == self._runs_folder
 
     def activate(self) -> None:
         """The tab is shown."""
@@ -145,6 +153,7 @@ class TrainPresenter(QObject):
             return
         if wish.recipe != self._session.settings.recipe:
             self._session.change_settings(recipe=wish.recipe)
+        self._runs_folder = project.runs_folder
         words = ["train", str(project.folder), "--recipe", wish.recipe]
         for key, value in (("training.epochs", wish.epochs), ("training.seed", wish.seed)):
             if value is not None:
@@ -157,6 +166,7 @@ class TrainPresenter(QObject):
         project = self._session.project
         if project is None or self._job is not None or not run_id:
             return
+        self._runs_folder = project.runs_folder
         run = project.run(run_id)
         words = ["train", str(project.folder), "--recipe", run.recipe, "--resume", run_id]
         self._run_id, self._folder = run_id, run.folder
@@ -204,11 +214,13 @@ class TrainPresenter(QObject):
 
     def _on_event(self, event: dict[str, Any]) -> None:
         if event.get("run") and not self._run_id:
-            self._run_id = self._shown = str(event["run"])
+            self._run_id = str(event["run"])
             folder = event.get("folder")
             self._folder = Path(str(folder)) if folder else None
             self._session.runs_changed.emit()
-            self._view.runs.choose(self._run_id)
+            if self._here:
+                self._shown = self._run_id
+                self._view.runs.choose(self._run_id)
         if event.get("event") == "epoch":
             self._events.append(event)
         elif event.get("event") == "cleaning":
@@ -224,21 +236,21 @@ class TrainPresenter(QObject):
         stopped = bool(facts.get("stopped"))
         text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
         action = (self.tr("Review it"), lambda: self._keeping.review(run))
-        messages.show_note(self._view, text.format(run), action=action)
+        messages.show_note(self._view, text.format(run), action=action if self._here else None)
 
     def _on_failed(self, what: str, remedy: str) -> None:
         messages.show_failure(self._view, what, remedy)
 
     def _on_cancelled(self) -> None:
         """Remove what the cancelled run left; a resumed one stays as it was."""
-        project, folder = self._session.project, self._folder
+        folder = self._folder
         if self._resuming:
             return
-        if folder is None and project is not None and self._run_id:
-            folder = project.runs_folder / self._run_id
-        if folder is not None and project is not None and folder.parent == project.runs_folder:
+        if folder is None and self._runs_folder is not None and self._run_id:
+            folder = self._runs_folder / self._run_id
+        if folder is not None and folder.parent == self._runs_folder:
             shutil.rmtree(folder, ignore_errors=True)
-        self._shown, self._events = "", []
+        self._shown, self._events = "" if self._here else self._shown, []
         messages.show_note(self._view, self.tr("The training was cancelled and its run removed."))
 
     def _on_ended(self) -> None:
@@ -267,7 +279,7 @@ class TrainPresenter(QObject):
         if not self._active:
             return
         self._view.progress.show_log("\n".join([*self._notes, self._job.log]).strip())
-        if self._shown in (self._run_id, ""):
+        if self._here and self._shown in (self._run_id, ""):
             self._show_run_facts(self._run_id or self.tr("Preparing"), facts, self._events, live=True)
             self._previewing.follow(self._folder, live=True)
         self._keeping.show()
@@ -328,16 +340,18 @@ class TrainPresenter(QObject):
     def _on_run_chosen(self, run_id: str) -> None:
         if run_id and run_id != self._shown:
             self._shown = run_id
-            if run_id == self._run_id:
+            if run_id == self._run_id and self._here:
                 self._follow()
             else:
                 self._show_shown()
 
     def _on_project(self) -> None:
-        if self._job is None:
+        if self._job is None or not self._here:
             runs = self._keeping.newest_first()
             self._shown = runs[0].id if runs else ""
             self._show_shown()
+        else:
+            self._shown = self._run_id
         self._show_data()
         self._keeping.show()
         if self._shown:
@@ -346,7 +360,7 @@ class TrainPresenter(QObject):
     # -- runs --------------------------------------------------------------------------------------
 
     def _live(self) -> Live | None:
-        return Live(self._run_id, self._events) if self._job is not None else None
+        return Live(self._run_id, self._events) if self._job is not None and self._here else None
 
     def _on_deleted(self, run_id: str) -> None:
         if self._shown == run_id:

@@ -14,6 +14,7 @@ from studio.dataset import edits
 from studio.project import Project
 from studio.settings import Settings
 from studio.training.devices import devices
+from studio.ui.jobs import Job
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
@@ -221,3 +222,22 @@ def test_without_takes_the_room_says_what_goes_there(qtbot: QtBot, tmp_path: Pat
         qtbot.mouseClick(view.empty.button, Qt.MouseButton.LeftButton)
     assert asked.args == ["record"]
     presenter.close()
+
+
+def test_a_training_of_a_project_that_was_left_is_none_of_the_next(
+    qtbot: QtBot, session: Session, tab: tuple[TrainView, TrainPresenter], tmp_path: Path
+) -> None:
+    _, presenter = tab
+    left = session.project
+    assert left is not None
+    presenter._runs_folder, presenter._run_id = left.runs_folder, "quick_001"
+    presenter._job = Job(presenter)  # as if it were under way
+    presenter._resuming = False
+    for project in (left, Project.create(tmp_path / "Other")):
+        (project.runs_folder / "quick_001").mkdir(parents=True)
+    assert presenter._live() is not None
+    session.open_project(tmp_path / "Other")
+    assert presenter._live() is None
+    presenter._on_cancelled()
+    assert not (left.runs_folder / "quick_001").exists()
+    assert (tmp_path / "Other" / "runs" / "quick_001").exists()
