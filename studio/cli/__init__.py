@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -51,6 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         from studio.capture.listener import main as listen
 
         return listen()
+    # Threads that wait for one another by spinning make training many times slower as soon as an avatar
+    # program or a stream wants a core too. OpenMP reads this when torch is loaded, so it is said first.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     as_json = "--json" in words
     words = [word for word in words if word != "--json"]
     _make_printable(as_json)

@@ -34,6 +34,19 @@ def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"Saia Studio {__version__}\n"
 
 
+@pytest.mark.parametrize(("own", "wanted"), [(None, "PASSIVE"), ("ACTIVE", "ACTIVE")])
+def test_threads_wait_without_taking_a_core_unless_somebody_wants_it(own: str | None, wanted: str) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_WAIT_POLICY"}
+    code = "import os, sys; from studio import cli; cli.main(['--version']); "
+    code += "print(os.environ['OMP_WAIT_POLICY'], 'torch' in sys.modules)"
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(
+        words, env=environment | ({"OMP_WAIT_POLICY": own} if own else {}), capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert done.stdout.split()[-2:] == [wanted, "False"], "said before OpenMP is loaded"
+
+
 def test_help_lists_every_verb_with_its_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
