@@ -143,11 +143,15 @@ class Session(QObject):
             self.rolling_changed.emit(rolling)
 
     def change_settings(self, **values: object) -> None:
-        """Change preferences by field name and keep them."""
+        """Change preferences by field name and keep them; what cannot be kept holds until the end."""
         from studio import settings as preferences
+        from studio.ui import messages
 
         self.settings = self.settings.changed(**values)
-        preferences.save(self.settings)
+        try:
+            preferences.save(self.settings)
+        except StudioError as error:  # a full disk must not keep a take from beginning
+            messages.show_error(None, error)
         self.settings_changed.emit()
 
     def _tell_edited(self) -> None:

@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QWidget
 
 from studio import settings
 from studio.errors import StudioError
 from studio.project import Project
 from studio.take.take import TakeInfo
+from studio.ui.messages import Toast
 from studio.ui.session import Session
 
 
@@ -74,3 +76,19 @@ def test_settings_are_kept(session: Session, qtbot) -> None:
     with qtbot.waitSignal(session.settings_changed):
         session.change_settings(countdown=5.0)
     assert settings.load().countdown == 5.0
+
+
+def test_a_setting_that_cannot_be_kept_holds_and_is_said(
+    session: Session, qtbot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "no folder").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SAIA_SETTINGS", str(tmp_path / "no folder"))
+    window = QWidget()
+    qtbot.addWidget(window)
+    window.show()
+    with qtbot.waitSignal(session.settings_changed):
+        session.change_settings(slate="Night")
+    assert session.settings.slate == "Night"
+    toast = window.findChild(Toast)
+    assert toast is not None
+    assert toast.text.text().startswith("settings.json could not be written")
