@@ -172,7 +172,7 @@ class Driver:
         QTest.qWait(int(seconds * 1000))
 
     def message(self) -> str:
-        """The message the window shows at its foot, "" where it shows none."""
+        """The message over the window, "" where it shows none."""
         from studio.ui.messages import Toast
 
         toast = self.window.findChild(Toast)
@@ -181,7 +181,7 @@ class Driver:
         return f"{toast.text.text()} {toast.remedy.text()}".strip()
 
     def dismiss_message(self) -> None:
-        """Close the message at the foot of the window, if one is shown."""
+        """Close the message over the window, if one is shown."""
         if self.message():
             self.click("toast_close")
 
