@@ -146,6 +146,7 @@ class _Training:
         self.wrapped, self.wrapped_optimiser = fabric.setup(self.network, self.optimiser)
         self.wrapped.mark_forward_method("learn")
         self.loss = make_loss(self.data, recipe, fabric.device)
+        self.shared_loss = self.loss.shared(self._averaged)
         self.steps = steps_per_epoch(recipe.training, self.data.train)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
         self.preview = Previewing(self.folder.path, recipe.training.epochs)
@@ -204,15 +205,19 @@ class _Training:
         rows, values, weight = (self._tensor(mine, name) for name in ("rows", "values", "weight"))
         self.wrapped_optimiser.zero_grad()
         predicted, own = self.wrapped.learn(rows, style.to(self.fabric.device), values, weight)
-        loss = self.loss(predicted, values, weight) + own
+        loss = self.shared_loss(predicted, values, weight) + own
         self.fabric.backward(loss)
         if settings.clip:
             self.fabric.clip_gradients(self.wrapped, self.wrapped_optimiser, max_norm=settings.clip)
         self.wrapped_optimiser.step()
         self._update_average(settings.average, index)
-        mean = self.fabric.all_reduce(loss.detach(), reduce_op="mean")
+        return float(self._averaged(loss.detach()))
+
+    def _averaged(self, number: Tensor) -> Tensor:
+        """A number's mean over the processes."""
+        mean = self.fabric.all_reduce(number, reduce_op="mean")
         assert isinstance(mean, Tensor)
-        return float(mean)
+        return mean
 
     def _tell_step(self, epoch: int, step: int, loss: float) -> None:
         """That it goes on, where an epoch takes long."""

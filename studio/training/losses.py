@@ -5,6 +5,8 @@ Groups are channels (face, body), never slices of the batch, and channels a take
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
@@ -57,6 +59,7 @@ class Loss:
         balance: Tensor | None = None,
     ) -> None:
         self.settings = settings
+        self._averaged: Callable[[Tensor], Tensor] = lambda number: number
         self.shift = shift.to(device)
         self.balance = (torch.ones(layout.width) if balance is None else balance).to(device)
         groups = torch.from_numpy(layout.groups)
@@ -84,18 +87,31 @@ class Loss:
             total = total + self._group(y, t, weight[..., group.columns], group)
         return total
 
+    def shared(self, averaged: Callable[[Tensor], Tensor]) -> Loss:
+        """The same for one of several processes, each with its own part of the crops.
+
+        The mean of their losses is then the loss of all the crops, however much counts in each part; only
+        `variance_over` = "batch" stays the spread of each part.
+
+        Args:
+            averaged: a number's mean over the processes; each of them must ask for it as often as the others.
+        """
+        other = copy.copy(self)
+        other._averaged = averaged
+        return other
+
     def _group(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
         plain = y
         balance = self.balance[group.columns]
         y, posed = y * balance, t
         t = t * balance
-        loss = group.weight * _mean(self._point(y, t), weight)
+        loss = group.weight * self._mean(self._point(y, t), weight)
         if y.shape[1] < 2:
             return loss
         both = weight[:, 1:] * weight[:, :-1]
         if group.velocity:
             change = self._point(y.diff(dim=1), t.diff(dim=1))
-            loss = loss + group.weight * group.velocity * _mean(change, both)
+            loss = loss + group.weight * group.velocity * self._mean(change, both)
         if group.variance:
             loss = loss + group.weight * group.variance * self._narrowness(y, t, weight)
         if group.cosine:
@@ -107,7 +123,7 @@ class Loss:
         if self._of_batch:
             y, t, weight = (v.flatten(0, 1)[None] for v in (y, t, weight))
         apart = (_deviation(y, weight) - _deviation(t, weight)).square()
-        return _mean(apart, weight.mean(dim=1))
+        return self._mean(apart, weight.mean(dim=1))
 
     def _point(self, y: Tensor, t: Tensor) -> Tensor:
         if self.settings.point == "huber":
@@ -119,7 +135,10 @@ class Loss:
         theta: Tensor | float = group.theta
         if self.settings.theta == "capture":
             theta = _cosine(t + shift, weight)
-        return _mean((theta - _cosine(y + shift, weight)).abs(), weight.amax(dim=-1))
+        return self._mean((theta - _cosine(y + shift, weight)).abs(), weight.amax(dim=-1))
+
+    def _mean(self, values: Tensor, weight: Tensor) -> Tensor:
+        return (values * weight).sum() / self._averaged(weight.sum()).clamp(min=1.0)
 
 
 def column_weights(deviation: Tensor, groups: Tensor, settings: LossSettings) -> Tensor:
@@ -140,10 +159,6 @@ def column_weights(deviation: Tensor, groups: Tensor, settings: LossSettings) ->
         weights[chosen] = (deviation[chosen] + quiet) ** -balance
         weights[chosen] /= weights[chosen].square().mean().sqrt()
     return weights
-
-
-def _mean(values: Tensor, weight: Tensor) -> Tensor:
-    return (values * weight).sum() / weight.sum().clamp(min=1.0)
 
 
 def _deviation(values: Tensor, weight: Tensor) -> Tensor:
