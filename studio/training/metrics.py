@@ -84,18 +84,17 @@ class Pair:
         return {name: np.where(self.valid > 0, values, np.nan) for name, values in found.items()}
 
 
-def score(pairs: Sequence[Pair], ranges: Mapping[str, float] | None = None) -> Figures:
+def score(pairs: Sequence[Pair]) -> Figures:
     """All figures over some takes, frames pooled; a figure that does not apply is None.
 
     Args:
         pairs: one a take.
-        ranges: the span of each column in training, for nrmse; that of the captured frames where None.
     """
     names = _names(pairs)
     truth, predicted = matrices(pairs)
     faces = np.array(["." not in n or n in _all_shapes(pairs) for n in names], dtype=bool)
     figures: Figures = {"rmse": rmse(predicted, truth), "mae": mae(predicted, truth)}
-    figures["nrmse"] = nrmse(predicted, truth, _ranges(names, ranges, truth))
+    figures["nrmse"] = nrmse(predicted, truth, _ranges(truth))
     figures["rmse_face"] = rmse(predicted[:, faces], truth[:, faces])
     figures["rmse_body"] = rmse(predicted[:, ~faces], truth[:, ~faces])
     moving = _deviation(truth) > MOVING
@@ -122,7 +121,7 @@ def rmse(p: Array, t: Array) -> float | None:
 
 
 def nrmse(p: Array, t: Array, ranges: Array) -> float | None:
-    """RMSE of values min-max scaled by each column's range; columns that hardly move are left out.
+    """RMSE of values scaled by each column's range in the captured frames; what hardly moves is left out.
 
     Source: the SAIA reports, which give RMSE on values scaled like this.
     """
@@ -219,18 +218,6 @@ def in_region(bone: str, region: str) -> bool:
     return bone.removeprefix("Left").removeprefix("Right") in REGIONS[region]
 
 
-def ranges_of(motions: Sequence[Motion]) -> dict[str, float]:
-    """The span of each column over some motions, by the names `score` uses."""
-    pairs = [Pair(m, m) for m in motions]
-    low: dict[str, float] = {}
-    high: dict[str, float] = {}
-    for pair in pairs:
-        for name, values in pair.columns(pair.truth).items():
-            low[name] = min(low.get(name, np.inf), float(values.min(initial=np.inf)))
-            high[name] = max(high.get(name, -np.inf), float(values.max(initial=-np.inf)))
-    return {name: max(high[name] - low[name], 0.0) for name in low}
-
-
 def matrices(pairs: Sequence[Pair]) -> tuple[Array, Array]:
     """Captured and predicted columns of all takes under one another, (T, C) each; NaN where none counts."""
     names = _names(pairs)
@@ -261,11 +248,9 @@ def _matrix(pairs: Sequence[Pair], names: tuple[str, ...], *, truth: bool) -> Ar
     return np.concatenate(parts[:-1]) if parts else np.zeros((0, 0))
 
 
-def _ranges(names: tuple[str, ...], ranges: Mapping[str, float] | None, truth: Array) -> Array:
-    if ranges is not None:
-        return np.array([ranges.get(n, 0.0) for n in names])
+def _ranges(truth: Array) -> Array:
     if not truth.size:
-        return np.zeros(len(names))
+        return np.zeros(truth.shape[1:])
     return np.nan_to_num(np.nanmax(_some(truth), axis=0) - np.nanmin(_some(truth), axis=0))
 
 

@@ -30,9 +30,7 @@ class Evaluation:
     frames: int = 0
 
 
-def evaluate(
-    predict: Predict, takes: Sequence[Material], ranges: dict[str, float] | None = None
-) -> Evaluation:
+def evaluate(predict: Predict, takes: Sequence[Material]) -> Evaluation:
     """Hold what `predict` gives for the sound of each take against its captured motion.
 
     Both are compared on even frames at the captured frame rate, or a whole fraction of it not above
@@ -41,21 +39,20 @@ def evaluate(
     Args:
         predict: material to Motion, times from its in point.
         takes: with sound and motion.
-        ranges: see metrics.score.
     """
     pairs = {material.selection.id: pair(predict(material), material) for material in takes}
     everything = list(pairs.values())
     return Evaluation(
-        full(everything, ranges),
-        {take: full([one], ranges) for take, one in pairs.items()},
+        full(everything),
+        {take: full([one]) for take, one in pairs.items()},
         metrics.geodesic_by_bone(everything),
         sum(len(one.truth) for one in everything),
     )
 
 
-def full(pairs: Sequence[Pair], ranges: dict[str, float] | None = None) -> Figures:
+def full(pairs: Sequence[Pair]) -> Figures:
     """Every figure there is over some takes; None where one does not apply."""
-    return metrics.score(pairs, ranges) | face_figures(pairs) | place_figures(pairs) | spread_figures(pairs)
+    return metrics.score(pairs) | face_figures(pairs) | place_figures(pairs) | spread_figures(pairs)
 
 
 def pair(predicted: Motion, material: Material) -> Pair:

@@ -44,7 +44,6 @@ class Timeline(QWidget):
         seek_requested: the moment clicked or scrubbed to, seconds.
         in_out_changed: the in and out points after a handle was dragged, (start, end) seconds.
         label_edited: a LabelEdit: a label was added, moved, renamed or removed by hand.
-        label_chosen: the label clicked, or None.
         span_selected: the span dragged over, (start, end) seconds, or None.
         problem_chosen: the Mark that was clicked.
         view_changed: another stretch of time is shown.
@@ -53,7 +52,6 @@ class Timeline(QWidget):
     seek_requested = Signal(float)
     in_out_changed = Signal(object)
     label_edited = Signal(object)
-    label_chosen = Signal(object)
     span_selected = Signal(object)
     problem_chosen = Signal(object)
     view_changed = Signal()
@@ -248,7 +246,6 @@ class Timeline(QWidget):
         if label != self.content.chosen:
             self.content.chosen = label
             self._repaint_all()
-        self.label_chosen.emit(label)
 
     def edit_label(self, label: Label, new: bool = False) -> None:
         """Let the label's text be typed in its place; Enter keeps, Escape drops."""
