@@ -12,6 +12,7 @@ from studio.errors import StudioError
 from studio.ui import messages
 from studio.ui.bone_fixing import BoneFixing, Skeleton
 from studio.ui.jobs import Job
+from studio.ui.plural import counted
 from studio.ui.session import Session
 
 
@@ -76,18 +77,22 @@ class Importer(QObject):
         count = len(facts.get("takes", ()))
         if self._refused:
             what, remedy = self._refused[0]
-            told = self.tr("%n take(s) imported.", "", count)
-            left = self.tr("%n file(s) could not be read.", "", len(self._refused))
+            told = self._told(count)
+            one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
+            left = counted(len(self._refused), one, many)
             messages.show_failure(self._window, f"{told} {left}", f"{what} {remedy}")
             self._offer_bones()
             return
         show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
-        said = self.tr("%n take(s) imported.", "", count)
+        said = self._told(count)
         if self._skeleton is None:
             messages.show_note(self._window, said, "", show)
             return
         guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
         messages.show_note(self._window, said, guess, (self.tr("Check the bones"), self._show_bones))
+
+    def _told(self, count: int) -> str:
+        return counted(count, self.tr("1 take imported."), self.tr("{0} takes imported."))
 
     def _on_failed(self, what: str, remedy: str) -> None:
         messages.show_failure(self._window, what, remedy)

@@ -17,6 +17,7 @@ from studio.ui.curate import marks
 from studio.ui.curate.inspector import tags_of
 from studio.ui.curate.take_rows import TakeRow
 from studio.ui.curate.view import CurateView
+from studio.ui.plural import counted
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
@@ -105,7 +106,9 @@ class Choosing(QObject):
                 name = self.tr("Remove {0}").format(", ".join(sorted(gone)))
                 self._session.edit(name, edits.remove(self._room.dataset, gone))
         except StudioError as error:
+            self._session.takes_changed.emit()  # some may be gone
             messages.show_error(self._view, error)
+            return
         self._session.takes_changed.emit()
-        what = self.tr("%n take(s) removed.", "", len(rows))
+        what = counted(len(rows), self.tr("1 take removed."), self.tr("{0} takes removed."))
         messages.show_note(self._view, what, "", (self.tr("Undo"), self._room.undo))

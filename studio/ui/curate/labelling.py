@@ -14,6 +14,7 @@ from studio.dataset.label_files import SUFFIXES, outside, read_labels, write_lab
 from studio.errors import StudioError
 from studio.ui.curate import vocabulary
 from studio.ui.curate.bench import Bench
+from studio.ui.plural import counted
 from studio.ui.widgets.timeline_content import LabelEdit
 
 if TYPE_CHECKING:
@@ -131,12 +132,12 @@ class Labelling(QObject):
             if not self._room.edit(name, lambda data: edits.add_labels(data, row.id, missing)):
                 return
         self.show()
-        said = self.tr("%n label(s) added.", "", len(missing))
+        said = counted(len(missing), self.tr("1 label added."), self.tr("{0} labels added."))
         remedies = []
         if late:
-            remedies.append(
-                self.tr("%n of them begin(s) after the end of the take and were left out.", "", late)
-            )
+            one = self.tr("1 begins after the end of the take and was left out.")
+            many = self.tr("{0} begin after the end of the take and were left out.")
+            remedies.append(counted(late, one, many))
         if not missing:
             remedies.append(self.tr("All of its labels are there already."))
         self._room.say(said, " ".join([*remedies, self._outside(missing)]).strip())
@@ -147,7 +148,9 @@ class Labelling(QObject):
         count = outside(labels, *row.span) if row is not None else 0
         if not count:
             return ""
-        return self.tr("%n of them lie(s) outside of the in and out points: kept, but not used.", "", count)
+        one = self.tr("1 of them lies outside of the in and out points: kept, but not used.")
+        many = self.tr("{0} of them lie outside of the in and out points: kept, but not used.")
+        return counted(count, one, many)
 
     def _on_write(self) -> None:
         row = self._room.row
@@ -174,7 +177,8 @@ class Labelling(QObject):
         except StudioError as error:
             self._room.fail(error)
         else:
-            said = self.tr("%n label(s) written to {0}.", "", len(row.selection.labels)).format(path.name)
+            one, many = self.tr("1 label written to {1}."), self.tr("{0} labels written to {1}.")
+            said = counted(len(row.selection.labels), one, many, path.name)
             self._room.say(said, self._outside(row.selection.labels))
 
     def _add(self, label: Label) -> None:
