@@ -6,8 +6,10 @@ is moved to the nearest one allowed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from studio.dataset.dataset import SPLITS, Dataset, Label, Selection
 from studio.errors import RequestError
@@ -167,6 +169,8 @@ def include(dataset: Dataset, selection_id: str, start: float, end: float) -> Da
 def split_at(dataset: Dataset, selection_id: str, times: Sequence[float], end: float) -> Dataset:
     """One selection cut into parts `<id>.1`, `<id>.2`, ... that keep its choices.
 
+    A label goes with the part it begins in; what lies outside of the in and out points goes with the nearest.
+
     Args:
         times: where to cut; those outside the selection, or nearer than SHORTEST, do nothing.
         end: the end of the take, for a selection without an out point.
@@ -182,6 +186,10 @@ def split_at(dataset: Dataset, selection_id: str, times: Sequence[float], end: f
     names = _free_names(dataset, selection_id, len(cuts))
     ends: list[float | None] = [*cuts[1:], whole.out_point]
     parts = [_part(whole, *part, last) for part in zip(names, cuts, ends, strict=True)]
+    borders = [-math.inf, *cuts[1:], math.inf]
+    parts = [
+        replace(p, labels=_between(whole, *span)) for p, span in zip(parts, pairwise(borders), strict=True)
+    ]
     result: list[Selection] = []
     for selection in dataset.selections:
         result += parts if selection.id == selection_id else [selection]
@@ -224,8 +232,11 @@ def selections_of(dataset: Dataset, take: str) -> tuple[Selection, ...]:
 def _part(whole: Selection, name: str, start: float, end: float | None, last: float) -> Selection:
     stop = last if end is None else end
     inside = tuple((max(a, start), min(b, stop)) for a, b in whole.excluded if min(b, stop) > max(a, start))
-    labels = tuple(label for label in whole.labels if start <= label.t < stop)
-    return replace(whole, id=name, in_point=start, out_point=end, excluded=inside, labels=labels)
+    return replace(whole, id=name, in_point=start, out_point=end, excluded=inside)
+
+
+def _between(whole: Selection, start: float, stop: float) -> tuple[Label, ...]:
+    return tuple(label for label in whole.labels if start <= label.t < stop)
 
 
 def _free_names(dataset: Dataset, base: str, count: int) -> list[str]:

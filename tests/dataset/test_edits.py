@@ -45,6 +45,13 @@ def test_splits_have_names() -> None:
     assert error.value.what == "There is no split called dev."
 
 
+def test_a_cut_loses_no_label_even_where_it_was_trimmed_away() -> None:
+    labels = tuple(Label(t, 0.0, "problem", str(t)) for t in (0.5, 2.0, 5.0, 8.0, 10.0))
+    trimmed = Dataset((Selection("a", "a", in_point=1.0, out_point=9.0, labels=labels),))
+    new = edits.split_at(trimmed, "a", [5.0], 10.0)
+    assert [[label.t for label in s.labels] for s in new.selections] == [[0.5, 2.0], [5.0, 8.0, 10.0]]
+
+
 def test_labels_stand_in_order_of_time_and_go_one_by_one() -> None:
     late, early = Label(2.0, 0.5, "emotion", "喜"), Label(1.0, -1.0, "sentence", "hi")
     new = edits.add_label(edits.add_label(TWO, "a", late), "a", early)

@@ -242,7 +242,7 @@ class Timeline(QWidget):
         self._repaint_all()
 
     def choose_label(self, label: Label | None) -> None:
-        """Mark one label as the one that keys and words change, and tell it."""
+        """Mark one label as the one that keys and words change."""
         if label != self.content.chosen:
             self.content.chosen = label
             self._repaint_all()
