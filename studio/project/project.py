@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -207,9 +207,30 @@ class Project:
 
     def remove_take(self, take_id: str) -> None:
         """Move a take to the project's .trash folder and drop its selections; undo brings it back."""
+        self.remove_takes([take_id])
+
+    def remove_takes(self, take_ids: Sequence[str], selections: Collection[str] = ()) -> None:
+        """The same for several, and for parts of others, as one step of undo.
+
+        Args:
+            take_ids: takes to put away.
+            selections: ids of further selections to drop, of takes that stay.
+
+        Raises:
+            StudioError: the project is read-only or a take cannot be moved; those before it are gone.
+        """
         self._must_be_writable()
-        self._put_away(self.take(take_id))
-        self.edit(f"Remove {take_id}", edits.remove_take(self.dataset, take_id))
+        dataset = edits.remove(self.dataset, set(selections)) if selections else self.dataset
+        gone = list(selections)
+        takes = [self.take(take_id) for take_id in take_ids]
+        try:
+            for take in takes:
+                self._put_away(take)
+                dataset = edits.remove_take(dataset, take.id)
+                gone.append(take.id)
+        finally:
+            if gone:
+                self.edit(f"Remove {', '.join(sorted(gone))}", dataset)
 
     def selected(self, split: str | None = None) -> tuple[tuple[Selection, Take], ...]:
         """Selections with their takes, of one split or all; one whose take is missing is left out."""
@@ -262,9 +283,10 @@ class Project:
         name = self._history.redo()
         if name:
             self._settle(before)
-            gone = name.removeprefix("Remove ")
-            if gone in self._takes and not edits.selections_of(self.dataset, gone):
-                self._put_away(self._takes[gone])
+            used = {selection.take for selection in self.dataset.selections}
+            for gone in {selection.take for selection in before.selections} - used:
+                if gone in self._takes:
+                    self._put_away(self._takes[gone])
             self.save()
         return name
 

@@ -189,6 +189,20 @@ def test_redo_removes_the_take_again(tmp_path: Path, sound: Path) -> None:
     assert project.take("Hello_002").audio_path is not None
 
 
+def test_several_takes_go_and_come_back_in_one_step(tmp_path: Path, sound: Path) -> None:
+    project = with_takes(tmp_path / "p", sound)
+    before = project.dataset
+    project.remove_takes(["Hello_001", "Hello_003"])
+    left = project.dataset
+    assert [take.id for take in project.takes] == ["Hello_002"]
+    assert project.undo() == "Remove Hello_001, Hello_003"
+    assert project.dataset == before
+    assert [take.id for take in project.takes] == ["Hello_001", "Hello_002", "Hello_003"]
+    project.redo()
+    assert project.dataset == left
+    assert [take.id for take in project.takes] == ["Hello_002"]
+
+
 def test_a_removed_take_keeps_its_name_so_that_no_new_one_is_taken_for_it(
     tmp_path: Path, sound: Path
 ) -> None:

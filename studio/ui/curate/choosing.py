@@ -98,13 +98,13 @@ class Choosing(QObject):
         gone = {row.id for row in rows}
         self._room.playing.pause()
         try:
-            for take in {one.id: one for one in takes}.values():
-                if all(s.id in gone for s in edits.selections_of(self._room.dataset, take.id)):
-                    project.remove_take(take.id)
-                    gone -= {row.id for row in rows if row.take == take}
-            if gone:
-                name = self.tr("Remove {0}").format(", ".join(sorted(gone)))
-                self._session.edit(name, edits.remove(self._room.dataset, gone))
+            data = self._room.dataset
+            unused = [
+                take.id for take in takes if all(s.id in gone for s in edits.selections_of(data, take.id))
+            ]
+            parts = {row.id for row in rows if row.take is None or row.take.id not in unused}
+            project.remove_takes(list(dict.fromkeys(unused)), parts)
+            self._session.dataset_changed.emit()
         except StudioError as error:
             self._session.takes_changed.emit()  # some may be gone
             messages.show_error(self._view, error)
