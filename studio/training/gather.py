@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
 from studio.dataset.material import Material, load_material
 from studio.errors import RequestError, StudioError
@@ -89,12 +90,7 @@ def gather(
         StudioError: there is too little, or what there is cannot be used.
     """
     notes: list[str] = []
-    train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
-    if not train:
-        raise RequestError("No take with sound and motion is marked for training.", _MARK)
-    val = _usable(project.selected("val"), recipe.sound, notes, on_cleaning)
-    if not val:
-        train, val = _hold_back(train, notes)
+    train, val = _materials(project, recipe, notes, on_cleaning)
     fps = fps or _rate(recipe, train)
     grids = {m.selection.id: _grid(m, fps) for m in (*train, *val)}
     seconds = sum(float(grids[m.selection.id].valid.sum()) for m in train) / float(fps)
@@ -122,6 +118,24 @@ def gather(
     )
     checked = tuple(map(example, val))
     return Gathered(learnt, checked, layout, fps, tuple(notes), performers, styles)
+
+
+def _materials(
+    project: Project, recipe: Recipe, notes: list[str], on_cleaning: OnCleaning
+) -> tuple[list[Material], list[Material]]:
+    """What is learnt from and what it is checked on."""
+    train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
+    if not train:
+        raise RequestError("No take with sound and motion is marked for training.", _MARK)
+    val = _usable(project.selected("val"), recipe.sound, notes, on_cleaning)
+    if not val:
+        train, val = _hold_back(train, notes)
+    if shared := leaking(project.dataset):
+        notes.append(
+            f"Parts of {', '.join(shared)} are learnt from and other parts are kept to check the learning: "
+            "the figures look better than they are. Press Split for me in Curate."
+        )
+    return train, val
 
 
 _MARK = "Mark at least one as train in Curate, or with `saia split PROJECT --train TAKE`."

@@ -65,6 +65,18 @@ def test_cleaned_sound_that_is_not_there_is_made_in_sight(make_toy_project: Make
     assert not any(isinstance(event, Cleaning) for event in events), "it is there by now"
 
 
+def test_parts_of_one_take_on_both_sides_are_told(make_toy_project: MakeProject) -> None:
+    project = make_toy_project()
+    name = project.selected("train")[0][0].id
+    cut = edits.split_at(project.dataset, name, [3.0], project.take(name).info.duration)
+    project.edit("Cut", edits.set_split(cut, [f"{name}.2"], "val"))
+    _, events = trained(project, tiny())
+    assert notes(events) == [
+        f"Parts of {name} are learnt from and other parts are kept to check the learning: "
+        "the figures look better than they are. Press Split for me in Curate."
+    ]
+
+
 def test_a_silent_take_is_named_and_the_rest_is_learnt(make_toy_project: MakeProject, tmp_path: Path) -> None:
     project = make_toy_project()
     added(project, "Quiet", waving(5.0), np.zeros(5 * 16000), tmp_path)
