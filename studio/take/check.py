@@ -177,6 +177,11 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         what = f"{info.frames_lost} frames of motion were lost ({part:.1%})."
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
+    dropped = info.extra.get("packets_lost", "")
+    if dropped.isdigit() and int(dropped) > 0.001 * max(info.packets, 1):
+        what = f"This computer had no time for {dropped} packets of motion."
+        remedy = "Close other programs while recording, or let the sender bundle its messages."
+        yield Finding("dropped", "minor", what, remedy)
     if info.packets_bad > 0.001 * max(info.packets, 1):
         what = f"{info.packets_bad} packets could not be understood."
         yield Finding("packets", "minor", what, "Check that only one program sends motion to this port.")

@@ -216,13 +216,19 @@ def test_damaged_and_missing_files_are_findings(tmp_path: Path) -> None:
 def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
     take = take_of(tmp_path, motion(), voice())
     info = replace(
-        take.info, frames_lost=100, packets=1000, packets_bad=20, drift_ppm=700.0, extra={"late": "90"}
+        take.info,
+        frames_lost=100,
+        packets=1000,
+        packets_bad=20,
+        drift_ppm=700.0,
+        extra={"late": "90", "packets_lost": "30"},
     )
     found = kinds(replace(take, info=info))
     assert found["lost"] == "100 frames of motion were lost (6.5%)."
     assert found["packets"] == "20 packets could not be understood."
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
     assert found["late"] == "The motion paused 90 times."
+    assert found["dropped"] == "This computer had no time for 30 packets of motion."
 
 
 def test_a_take_recorded_without_motion_is_no_a(tmp_path: Path) -> None:
