@@ -120,6 +120,8 @@ def safe_name(name: str) -> str:
     text = unicodedata.normalize("NFC", name)
     text = "".join("_" if c in '<>:"/\\|?*' or unicodedata.category(c).startswith("C") else c for c in text)
     text = text.strip(" .")[:80].rstrip(" .")
+    if text.startswith("-"):  # a command would take it for one of its options
+        text = f"_{text[1:]}"
     if not text or text.split(".")[0].lower() in _RESERVED:
         text = f"take_{text}".rstrip("_")
     return text

@@ -105,6 +105,7 @@ def test_facts_survive_the_way_to_disk_and_back(tmp_path: Path) -> None:
         ("line\nbreak", "line_break"),
         ("x" * 200, "x" * 80),
         (" dots. ", "dots"),
+        ("--json", "_-json"),
     ],
 )
 def test_names_that_every_system_accepts(name: str, safe: str) -> None:
