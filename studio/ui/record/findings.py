@@ -7,6 +7,7 @@ from PySide6.QtCore import QCoreApplication
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.capture.sync_test import grade
+from studio.ui.plural import counted
 
 LOW_DISK_S = 30 * 60.0
 NAMELESS = ("default", "pulse", "sysdefault")
@@ -54,8 +55,8 @@ def source_texts(snap: Snapshot) -> tuple[list[str], str]:
         return [], ""
     lines, details = [], []
     for source in sorted(snap.sources, key=lambda one: -len(one.bones)):
-        parts = [_tr("{0} bones").format(len(source.bones))] if source.bones else []
-        parts += [_tr("{0} shapes").format(len(source.shapes))] if source.shapes else []
+        parts = [counted(len(source.bones), _tr("1 bone"), _tr("{0} bones"))] if source.bones else []
+        parts += [counted(len(source.shapes), _tr("1 shape"), _tr("{0} shapes"))] if source.shapes else []
         lines.append(_tr("{0} from {1}").format(", ".join(parts), source.title))
         details.append(f"{source.title}: {', '.join((*source.bones, *source.shapes))}")
     return lines, "\n\n".join(details)

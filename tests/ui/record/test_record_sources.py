@@ -84,7 +84,7 @@ def test_a_body_and_a_face_show_who_gives_what(qtbot, session: Session) -> None:
 def test_one_sender_needs_no_words() -> None:
     assert findings.source_texts(Snapshot(sources=(BODY,))) == ([], "")
     lines, details = findings.source_texts(Snapshot(sources=(PHONE, BODY)))
-    assert lines == ["2 bones, 1 shapes from VMC :39539", "1 shapes from iFacialMocap :49983 192.168.0.9"]
+    assert lines == ["2 bones, 1 shape from VMC :39539", "1 shape from iFacialMocap :49983 192.168.0.9"]
     assert "iFacialMocap :49983 192.168.0.9: JawOpen" in details
 
 
