@@ -73,7 +73,7 @@ def test_a_body_and_a_face_show_who_gives_what(qtbot, session: Session) -> None:
                 one.sendto(datagram, ("127.0.0.1", first))
             return "iFacialMocap" in words.text()
 
-        wanted = f"54 bones, 1 shapes from VMC :{first}\n2 shapes from iFacialMocap :{second}"
+        wanted = f"54 bones, 1 shape from VMC :{first}\n2 shapes from iFacialMocap :{second}"
         qtbot.waitUntil(lambda: shown() and words.text() == wanted, timeout=30_000)
         assert words.isVisible()
         index = [row.name for row in view.shapes.list.rows].index("JawOpen")
