@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from studio.capture.assembler import Frame, FrameAssembler
 from studio.capture.decoder import MAX_BONES, MAX_SHAPES
 from studio.capture.vmc import message
+from studio.motion.channels import ARKIT_SHAPES
 
 UNIT = (0.0, 0.0, 0.0, 1.0)
 APPLY = message("/VMC/Ext/Blend/Apply")
@@ -105,6 +106,20 @@ def test_saia_client_unbundled_without_time() -> None:
     _, found = run([[*bones(k), shape("A", k / 100), shape("I", 0.5), APPLY] for k in range(50)])
     check(found, 50)
     assert all(f.sender_time is None for f in found)
+
+
+def test_perfect_sync_sends_the_52_shapes_of_arkit_beside_the_vowels() -> None:
+    """Some write ARKit's names with a small letter first, some with a capital: both are one shape."""
+    for spelt in (str, lambda name: name[0].lower() + name[1:]):
+        faces = [
+            [shape(spelt(name), k / 100) for name in ("A", *ARKIT_SHAPES)] + [APPLY, sender_time(k / 60)]
+            for k in range(8)
+        ]
+        _, found = run([[bundle(*bones(k), *face)] for k, face in enumerate(faces)])
+        check(found, 8)
+        assert set(found[-1].shapes) == {"A", *ARKIT_SHAPES}
+        assert found[-1].shapes["JawOpen"] == pytest.approx(0.07, abs=1e-6)
+        assert [frame.sender_time for frame in found] == pytest.approx([k / 60 for k in range(8)])
 
 
 def test_bones_after_apply_belong_to_the_same_frame() -> None:

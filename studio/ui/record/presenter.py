@@ -53,7 +53,7 @@ class RecordPresenter(QObject):
         self._pose = LivePose()
         self._countdown = Countdown(self)
         self.inputs = InputsPresenter(view.inputs, session, self)
-        self.sync = SyncTest(view.inputs, session, self)
+        self.sync = SyncTest(view.inputs, session, lambda: self.practice.on, self)
         self.level = LevelTest(view.inputs, self._on_clip_reset, self)
         self.takes = TakesPresenter(view.takes, session, self)
         self.practice = Practice(self)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
@@ -19,6 +20,8 @@ from studio.ui.session import Session
 if TYPE_CHECKING:
     from studio.capture.recorder import Recorder
 
+PRACTICE = "the practice performer"
+
 
 class SyncTest(QObject):
     """Listens for some seconds, measures on the thread pool, remembers, and moves later takes by it.
@@ -27,10 +30,13 @@ class SyncTest(QObject):
     shows and undo takes back.
     """
 
-    def __init__(self, card: InputsCard, session: Session, parent: QObject) -> None:
+    def __init__(
+        self, card: InputsCard, session: Session, practising: Callable[[], bool], parent: QObject
+    ) -> None:
         super().__init__(parent)
         self._card = card
         self._session = session
+        self._practising = practising
         self._recorder: Recorder | None = None
         self._end = 0.0
         self._timer = QTimer(self)
@@ -80,10 +86,14 @@ class SyncTest(QObject):
 
     def known(self, snap: Snapshot) -> float | None:
         """The milliseconds measured for the microphone and sender at hand; None where it never was."""
-        sender = sync_test.sender_of(snap.sources)
+        sender = self._sender(snap)
         if not snap.device or not sender:
             return None
         return sync_test.remembered(self._session.settings.sync_offsets, snap.device, sender)
+
+    def _sender(self, snap: Snapshot) -> str:
+        """Who sends: a camera's delay is not the practice performer's, though both come to one port."""
+        return PRACTICE if self._practising() else sync_test.sender_of(snap.sources)
 
     def apply(self, take: Take, snap: Snapshot) -> str:
         """Give a new take the offset of its pair; a sentence that says so, "" where nothing is known."""
@@ -107,7 +117,7 @@ class SyncTest(QObject):
         background.run(work, lambda found: self._on_measured(found, snap), self._on_failed, owner=self)
 
     def _on_measured(self, found: sync_test.Measured, snap: Snapshot) -> None:
-        sender = sync_test.sender_of(snap.sources)
+        sender = self._sender(snap)
         if found.ms is None or not snap.device or not sender:
             messages.show_note(self._card, *_why_not()[found.why_not or "unsure"])
             return

@@ -98,7 +98,7 @@ def test_further_ports_are_chosen_in_a_menu(qtbot, card: InputsCard) -> None:
 
 
 def test_the_sync_test_says_what_it_needs(qtbot, session: Session, card: InputsCard) -> None:
-    test = SyncTest(card, session, card)
+    test = SyncTest(card, session, lambda: False, card)
     test.start()
     assert not test.running
     (toast,) = card.window().findChildren(Toast)
@@ -106,7 +106,8 @@ def test_the_sync_test_says_what_it_needs(qtbot, session: Session, card: InputsC
 
 
 def test_a_measured_pair_is_shown_and_moves_later_takes(qtbot, session: Session, card: InputsCard) -> None:
-    test = SyncTest(card, session, card)
+    practising: list[bool] = []
+    test = SyncTest(card, session, lambda: bool(practising), card)
     snap = Snapshot(device="Studio mic", sources=(BODY, PHONE), motion_alive=True, audio_alive=True)
     sender = "iFacialMocap :49983 192.168.0.9"
     test.show(snap, ("needs a test", ""))
@@ -115,6 +116,9 @@ def test_a_measured_pair_is_shown_and_moves_later_takes(qtbot, session: Session,
     session.change_settings(sync_offsets=kept)
     test.show(snap, ("needs a test", ""))
     assert card.sync_text.text() == "+80 ms  off"
+    practising.append(True)  # on the same port, yet without a camera's delay
+    assert test.known(snap) is None
+    practising.clear()
     project = session.project
     assert isinstance(project, Project)
     motion = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
