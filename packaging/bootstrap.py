@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 STAMP = VENV / "saia-setup.txt"
 CONSTRAINTS = Path("packaging", "constraints.txt")
+SAMPLE = ROOT / "sample"
 STARTED_IN = Path.cwd()
 """Where a project's path is meant from."""
 
@@ -193,14 +194,19 @@ def run(rest: Sequence[str]) -> int:
     if not stage.has_screen():
         out = ["--out", "tour"] if not rest else []
         say("There is no screen here, so the studio takes itself through the whole job (saia tour).")
-        return call("-m", "studio", "tour", *out, *rest)
-    sample = ROOT / "sample"
-    if not (sample / "project.json").is_file():
-        say("Making the sample project (once) ...")
-        code = call("-m", "studio", "performer", "--sample", str(sample))
-        if code:
-            return code
-    return call("-m", "studio", str(sample))
+        code = call("-m", "studio", "tour", *out, *rest)
+        if code != 130 and make_sample() == 0:  # 130: the person wants to stop
+            say(f"The sample project is in {SAMPLE}.")
+        return code
+    return make_sample() or call("-m", "studio", str(SAMPLE))
+
+
+def make_sample() -> int:
+    """Make the sample project where it is not there yet; returns an exit code."""
+    if (SAMPLE / "project.json").is_file():
+        return 0
+    say("Making the sample project (once) ...")
+    return call("-m", "studio", "performer", "--sample", str(SAMPLE))
 
 
 def test(rest: Sequence[str]) -> int:

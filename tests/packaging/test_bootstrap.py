@@ -115,8 +115,6 @@ def test_without_rights_one_line_says_what_to_run(
         (True, ["check", "sample"], ["check", "sample"]),
         (False, ["doctor"], ["doctor"]),
         (False, ["My Project"], ["My Project"]),  # `saia` itself says that there is no screen
-        (False, [], ["tour", "--out", "tour"]),
-        (False, ["--out", "there"], ["tour", "--out", "there"]),
     ],
 )
 def test_run_passes_on_what_a_person_types(
@@ -126,8 +124,59 @@ def test_run_passes_on_what_a_person_types(
     monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: screen)
     monkeypatch.setattr(bootstrap, "call", lambda *words, folder=None: (seen.append((words, folder)), 0)[1])
     assert bootstrap.run(rest) == 0
-    given = bool(rest) and rest[0] != "--out"
-    assert seen == [(("-m", "studio", *called), bootstrap.STARTED_IN if given else None)]
+    assert seen == [(("-m", "studio", *called), bootstrap.STARTED_IN)]
+
+
+@pytest.mark.parametrize("tour_code", [0, 3])
+@pytest.mark.parametrize("rest", [[], ["--out", "there"]])
+def test_without_a_screen_it_tours_and_makes_the_sample_project(
+    bootstrap: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    rest: list[str],
+    tour_code: int,
+) -> None:
+    sample = tmp_path / "sample"
+    seen: list[tuple[str, ...]] = []
+
+    def call(*words: str, folder: Path | None = None) -> int:
+        seen.append(words)
+        if "tour" in words:
+            return tour_code
+        sample.mkdir()
+        (sample / "project.json").touch()
+        return 0
+
+    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: False)
+    monkeypatch.setattr(bootstrap, "SAMPLE", sample)
+    monkeypatch.setattr(bootstrap, "call", call)
+    tour = ("-m", "studio", "tour", *(rest or ["--out", "tour"]))
+    assert bootstrap.run(rest) == tour_code
+    assert seen == [tour, ("-m", "studio", "performer", "--sample", str(sample))]
+    assert capsys.readouterr().out.splitlines()[-1] == f"The sample project is in {sample}."
+    assert bootstrap.run(rest) == tour_code
+    assert seen[2:] == [tour]  # it is made once
+
+
+@pytest.mark.parametrize(("tour_code", "sample_code", "calls"), [(130, 0, 1), (0, 1, 2)])
+def test_no_sample_project_is_named_that_was_not_made(
+    bootstrap: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    tour_code: int,
+    sample_code: int,
+    calls: int,
+) -> None:
+    codes = iter([tour_code, sample_code])
+    seen: list[tuple[str, ...]] = []
+    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: False)
+    monkeypatch.setattr(bootstrap, "SAMPLE", tmp_path / "sample")
+    monkeypatch.setattr(bootstrap, "call", lambda *words, folder=None: (seen.append(words), next(codes))[1])
+    assert bootstrap.run([]) == tour_code
+    assert len(seen) == calls
+    assert "The sample project is in" not in capsys.readouterr().out
 
 
 def test_a_path_is_meant_from_where_it_was_typed(bootstrap: ModuleType, tmp_path: Path) -> None:
