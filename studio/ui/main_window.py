@@ -93,6 +93,7 @@ class MainWindow(QMainWindow):
         self.tabs.setCurrentIndex(rooms.NAMES.index(name))
         if name == self._active:
             return
+        messages.dismiss_error(self)
         view, presenter = self.room(name)
         if self._active:
             self.rooms[self._active][1].deactivate()
@@ -335,6 +336,7 @@ class MainWindow(QMainWindow):
     def _on_rolling_changed(self, rolling: bool) -> None:
         self.status.show_fact("rolling", self.tr("Recording") if rolling else "", "")
         if rolling:
+            messages.dismiss_error(self)
             # A full collection over a quarter of a million objects holds up every thread for 100 ms;
             # what is alive now is left out of those to come.
             gc.freeze()

@@ -28,13 +28,14 @@ from studio.errors import StudioError
 from studio.ui import theme
 
 NOTE_MS = 6_000
-TOAST_WIDTH = 620
+ERROR_MS = 20_000
+TOAST_WIDTH = 480
 TOP = 64
 """Pixels from the upper edge: below the tabs, and far from the record button."""
 
 
 class Toast(QFrame):
-    """A message over a window; an error stays until it is dismissed."""
+    """A message over a window; it goes by itself, an error later than a note."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -70,9 +71,9 @@ class Toast(QFrame):
         row.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
-        self._timer.setInterval(NOTE_MS)
         self._timer.timeout.connect(self.hide)
         QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.hide)
+        self.bad = False
         self._on_action: Callable[[], None] | None = None
         self.action.clicked.connect(self._run_action)
         window.installEventFilter(self)
@@ -90,7 +91,7 @@ class Toast(QFrame):
         Args:
             text: what happened.
             remedy: what to do about it.
-            kind: "note" goes by itself; "error" stays.
+            kind: "note" goes soon; "error" stays longer, or until dismiss_error.
             action: a button's words and what it does.
         """
         bad = kind == "error"
@@ -109,9 +110,8 @@ class Toast(QFrame):
         self._place()
         announcement = QAccessibleAnnouncementEvent(self, f"{text} {remedy}".strip())
         QAccessible.updateAccessibility(announcement)
-        self._timer.stop()
-        if not bad:
-            self._timer.start()
+        self.bad = bad
+        self._timer.start(ERROR_MS if bad else NOTE_MS)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize and self.isVisible():
@@ -163,6 +163,13 @@ def show_note(
     toast = _toast(parent)
     if toast is not None:
         toast.show_message(text, remedy, "note", action)
+
+
+def dismiss_error(parent: QWidget) -> None:
+    """Take away an error that is still shown: the user went on to something else."""
+    toast = parent.window().findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)
+    if toast is not None and toast.bad:
+        toast.hide()
 
 
 def ask(parent: QWidget | None, question: str, details: str, yes: str, no: str | None = None) -> bool:

@@ -11,9 +11,10 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
+from studio.errors import StudioError
 from studio.project import Project
 from studio.ui import app as application
-from studio.ui import background, rooms, theme
+from studio.ui import background, messages, rooms, theme
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
 from studio.ui.shortcuts import ShortcutsDialog
@@ -135,6 +136,19 @@ def test_a_recording_is_not_held_up_by_tidying_memory(open_window, project_folde
     frozen = gc.get_freeze_count()
     window.session.set_rolling(True)
     assert gc.get_freeze_count() > max(frozen, 10_000)
+    window.session.set_rolling(False)
+
+
+def test_an_error_does_not_follow_to_another_tab_or_into_a_recording(
+    open_window, project_folder: Path
+) -> None:
+    window = open_window(str(project_folder))
+    for go_on in (lambda: window.show_room("curate"), lambda: window.session.set_rolling(True)):
+        messages.show_error(window, StudioError("The port is in use.", "Choose another port."))
+        toast = window.findChild(Toast)
+        assert toast.isVisible()
+        go_on()
+        assert not toast.isVisible()
     window.session.set_rolling(False)
 
 

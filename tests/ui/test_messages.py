@@ -86,3 +86,20 @@ def test_an_action_runs_once_and_closes_the_message(window) -> None:
     assert done == [1]
     assert not toast.isVisible()
     assert toast.pos() != QPoint(0, 0)
+
+
+def test_an_error_goes_by_itself_later_than_a_note(window, qtbot, monkeypatch) -> None:
+    monkeypatch.setattr(messages, "ERROR_MS", 50)
+    messages.show_error(window, StudioError("Port 39539 is already in use.", "Choose another port."))
+    toast = toast_of(window)
+    qtbot.waitUntil(lambda: not toast.isVisible(), timeout=30_000)
+
+
+def test_going_on_takes_an_error_away_and_leaves_a_note(window) -> None:
+    messages.dismiss_error(window)  # nothing was ever shown
+    messages.show_error(window, StudioError("Port 39539 is already in use.", "Choose another port."))
+    messages.dismiss_error(window)
+    assert not toast_of(window).isVisible()
+    messages.show_note(window, "Saved.")
+    messages.dismiss_error(window)
+    assert toast_of(window).isVisible()
