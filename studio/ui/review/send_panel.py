@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.capture.vmc import SendOptions
+from studio.errors import StudioError
 from studio.playback.vmc_target import PRESETS, Destination, Light, TargetState
 from studio.ui import theme
 from studio.ui.widgets.card import label
@@ -88,6 +89,7 @@ class TargetRow(QFrame):
         self._light = label("", "muted")
         self._state = label("", "caption", f"target_state_{number}" if number else "target_state")
         self._state.setWordWrap(True)
+        self._warning: StudioError | None = None
         self._lay_out()
         self._show_preset(address.title)
         self.preset.currentIndexChanged.connect(self._on_preset)
@@ -110,6 +112,10 @@ class TargetRow(QFrame):
             self.send.setChecked(sending)
         self._show_send(sending)
 
+    def warn(self, warning: StudioError | None) -> None:
+        """Say from the next state on what is wrong with the address, None for nothing."""
+        self._warning = warning
+
     def show_state(self, state: TargetState, rate: float) -> None:
         """Show how the target is doing; rate is frames per second lately."""
         token, words = {
@@ -118,14 +124,16 @@ class TargetRow(QFrame):
             Light.REFUSED: ("warn", self.tr("nobody listens")),
             Light.ERROR: ("bad", self.tr("not sending")),
         }[state.light]
-        if state.problem is not None:
-            words = f"{state.problem.what} {state.problem.remedy}"
+        problem = state.problem or self._warning
+        if problem is not None:
+            words = f"{problem.what} {problem.remedy}"
+            token = token if state.problem is not None else "warn"
         elif state.light is Light.OFF:
             words = str(self.preset.currentData(Qt.ItemDataRole.ToolTipRole) or "")
         self._state.setText(words)
         if self._light.property("token") != token:
             self._light.setProperty("token", token)
-            icon = "mdi6.circle" if state.light is not Light.OFF else "mdi6.circle-outline"
+            icon = "mdi6.circle-outline" if token == "disabled" else "mdi6.circle"
             self._light.setPixmap(theme.icon(icon, token).pixmap(12, 12))
         self._light.setAccessibleName(words)
 

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QTimer
 
+from studio.errors import StudioError
 from studio.playback.neutral import WAVE_SECONDS
-from studio.playback.vmc_target import PoseSource, VmcTarget
+from studio.playback.vmc_target import PoseSource, TargetState, VmcTarget
 from studio.ui import background, messages
 from studio.ui.review.send_panel import Address, SendPanel, TargetRow
 from studio.ui.session import Session
@@ -36,6 +37,9 @@ class Sending(QObject):
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
+        self._listening = False
+        session.status_changed.connect(self._on_status)
+        session.settings_changed.connect(self.look)
         settings = session.settings
         panel.set_options(settings.send_fps, settings.send_names)
         panel.add_target(Address(_title(settings.send_port), settings.send_host, settings.send_port))
@@ -50,6 +54,12 @@ class Sending(QObject):
         for target in self._targets.values():
             target.show(self._source())
 
+    def look(self) -> None:
+        """Say anew of each target how it is: Record may listen elsewhere by now."""
+        for row, target in self._targets.items():
+            if not target.running:  # the timer shows those that run
+                self._show(row, target.state, 0.0)
+
     def close(self) -> None:
         """Fade all avatars to rest and stop."""
         self._timer.stop()
@@ -63,6 +73,7 @@ class Sending(QObject):
         row.send_toggled.connect(lambda on: self._on_send(row, on))
         row.wave_requested.connect(lambda: self._on_wave(row))
         row.address_changed.connect(lambda: self._on_address(row))
+        self._show(row, self._targets[row].state, 0.0)
 
     def _on_removed(self, row: TargetRow) -> None:
         self._targets.pop(row).stop(wait=False)
@@ -112,6 +123,7 @@ class Sending(QObject):
         if row.send.isChecked():
             self._start(row)
         self._save(row)
+        self.look()
 
     def _on_options(self) -> None:
         for row in self._targets:
@@ -133,9 +145,35 @@ class Sending(QObject):
             before, sent = self._counts.get(row, (now, state.sent))
             rate = (state.sent - sent) / (now - before) if now > before else 0.0
             self._counts[row] = (now, state.sent)
-            row.show_state(state, max(rate, 0.0))
+            self._show(row, state, max(rate, 0.0))
         if not self.sending:
             self._timer.stop()
+
+    def _show(self, row: TargetRow, state: TargetState, rate: float) -> None:
+        """The row's light, and a warning where the studio would only talk to itself."""
+        address = row.address
+        own = _is_here(address.host) and self._hears(address.port)
+        warning = StudioError(
+            self.tr("Port {0} is where this studio itself listens.").format(address.port),
+            self.tr("Choose another port in Record, or give the other program its own port and set it here."),
+        )
+        row.warn(warning if own else None)
+        row.show_state(state, rate)
+
+    def _hears(self, port: int) -> bool:
+        """Whether Record has this port open; where another program was first, it has not."""
+        settings = self._session.settings
+        return self._listening and str(port) in (str(settings.vmc_port), *settings.more_ports)
+
+    def _on_status(self, key: str, _text: str, health: str) -> None:
+        """Record says whether its ports are open; it does so several times a second."""
+        if key == "motion" and (health != "warn") != self._listening:
+            self._listening = health != "warn"
+            self.look()
+
+
+def _is_here(host: str) -> bool:
+    return host.lower() == "localhost" or host.startswith("127.") or host == "::1"
 
 
 def _title(port: int) -> str:
