@@ -68,7 +68,10 @@ class Exporting(QObject):
 
     def _on_export(self, wish: ExportWish) -> None:
         exhibit, project = self._exhibit(), self._session.project
-        if exhibit is None or project is None or self.busy or not self._may_write(wish):
+        if exhibit is None or project is None or self.busy:
+            return
+        self._panel.show_result("", False)  # what the last one came to is no answer to this one
+        if not self._may_write(wish):
             return
         if wish.fps != self._session.settings.export_fps:
             self._session.change_settings(export_fps=wish.fps)
@@ -94,9 +97,16 @@ class Exporting(QObject):
         return messages.ask(
             self._panel,
             self.tr("{0} is there already. Replace it?").format(there[0].name),
-            self.tr("What is in {0} now is lost.").format(str(there[0].parent)),
+            self._what_is_replaced(there),
             self.tr("Replace"),
         )
+
+    def _what_is_replaced(self, there: tuple[Path, ...]) -> str:
+        """Which files go, and that nothing else does."""
+        if len(there) == 1:
+            return self.tr("Only this file is written over: {0}").format(there[0])
+        files = "\n".join(str(file) for file in there)
+        return self.tr("Only these files are written over:\n{0}").format(files)
 
     def _start(self, words: list[str]) -> None:
         job = self._job = Job(self)

@@ -170,20 +170,24 @@ def test_an_export_asks_before_it_writes_over_a_file(
         if box is None or not box.isVisible():
             return
         look.stop()
-        asked.append(box.text())
+        asked.extend((box.text(), box.informativeText()))
         wanted = "Replace" if replace else "Cancel"
         next(button for button in box.buttons() if button.text() == wanted).click()
 
     look = QTimer()
     look.timeout.connect(answer)
     look.start(50)
+    view.export.show_result("Exported and read back: toy_003.bvh.", True)
     view.export.export.click()
-    assert asked == ["toy_003.csv is there already. Replace it?"]
+    assert asked == [
+        "toy_003.csv is there already. Replace it?", f"Only this file is written over: {there}"
+    ]  # fmt: skip
     if replace:
         qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
         assert there.read_text(encoding="utf-8").startswith("Time,")
     else:
         assert not presenter._exporting.busy
+        assert _text(view, "export_result") == "", "the one before was exported, not this one"
         assert there.read_text(encoding="utf-8") == "mine"
 
 
