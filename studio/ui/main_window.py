@@ -309,12 +309,19 @@ class MainWindow(QMainWindow):
             self.start.refresh()
             self.status.clear()
             return
+        self._show_locked()
         self.setWindowTitle(f"{project.name} - Saia Studio")
         name = self.project_button.fontMetrics().elidedText(project.name, Qt.TextElideMode.ElideMiddle, 200)
         self.project_button.setText(name)
         self.project_button.setToolTip(str(project.folder))
         self.show_room(self._active or "record")
         self._build_ahead.start()
+
+    def _show_locked(self) -> None:
+        """Say in every tab, as long as it lasts, that nothing can be changed here."""
+        why = self.session.locked_reason
+        self.status.show_fact("locked", self.tr("Only to look at") if why else "", "warn" if why else "")
+        self.status.facts["locked"].setToolTip(why)
 
     def _on_build_ahead(self) -> None:
         """Build one unseen room while nobody is waiting, so that switching to it later does not stutter."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,6 +63,12 @@ class Session(QObject):
         self._known_takes: set[str] = set()
         self.wanted_run = ""
         """A run that Review should show when it comes up next."""
+
+    @property
+    def locked_reason(self) -> str:
+        """Why the open project is only to look at, in one sentence; "" where it can be changed."""
+        reason = self.project.read_only_reason if self.project is not None else ""
+        return re.sub(r" \(process \d+\)\.$", ".", reason)  # a number tells a performer nothing
 
     def open_project(self, folder: Path) -> Project:
         """Open a project folder and tell everyone; the one open before is left.

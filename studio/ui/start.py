@@ -127,7 +127,7 @@ class StartPresenter(QObject):
         elif project.read_only:
             messages.show_note(
                 self._window,
-                project.read_only_reason,
+                self._session.locked_reason,
                 self.tr("You can look at everything and change nothing."),
             )
 

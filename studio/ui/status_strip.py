@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from studio.ui import theme
 
 ICONS = {
+    "locked": "mdi6.eye-outline",
     "rolling": "mdi6.record-circle",
     "job": "mdi6.progress-clock",
     "train": "mdi6.school-outline",

@@ -11,6 +11,7 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
+from studio.dataset import lock
 from studio.errors import StudioError
 from studio.project import Project
 from studio.ui import app as application
@@ -236,6 +237,27 @@ def test_status_facts_come_and_go(open_window, project_folder: Path) -> None:
     assert fact.words.text() == "Mic -18 dBFS"
     window.session.status_changed.emit("sound", "", "")
     assert not fact.isVisible()
+
+
+def test_a_second_window_says_in_every_tab_that_it_only_looks(
+    open_window, project_folder: Path, monkeypatch
+) -> None:
+    with monkeypatch.context() as elsewhere:  # as another process that has it open makes it look
+        elsewhere.setattr(lock, "acquire", lambda _: None)
+        elsewhere.setattr(lock, "is_held", lambda _: True)
+        elsewhere.setattr(lock, "holder", lambda _: 4711)
+        window = open_window(str(project_folder))
+        told = window.status.facts["locked"]
+        for name in rooms.NAMES:
+            window.show_room(name)
+            assert told.isVisible()
+        assert told.words.text() == "Only to look at"
+        assert told.toolTip() == f"{window.session.project.name} is open in another window."
+    window.close_project()
+    assert not told.isVisible()
+    window.start.open_project(project_folder)
+    assert not window.session.project.read_only
+    assert not told.isVisible()
 
 
 def test_light_colours_are_kept(open_window, qapp: QApplication) -> None:

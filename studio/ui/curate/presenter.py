@@ -218,7 +218,7 @@ class CuratePresenter(QObject):
         self._show_choices()
         if project is not None:
             self._view.bench.show_history(project.undo_name, project.redo_name)
-            self._view.bench.show_locked(project.read_only_reason)
+            self._view.bench.show_locked(self._session.locked_reason)
 
     def _on_graded(self) -> None:
         """Some reports came in: they change the table, and what is said of the takes selected."""

@@ -329,6 +329,7 @@ class TrainPresenter(QObject):
 
     def _show_data(self) -> None:
         project = self._session.project
+        self._view.show_locked(self._session.locked_reason)
         if project is None:
             self._view.show_empty(True)
             return

@@ -62,7 +62,7 @@ class RunKeeping(QObject):
         view.card_requested.connect(lambda run: self._with_project(self._carrying.show_card, run))
         view.export_requested.connect(lambda run: self._with_project(self._carrying.ask_export, run))
         view.import_requested.connect(lambda: self._with_project(self._carrying.ask_import))
-        session.run_dropped.connect(lambda path: self._with_project(self._carrying.bring_in, path))
+        session.run_dropped.connect(self._on_dropped)
         view.delete_requested.connect(self._on_delete)
         view.folder_requested.connect(self._on_folder)
         view.note_changed.connect(self._on_note)
@@ -122,6 +122,13 @@ class RunKeeping(QObject):
     def _with_project(self, work: Callable[..., None], *words: str | Path) -> None:
         if self._session.project is not None and all(words):
             work(self._session.project, *words)
+
+    def _on_dropped(self, path: Path) -> None:
+        project = self._session.project
+        if project is not None and project.read_only:
+            messages.show_failure(self._view, self._session.locked_reason, project.read_only_remedy)
+            return
+        self._with_project(self._carrying.bring_in, path)
 
     def _on_arrived(self, run_id: str) -> None:
         self._session.runs_changed.emit()

@@ -85,6 +85,12 @@ class RunsTable(QTableWidget):
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
         return tuple(item.text() for row in rows if (item := self.item(row, RUN)) is not None)
 
+    def set_editable(self, editable: bool) -> None:
+        """Whether notes can be written."""
+        keys = QAbstractItemView.EditTrigger
+        usual = keys.DoubleClicked | keys.EditKeyPressed | keys.AnyKeyPressed
+        self.setEditTriggers(usual if editable else keys.NoEditTriggers)
+
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Replace the list, keeping the selection and a note that is being written."""
         if self.state() == QAbstractItemView.State.EditingState:

@@ -102,6 +102,7 @@ class TrainView(QWidget):
         self._reviewable: frozenset[str] = frozenset()
         self._running = False
         self._can_train = False
+        self._locked = ""
         self._room = QWidget()
         self.empty = EmptyState(
             "mdi6.school-outline",
@@ -110,9 +111,8 @@ class TrainView(QWidget):
             "train_go_record",
         )
         self.empty.clicked.connect(self.record_requested)
-        bring = QPushButton(self.tr("Import a run"))
+        bring = self._bring = QPushButton(self.tr("Import a run"))
         bring.setObjectName("train_import_run")
-        bring.setToolTip(self.tr("A run exported on another computer needs no takes here"))
         theme.as_role(bring, "quiet")
         bring.clicked.connect(self.import_requested)
         column = self.empty.layout()
@@ -143,6 +143,14 @@ class TrainView(QWidget):
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the room."""
         self._stack.setCurrentIndex(0 if empty else 1)
+
+    def show_locked(self, reason: str) -> None:
+        """Why nothing can be changed here; "" where it can."""
+        self._locked = reason
+        self.runs.set_editable(not reason)
+        self._bring.setEnabled(not reason)
+        self._bring.setToolTip(reason or self.tr("A run exported on another computer needs no takes here"))
+        self._show_buttons()
 
     def show_data(self, facts: DataFacts) -> None:
         """Fill the data card."""
@@ -334,12 +342,12 @@ class TrainView(QWidget):
 
     def _show_buttons(self) -> None:
         chosen = self.runs.chosen
-        self.start.setEnabled(self._can_train and not self._running)
-        self.start.setToolTip(
-            self.tr("A training is under way") if self._running else self.tr("Learn from the training takes")
-        )
+        free = not self._locked
+        self.start.setEnabled(free and self._can_train and not self._running)
+        running = self.tr("A training is under way") if self._running else ""
+        self.start.setToolTip(self._locked or running or self.tr("Learn from the training takes"))
         self._run_buttons["review_run"].setEnabled(chosen in self._reviewable)
-        self._run_buttons["resume_run"].setEnabled(chosen in self._resumable and not self._running)
+        self._run_buttons["resume_run"].setEnabled(free and chosen in self._resumable and not self._running)
         self._run_buttons["compare_runs"].setEnabled(bool(self._comparable()))
         self._run_buttons["compare_runs"].setToolTip(
             self.tr("Hold the selected runs against each other and against simple guesses, on takes they "
@@ -348,7 +356,10 @@ class TrainView(QWidget):
         self._run_buttons["export_run"].setEnabled(chosen in self._reviewable)
         self._run_buttons["card_of_run"].setEnabled(bool(chosen))
         self._run_buttons["show_run_folder"].setEnabled(bool(chosen))
-        self._run_buttons["delete_run"].setEnabled(bool(chosen))
+        self._run_buttons["delete_run"].setEnabled(free and bool(chosen))
+        self._run_buttons["import_run"].setEnabled(free)
+        for name in ("resume_run", "delete_run", "import_run"):
+            self._run_buttons[name].setToolTip(self._locked)
 
     def _comparable(self) -> tuple[str, ...]:
         return tuple(run for run in self.runs.all_chosen if run in self._reviewable)[:MOST_COMPARED]

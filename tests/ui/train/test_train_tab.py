@@ -241,3 +241,23 @@ def test_a_training_of_a_project_that_was_left_is_none_of_the_next(
     presenter._on_cancelled()
     assert not (left.runs_folder / "quick_001").exists()
     assert (tmp_path / "Other" / "runs" / "quick_001").exists()
+
+
+def test_a_project_only_to_look_at_says_why_nothing_starts(qtbot: QtBot, toy_project: Project) -> None:
+    session = Session(Settings())
+    session.project = Project.open(toy_project.folder, read_only=True)
+    view = TrainView()
+    presenter = TrainPresenter(view, session)
+    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
+    assert session.locked_reason.endswith("was opened for looking only.")
+    for name in ("start_training", "import_run", "train_import_run", "resume_run", "delete_run"):
+        button = view.findChild(QPushButton, name)
+        assert button is not None
+        assert not button.isEnabled(), name
+        assert button.toolTip() == session.locked_reason, name
+    assert view.runs.editTriggers() == view.runs.EditTrigger.NoEditTriggers
+    session.project = toy_project
+    session.project_opened.emit()
+    assert view.start.isEnabled()
+    assert view.start.toolTip() == "Learn from the training takes"
+    assert view.runs.editTriggers() != view.runs.EditTrigger.NoEditTriggers
