@@ -27,6 +27,7 @@ import numpy as np
 
 from studio import stage
 from studio.take.motion_file import read_motion
+from tests.benchmarks.__main__ import machine
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULT = Path(__file__).resolve().parent / "results" / "capture_window_long.json"
@@ -308,7 +309,12 @@ def main() -> None:
         return
     seconds = float(words[-1]) if words[-1] != "--long" else LONG_SECONDS
     figures = run(seconds, bundles=(False,))
-    content = {"benchmark": "capture_window_long", "measured": time.strftime("%Y-%m-%d"), "figures": figures}
+    content = {
+        "benchmark": "capture_window_long",
+        "measured": time.strftime("%Y-%m-%d"),
+        "machine": machine(),
+        "figures": figures,
+    }
     RESULT.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
