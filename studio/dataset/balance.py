@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,10 @@ Floats = NDArray[np.float64]
 
 
 def balanced_split(
-    dataset: Dataset, durations: Mapping[str, float], shares: Mapping[str, float] = SHARES
+    dataset: Dataset,
+    durations: Mapping[str, float],
+    shares: Mapping[str, float] = SHARES,
+    unfit: Collection[str] = (),
 ) -> Dataset:
     """Selections divided by duration and by what they are labelled, performer by performer where they can be.
 
@@ -36,8 +39,12 @@ def balanced_split(
         durations: seconds by selection id; one that is missing counts as one second.
         shares: the wanted fraction of all seconds, and of the seconds of each emotion, gesture and other
             label with a vocabulary, for each split.
+        unfit: takes that can judge nothing, as those without sound or motion: they stay in train, unless
+            there is no other take.
     """
     used = [s for s in dataset.selections if s.split]
+    locked = {s.take for s in used if s.locked}
+    used = [s for s in used if s.take not in unfit or s.take in locked] or used
     groups = _groups(used, durations)
     where = _divided_groups(groups, used, durations, shares)
     # Performers with a take or two each leave nothing to judge by: then all of them are divided as one.
@@ -47,7 +54,8 @@ def balanced_split(
     return replace(
         dataset,
         selections=tuple(
-            replace(s, split=where[s.take]) if s.split and not s.locked else s for s in dataset.selections
+            replace(s, split=where.get(s.take, "train")) if s.split and not s.locked else s
+            for s in dataset.selections
         ),
     )
 

@@ -48,6 +48,16 @@ def test_a_locked_test_take_stays_and_keeps_its_other_parts_out_of_training() ->
     assert "train" in (made["b"], made["c"])
 
 
+def test_takes_that_can_judge_nothing_only_train_while_there_are_others() -> None:
+    takes = Dataset(tuple(Selection(name, name) for name in ("a", "b", "c", "mute", "still")))
+    seconds = {"a": 60.0, "b": 30.0, "c": 20.0, "mute": 5.0, "still": 5.0}
+    splits = {s.id: s.split for s in balanced_split(takes, seconds, unfit={"mute", "still"}).selections}
+    assert splits["mute"] == splits["still"] == "train"
+    assert sorted(splits[name] for name in "abc") == ["test", "train", "val"]
+    alone = balanced_split(takes, seconds, unfit=set(seconds)).selections
+    assert {s.split for s in alone} == {"train", "val", "test"}, "with no other take they are divided"
+
+
 def test_takes_that_are_not_used_stay_so() -> None:
     made = _divided(Selection("a", "a", split=""), Selection("b", "b"), Selection("c", "c"))
     assert made["a"] == ""

@@ -59,11 +59,28 @@ class Choosing(QObject):
     def _on_split_for_me(self) -> None:
         rows = self._view.library.model.rows
         seconds = {row.id: row.seconds for row in rows}
-        if not self._room.edit(self.tr("Split for me"), lambda data: balanced_split(data, seconds)):
+        unfit = {row.selection.take for row in rows if not _judges(row)}
+        if not self._room.edit(
+            self.tr("Split for me"), lambda data: balanced_split(data, seconds, unfit=unfit)
+        ):
             return
-        count = {s: len(self._room.dataset.of_split(s)) for s in ("train", "val", "test")}
-        sentence = self.tr("{train} takes train, {val} check the training, {test} test it.")
-        self._room.say(sentence.format(**count))
+        self._room.say(self._told_split())
+
+    def _told_split(self) -> str:
+        """How many takes do what; those that training leaves out are named as such."""
+        whole = {row.id for row in self._view.library.model.rows if _whole(row)}
+        used = {s: [x.id for x in self._room.dataset.of_split(s)] for s in ("train", "val", "test")}
+        count = {split: len(whole.intersection(ids)) for split, ids in used.items()}
+        parts = (
+            counted(count["train"], self.tr("1 take trains"), self.tr("{0} takes train")),
+            counted(count["val"], self.tr("1 checks the training"), self.tr("{0} check the training")),
+            counted(count["test"], self.tr("1 tests it"), self.tr("{0} test it")),
+        )
+        sentence = self.tr("{0}, {1}, {2}.").format(*parts)
+        left = sum(map(len, used.values())) - sum(count.values())
+        one = self.tr("1 take without sound or motion is left out.")
+        many = self.tr("{0} takes without sound or motion are left out.")
+        return f"{sentence} {counted(left, one, many)}" if left else sentence
 
     def _on_menu(self, place: QPoint) -> None:
         rows = self._room.chosen_rows
@@ -112,3 +129,13 @@ class Choosing(QObject):
         self._session.takes_changed.emit()
         what = counted(len(rows), self.tr("1 take removed."), self.tr("{0} takes removed."))
         messages.show_note(self._view, what, "", (self.tr("Undo"), self._room.undo))
+
+
+def _whole(row: TakeRow) -> bool:
+    """Whether a take has both sound and motion, which training needs."""
+    return row.take is not None and bool(row.take.audio_path and row.take.motion_path)
+
+
+def _judges(row: TakeRow) -> bool:
+    """Whether a take is good enough to judge a training by."""
+    return _whole(row) and row.grade != "D"

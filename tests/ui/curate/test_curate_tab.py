@@ -260,6 +260,8 @@ def test_split_for_me_trains_validates_and_tests(room: Room) -> None:
     room.click("split_for_me_button")
     splits = sorted(room.saved(f"toy_00{i}").get("split", "train") for i in (1, 2, 3))
     assert splits == ["test", "train", "val"]
+    said = "1 take trains, 1 checks the training, 1 tests it."
+    assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
 
 
 def test_grades_appear_with_their_reason(room: Room) -> None:
