@@ -78,7 +78,11 @@ class ExportPanel(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(12, 12, 12, 12)
         column.setSpacing(10)
+        self.what = label("", "caption", "export_what")
+        self.what.setWordWrap(True)
+        self.what.hide()
         column.addLayout(self._build_form())
+        column.addWidget(self.what)
         column.addLayout(self._build_buttons())
         self._build_outcome(column)
         column.addStretch(1)
@@ -115,8 +119,15 @@ class ExportPanel(QWidget):
             self._proposed = str(folder)  # another project has another one
             self.folder.setText(self._proposed)
         self._ready = ready
+        self.what.setVisible(ready and bool(self.what.text()))
         self.export.setEnabled(ready and not self._busy)
         self.export.setToolTip("" if ready else self.tr("There is no motion to export yet"))
+
+    def show_what(self, predicted: bool) -> None:
+        """Which motion is exported: the one a run predicted, or the captured one."""
+        words = self.tr("The predicted motion is exported.")
+        self.what.setText(words if predicted else self.tr("The captured motion is exported."))
+        self.what.setVisible(self._ready)
 
     def show_busy(self, fraction: float | None) -> None:
         """Show progress 0..1; negative only moves; None where nothing is under way."""

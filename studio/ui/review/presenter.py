@@ -204,6 +204,7 @@ class ReviewPresenter(QObject):
         folder = project.exports_folder if project else None
         body = main is not None and bool(main.bone_names)
         view.export.show_target(scene.name, folder, main is not None, body)
+        view.export.show_what(scene.predicted is not None)
 
     def _warm_up(self) -> None:
         if self._active and not self._session.rolling:

@@ -150,6 +150,10 @@ class RunBar(QWidget):
         column.setSpacing(theme.INSIDE)
         column.addLayout(self._first_row())
         column.addLayout(self._second_row())
+        self._why = label("", "caption", "why_no_prediction")
+        self._why.setWordWrap(True)
+        column.addWidget(self._why)
+        self.show_why("")
         self.show_generating("", None)
         self.show_two(False)
 
@@ -192,6 +196,11 @@ class RunBar(QWidget):
             self._bar.setRange(0, 0 if fraction < 0 else 1000)
             self._bar.setValue(round(1000 * max(fraction, 0.0)))
         self._arrange()
+
+    def show_why(self, text: str) -> None:
+        """Say why the chosen run predicts nothing; "" for nothing to say."""
+        self._why.setText(text)
+        self._why.setVisible(bool(text))
 
     def show_ghost_choice(self, possible: bool, bones: bool) -> None:
         """Offer the ghost where both motions have bones, the views where any has."""

@@ -34,6 +34,7 @@ class Showing(QObject):
         view.show_metrics("", "")
         view.meters.set_names(())
         view.export.show_target("", None, False)
+        view.bar.show_why("")
         self.dirty = True
 
     def show_motion(self) -> None:
@@ -65,6 +66,7 @@ class Showing(QObject):
         bones = any(motion is not None and motion.bone_names for motion in (predicted, captured))
         view.bar.show_ghost_choice(ghostly, bones)
         view.show_legend(both)
+        view.bar.show_why(self._why())
         stage.set_layout(captured is not None, predicted is not None, ghostly and view.bar.ghost.isChecked())
         stage.predicted.set_caption(self._caption())
         stage.captured.set_caption(self.tr("Captured"))
@@ -106,6 +108,13 @@ class Showing(QObject):
             if stage.ghost and captured is not None and world is not None:
                 stage.predicted.figure.show_ghost(world, captured.skeleton)
         self._view.meters.show_values(predicted, truth)
+
+    def _why(self) -> str:
+        """Why a run that was chosen predicts nothing."""
+        source, wanted = self._scene.source, self._scene.side.wanted
+        if source is None or source.sound is not None or not wanted.run:
+            return ""
+        return self.tr("This take has no sound, so nothing can be predicted from it.")
 
     def _caption(self) -> str:
         scene = self._scene

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,11 @@ from studio.dataset import edits
 from studio.formats import bvh
 from studio.project import Project
 from studio.settings import Settings
+from studio.take.motion_file import read_motion
 from studio.ui.messages import Toast
+from studio.ui.review.clip import Wanted
 from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
@@ -189,6 +193,31 @@ def test_an_export_asks_before_it_writes_over_a_file(
         assert not presenter._exporting.busy
         assert _text(view, "export_result") == "", "the one before was exported, not this one"
         assert there.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_take_without_sound_says_why_a_run_predicts_nothing(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    assert session.project is not None
+    why = view.findChild(QLabel, "why_no_prediction")
+    assert why is not None
+    assert why.isHidden()
+    heard = session.project.take("toy_001")
+    assert heard.motion_path is not None
+    info = replace(heard.info, number=4, audio_file=None, audio_channels=0, audio_seconds=0.0)
+    session.project.add_take("toy_004", info, read_motion(heard.motion_path), None)
+    session.refresh_takes()
+    qtbot.waitUntil(lambda: any(title.startswith("toy_004") for title in _titles(view)))
+    row = next(n for n, title in enumerate(_titles(view)) if title.startswith("toy_004"))
+    view.sources.setCurrentRow(row)
+    _loaded(qtbot, presenter)
+    assert why.isHidden(), "no run was chosen"
+    view.bar.chosen.emit(A, Wanted("quick_001"))
+    qtbot.waitUntil(lambda: not why.isHidden())
+    assert why.text() == "This take has no sound, so nothing can be predicted from it."
+    assert _text(view, "export_what") == "The captured motion is exported."
 
 
 def _told(view: ReviewView) -> str:
