@@ -123,7 +123,7 @@ class Exporting(QObject):
     def _on_done(self, facts: dict[str, Any]) -> None:
         self._files = [Path(str(file)) for file in facts.get("files", ())]
         self._panel.show_busy(None)
-        names = ", ".join(file.name for file in self._files)
+        names = ", ".join(_told_apart(self._files))
         self._panel.show_result(self.tr("Exported and read back: {0}.").format(names), True)
 
     def _on_failed(self, what: str, remedy: str) -> None:
@@ -169,10 +169,17 @@ def _prepare(exhibit: Exhibit, scratch: Path) -> Path | None:
     return trimmed
 
 
+def _told_apart(files: list[Path]) -> list[str]:
+    """The files' names, with their folders where two are called the same."""
+    if len({file.name for file in files}) == len(files):
+        return [file.name for file in files]
+    return [f"{file.parent.name}/{file.name}" for file in files]
+
+
 def _choices() -> list[FormatChoice]:
     found = [
         FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE)
         for name, m in formats.writers().items()
     ]
-    order = {"bvh": 0, "saia_csv": 1}
+    order = {"vrma": 0, "bvh": 1, "saia_csv": 2}
     return sorted(found, key=lambda choice: (order.get(choice.name, 9), choice.title))

@@ -144,6 +144,7 @@ def test_an_export_is_a_real_file_that_reads_back(
 ) -> None:
     view, presenter = tab
     _loaded(qtbot, presenter)
+    assert [view.export.format.itemData(row) for row in (0, 1, 2)] == ["vrma", "bvh", "saia_csv"]
     view.export.format.setCurrentIndex(view.export.format.findData("bvh"))
     view.export.export.click()
     qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
@@ -189,6 +190,9 @@ def test_an_export_asks_before_it_writes_over_a_file(
     if replace:
         qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
         assert there.read_text(encoding="utf-8").startswith("Time,")
+        assert _text(view, "export_result") == (
+            "Exported and read back: Blendshapes/toy_003.csv, Bones/toy_003.csv, Audio/toy_003.wav."
+        )
     else:
         assert not presenter._exporting.busy
         assert _text(view, "export_result") == "", "the one before was exported, not this one"
