@@ -10,6 +10,7 @@ import socket
 import struct
 import sys
 
+from studio.capture.input_error import port_taken
 from studio.errors import StudioError
 
 BUFFER_BYTES = 4 * 1024 * 1024
@@ -122,10 +123,7 @@ def _deal_out(opened: socket.socket, count: int) -> None:
 
 def _explained(error: OSError, port: int, host: str) -> StudioError:
     if error.errno == errno.EADDRINUSE:
-        return StudioError(
-            f"Port {port} is already in use.",
-            "Close the other receiver, or choose another port in Record (or with --port).",
-        )
+        return port_taken(port)
     if error.errno in (errno.EACCES, errno.EPERM):
         return StudioError(
             f"Port {port} may not be opened.",

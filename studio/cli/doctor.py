@@ -151,8 +151,10 @@ def check_port(port: int) -> Check:
         try:
             probe.bind(("127.0.0.1", port))
         except OSError:
-            remedy = "Close the other receiver, or choose another port in Record (or with --port)."
-            return Check("motion", False, f"Port {port} is already in use.", remedy)
+            from studio.capture.input_error import port_taken
+
+            taken = port_taken(port)
+            return Check("motion", False, taken.what, taken.remedy)
     return Check("motion", True, f"Port {port} is free for motion.")
 
 

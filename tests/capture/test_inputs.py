@@ -136,7 +136,10 @@ def test_one_port_that_is_taken_closes_the_others() -> None:
     free.close()
     with pytest.raises(StudioError) as caught:
         MotionInput([(number, "127.0.0.1"), (taken_one.getsockname()[1], "127.0.0.1")])
-    assert caught.value.what == f"Port {taken_one.getsockname()[1]} is already in use."
+    taken = taken_one.getsockname()[1]
+    assert (
+        caught.value.what == f"Port {taken} is used by another program, such as VSeeFace or a second studio."
+    )
     bind(number).close()
     taken_one.close()
 

@@ -172,10 +172,11 @@ def test_an_error_of_the_system_ends_nothing(listening: DatagramInput) -> None:
 def test_a_taken_port_is_a_sentence(listening: DatagramInput) -> None:
     with pytest.raises(StudioError) as caught:
         DatagramInput(listening.port).start()
-    assert caught.value.what == f"Port {listening.port} is already in use."
     assert (
-        caught.value.remedy == "Close the other receiver, or choose another port in Record (or with --port)."
+        caught.value.what
+        == f"Port {listening.port} is used by another program, such as VSeeFace or a second studio."
     )
+    assert caught.value.remedy == "Close it, or choose another port in Record (or with --port)."
 
 
 def test_a_foreign_address_is_a_sentence() -> None:

@@ -49,7 +49,10 @@ def test_a_taken_port_is_taken_and_a_wide_one_too(sockets: list[socket.socket]) 
     for bind in (port.bind, port.bind_wide):
         with pytest.raises(StudioError) as caught:
             bind(number)
-        assert caught.value.what == f"Port {number} is already in use."
+        assert (
+            caught.value.what
+            == f"Port {number} is used by another program, such as VSeeFace or a second studio."
+        )
 
 
 def test_who_joins_the_port_hears_nothing(sockets: list[socket.socket]) -> None:

@@ -227,7 +227,7 @@ def test_a_folder_that_cannot_be_made_is_a_sentence(tmp_path: Path) -> None:
 def test_a_taken_port_leaves_the_recorder_usable(recorder: Recorder) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
-        with pytest.raises(StudioError, match="is already in use"):
+        with pytest.raises(StudioError, match="is used by another program"):
             recorder.open_motion(other.getsockname()[1])
     recorder.open_motion(0)
     assert recorder.snapshot().state is State.ARMED

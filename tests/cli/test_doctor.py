@@ -31,8 +31,9 @@ def test_a_taken_port_is_named() -> None:
         other.bind(("127.0.0.1", 0))
         check = doctor.check_port(other.getsockname()[1])
         assert not check.ok
-        assert check.what == f"Port {other.getsockname()[1]} is already in use."
-        assert check.remedy == "Close the other receiver, or choose another port in Record (or with --port)."
+        taken = other.getsockname()[1]
+        assert check.what == f"Port {taken} is used by another program, such as VSeeFace or a second studio."
+        assert check.remedy == "Close it, or choose another port in Record (or with --port)."
 
 
 def test_a_free_port_is_well() -> None:

@@ -199,8 +199,8 @@ def test_a_taken_port_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
         words = ["record", str(tmp_path / "P"), "--slate", "X", "--device", "none", "--port", str(port)]
         assert cli.main([*words, "--json"]) == 1
     last = events(capsys.readouterr().out)[-1]
-    assert last["what"] == f"Port {port} is already in use."
-    assert last["remedy"] == "Close the other receiver, or choose another port in Record (or with --port)."
+    assert last["what"] == f"Port {port} is used by another program, such as VSeeFace or a second studio."
+    assert last["remedy"] == "Close it, or choose another port in Record (or with --port)."
 
 
 def test_nothing_coming_in_is_said_at_the_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

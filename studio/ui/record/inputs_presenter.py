@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer
 
+from studio.capture.input_error import InputError
 from studio.capture.phones import IFACIALMOCAP_PORT
 from studio.capture.snapshot import Snapshot
 from studio.errors import StudioError
@@ -202,7 +203,8 @@ class InputsPresenter(QObject):
     def _note(self, which: str, error: BaseException) -> None:
         """Keep a problem on the health card; only what is unexpected pops up."""
         if isinstance(error, StudioError):
-            self.problems[which] = (error.what, error.remedy)
+            remedy = error.in_window if isinstance(error, InputError) else error.remedy
+            self.problems[which] = (error.what, remedy)
         else:
             messages.show_error(self._card, error)
 

@@ -345,6 +345,7 @@ class RecordPresenter(QObject):
         view.slate_bar.show_disk(left, low)
         view.inputs.lock(self.rolling or bool(self._busy))
         view.inputs.show_practice(self.practice.on, self.practice.busy)
+        view.show_stage(" ".join(self.inputs.problems.get("motion", ())), self.practice.on)
 
     def _problems(self) -> dict[str, tuple[str, str]]:
         """What is wrong beside the recorder's own findings, by where."""
@@ -384,7 +385,7 @@ class RecordPresenter(QObject):
         view.slate_bar.pre_roll_chosen.connect(lambda s: session.change_settings(pre_roll=s))
         view.inputs.practice_toggled.connect(self._on_practice_toggled)
         view.inputs.port_chosen.connect(self._on_port_chosen)
-        view.figure.empty_clicked.connect(lambda: self._on_practice_toggled(True))
+        view.figure.empty_clicked.connect(lambda: self._on_practice_toggled(not self.practice.on))
         view.inputs.clip_reset_requested.connect(self._on_clip_reset)
         self._countdown.ended.connect(self._start)
         self.practice.failed.connect(self._on_practice_failed)

@@ -46,8 +46,9 @@ class RecordView(QWidget):
         super().__init__()
         self.inputs = InputsCard()
         self.health = HealthCard()
-        waiting = self.tr("Waiting for motion. Start your tracking program, or try it without any.")
-        self.figure = StickFigure(None, waiting, empty_button=self.tr("Use the practice performer"))
+        self._waiting = self.tr("Waiting for motion. Start your tracking program, or try it without any.")
+        self._stage_text = self._waiting
+        self.figure = StickFigure(None, self._waiting, empty_button=self.tr("Use the practice performer"))
         self.face = DrawnFace(self.figure)
         self.face.resize(FACE)
         self.face.hide()
@@ -70,6 +71,26 @@ class RecordView(QWidget):
         if watched is self.figure and isinstance(event, QResizeEvent):
             self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
         return False
+
+    def show_stage(self, problem: str, practising: bool) -> None:
+        """Say on the empty stage why no motion comes, and what its button does.
+
+        Args:
+            problem: why motion cannot come in; "" where it can.
+            practising: whether the practice performer performs.
+        """
+        text = problem or self._waiting
+        if text != self._stage_text:
+            self._stage_text = text
+            self.figure.clear(text)
+        words = (
+            self.tr("Stop the practice performer") if practising else self.tr("Use the practice performer")
+        )
+        button = self.figure.empty_button
+        if button.text() != words:
+            button.setText(words)
+            button.adjustSize()
+            button.move((self.figure.width() - button.width()) // 2, button.y())
 
     def _on_focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Leave the space bar to a control that has the focus and a use for it."""

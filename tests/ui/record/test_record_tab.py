@@ -228,13 +228,32 @@ def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> 
         other.bind(("127.0.0.1", 0))
         taken = other.getsockname()[1]
         room.view.inputs.port_chosen.emit(taken)
-        wanted = f"Port {taken} is already in use."
+        wanted = f"Port {taken} is used by another program, such as VSeeFace or a second studio."
         qtbot.waitUntil(lambda: any(wanted in s for s in room.view.health.sentences), timeout=30_000)
         room.presenter.inputs._retry.setInterval(50)
         room.presenter.inputs._on_retry()
         assert any(wanted in s for s in room.view.health.sentences)  # it stays until it is no longer so
+        remedy = "Close it, or choose another port here."
+        assert room.presenter.inputs.problems["motion"] == (wanted, remedy)
+        qtbot.waitUntil(lambda: room.view.figure._empty_text == f"{wanted} {remedy}", timeout=30_000)
     qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().port == taken, timeout=30_000)
     qtbot.waitUntil(lambda: not any(wanted in s for s in room.view.health.sentences), timeout=30_000)
+    qtbot.waitUntil(
+        lambda: (
+            room.view.figure._empty_text
+            == "Waiting for motion. Start your tracking program, or try it without any."
+        ),
+        timeout=30_000,
+    )
+
+
+def test_the_button_on_the_stage_stops_the_practice_performer_too(room: Room) -> None:
+    button = room.view.figure.empty_button
+    room.view.show_stage("", practising=True)
+    assert button.text() == "Stop the practice performer"
+    assert button.width() >= button.sizeHint().width()
+    room.view.show_stage("", practising=False)
+    assert button.text() == "Use the practice performer"
 
 
 def test_any_port_can_be_chosen(room: Room, qtbot, monkeypatch) -> None:
