@@ -23,6 +23,8 @@ FRAME_MS = 40
 """25 pictures a second: enough for a small figure, and light beside a training."""
 CORNER = 0.42
 """Share of the picture a face takes where there is a body too."""
+CAPTION = 22
+"""Pixels above the figure, for its caption."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,10 @@ class SmallFigure(QWidget):
         draw_ground(painter, rect)
         loop = self._loop
         if loop is not None and loop.joints.shape[1] and len(loop.joints):
-            draw_figure(painter, rect, _CAMERA, loop.motion.skeleton, loop.joints[self._frame], self._token)
+            below = QRectF(0, 0, rect.width(), rect.height() - CAPTION)
+            painter.translate(0, CAPTION)
+            draw_figure(painter, below, _CAMERA, loop.motion.skeleton, loop.joints[self._frame], self._token)
+            painter.translate(0, -CAPTION)
         painter.setFont(theme.ui_font(theme.CAPTION_PX, semibold=True))
         painter.setPen(theme.colour("muted"))
         painter.drawText(8, 17, self._caption)

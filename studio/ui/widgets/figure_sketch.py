@@ -55,6 +55,6 @@ def draw_figure(
         centre, radius = body.head_ball(plan, joints, scale)
         x, y, depth = project(centre[None], orbit, int(rect.width()), int(rect.height()), scale)[0]
         size = radius * per_metre / depth
-        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setPen(QPen(theme.colour(token), 1.5))  # a bright head on a bright ground needs an edge
         painter.setBrush(theme.colour("joint" if token == "figure" else token))
         painter.drawEllipse(QPointF(x, y), size, size)

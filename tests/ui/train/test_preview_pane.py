@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QApplication, QToolButton
 from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion, rotation
 from studio.training import preview
-from studio.ui.train.preview_pane import Loop, PreviewPane
+from studio.ui import theme
+from studio.ui.train.preview_pane import CAPTION, Loop, PreviewPane, SmallFigure
 from studio.ui.train.previewing import Previewing
 
 MINUTE = 60_000
@@ -76,3 +77,32 @@ def test_all_frames_are_worked_out_at_once() -> None:
     local, _ = whole.skeleton.forward(whole.positions[17], whole.rotations[17])
     np.testing.assert_allclose(loop.joints[17], local, atol=1e-6)
     assert loop.frame(2.0 + 17 / 30 + 0.001) == 17, "round and round"
+
+
+def _top(qtbot: QtBot, token: str) -> int:
+    """The first row in which a figure's own colour is seen."""
+    figure = SmallFigure(f"small_{token}", token)
+    qtbot.addWidget(figure)
+    figure.resize(200, 240)
+    figure.show_loop(Loop.of(motion(0.0)), "")
+    figure.face.hide()
+    image = figure.grab().toImage()
+    wanted = theme.colour(token).getRgb()[:3]
+    for y in range(image.height()):
+        for x in range(image.width()):
+            seen = image.pixelColor(x, y).getRgb()[:3]
+            if max(abs(a - b) for a, b in zip(seen, wanted, strict=True)) < 40:
+                return y
+    return -1
+
+
+def test_a_bright_head_on_a_bright_ground_has_an_edge_below_the_caption(
+    qtbot: QtBot, qapp: QApplication
+) -> None:
+    theme.apply(qapp, "light")
+    try:
+        whole, edged = _top(qtbot, "ghost"), _top(qtbot, "figure")
+    finally:
+        theme.apply(qapp)
+    assert whole >= CAPTION
+    assert abs(whole - edged) <= 3, "the predicted head is seen as far up as the captured one"
