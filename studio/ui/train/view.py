@@ -106,7 +106,7 @@ class TrainView(QWidget):
         self._room = QWidget()
         self.empty = EmptyState(
             "mdi6.school-outline",
-            self.tr("Training learns from takes. Record yourself, or import takes you have."),
+            self.tr("Training learns from takes. Record a take, or import a run made elsewhere."),
             self.tr("Record a take"),
             "train_go_record",
         )
