@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.capture import clock
+from studio.capture.input_error import no_sound
 from studio.errors import StudioError
 
 QUEUE_BLOCKS = 4000
@@ -98,12 +99,9 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
         api = sd.query_hostapis()
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
-        raise StudioError(f"The sound system did not answer ({_reason(error)}).", _CHECK_SOUND) from error
+        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
     found = [_device(entry, entry["index"] == chosen) for entry in listed if entry["max_input_channels"] > 0]
     return tuple(sorted(found, key=lambda d: not d.default))
-
-
-_CHECK_SOUND = "Check that a microphone is plugged in and allowed, then refresh the list of devices."
 
 
 def _device(entry: Any, default: bool) -> AudioDevice:
@@ -121,7 +119,7 @@ def find_device(wanted: str | int | None) -> AudioDevice:
     """
     devices = input_devices()
     if not devices:
-        raise StudioError("This computer has no sound input.", _CHECK_SOUND)
+        raise no_sound("This computer has no sound input.")
     if wanted is None or wanted == "":
         return devices[0]
     if isinstance(wanted, int):

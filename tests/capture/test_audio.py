@@ -3,7 +3,11 @@
 import threading
 import time
 
+import pytest
+
+from studio.capture import audio
 from studio.capture.audio import AudioInput, input_devices
+from studio.capture.input_error import InputError
 
 
 def _heard(microphone: AudioInput, seconds: float = 30.0) -> bool:
@@ -41,3 +45,15 @@ def test_two_threads_may_let_go_of_it_at_once_and_it_opens_again(virtual_audio: 
         assert not any(thread.is_alive() for thread in threads)
         assert not microphone.ended
     assert input_devices(refresh=True)
+
+
+def test_without_a_microphone_window_and_terminal_each_say_what_can_be_done_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(audio, "input_devices", lambda: ())
+    with pytest.raises(InputError) as caught:
+        audio.find_device(None)
+    check = "Check that a microphone is plugged in and allowed"
+    assert caught.value.what == "This computer has no sound input."
+    assert caught.value.remedy == f"{check}, or add --device none to record motion alone."
+    assert caught.value.in_window == f"{check}, then refresh the list of devices."

@@ -351,7 +351,7 @@ class RecordPresenter(QObject):
         """What is wrong beside the recorder's own findings, by where."""
         if not self.practice.problem:
             return self.inputs.problems
-        remedy = self.tr("It performs in silence; record motion alone, or choose another loudspeaker.")
+        remedy = self.tr("Plug in headphones, then stop it and start it again; or record motion alone.")
         return {**self.inputs.problems, "practice": (self.practice.problem, remedy)}
 
     def _warm_up(self) -> None:
