@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     unused = [s.id for s in dataset.of_split("")]
     counts = ", ".join(f"{len(ids)} {split}" for split, ids in splits.items())
     locked = [s.id for s in dataset.selections if s.locked]
-    out.done(f"{project.name}: {counts}.", **splits, unused=unused, locked=locked)
+    out.done(f"{project.name} in all: {counts}.", **splits, unused=unused, locked=locked)
 
 
 def _with_locks(project: Project, args: argparse.Namespace) -> Dataset:

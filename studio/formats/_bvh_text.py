@@ -124,13 +124,23 @@ def _head(path: Path) -> tuple[list[Joint], re.Match[bytes], bytes]:
     found = re.search(rb"MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
     if found and b"," in found[2]:
         data = re.sub(rb"(?<=\d),(?=\d)", b".", data)  # of the same length, so that `found` still fits
-    if not data.lstrip().upper().startswith(b"HIERARCHY") or not found:
+    if not data.lstrip().upper().startswith(b"HIERARCHY"):
         raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
+    if not found:
+        raise StudioError(_without_frames(data, path.name), _AGAIN)
     try:
         joints = _joints(_decoded(data[: found.start()]).lstrip())
     except (ValueError, IndexError) as error:
         raise StudioError(f"The skeleton in {path.name} is damaged.", _AGAIN) from error
     return joints, found, data
+
+
+def _without_frames(data: bytes, name: str) -> str:
+    """What is wrong with a BVH file whose frames are not announced as they should be."""
+    for number, line in enumerate(data.splitlines(), 1):
+        if line.strip().upper() == b"MOTION":
+            return f"{name} is damaged: after MOTION in line {number}, Frames or Frame Time is missing."
+    return f"{name} is damaged: it ends without its frames (there is no line MOTION)."
 
 
 def _as_ascii(data: bytes) -> bytes:

@@ -32,7 +32,7 @@ def test_named_takes_change_and_others_keep_theirs(folder: Path, capsys: pytest.
         "test": ["c", "d"],
     }
     assert cli.main(["split", str(folder), "--train", "c", "--unused", "a"]) == 0
-    assert capsys.readouterr().out == "p: 1 train, 1 val, 1 test.\n"
+    assert capsys.readouterr().out == "p in all: 1 train, 1 val, 1 test.\n"
     project = Project.open(folder)
     assert [s.split for s in project.dataset.selections] == ["", "val", "train", "test"]
     assert project.undo_name == "Split takes"

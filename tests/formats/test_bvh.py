@@ -230,3 +230,23 @@ def test_joints_that_are_no_bones_are_folded_into_those_below(tmp_path: Path) ->
     # A quarter turn about Z of the joint between puts the head 40 cm to the side, X reversed.
     np.testing.assert_allclose(world[1], [0.4, 1.1, 0.0], atol=1e-6)
     assert imported.notes[0] == "x.bvh: 1 joint folded into the others, such as twist."
+
+
+@pytest.mark.parametrize(
+    ("rest", "sentence"),
+    [
+        ("", "broken.bvh is damaged: it ends without its frames (there is no line MOTION)."),
+        (
+            "MOTION\nFrames: x\n",
+            "broken.bvh is damaged: after MOTION in line 3, Frames or Frame Time is missing.",
+        ),
+    ],
+)
+def test_a_broken_file_is_called_damaged_not_of_another_kind(
+    tmp_path: Path, rest: str, sentence: str
+) -> None:
+    path = tmp_path / "broken.bvh"
+    path.write_text(f"HIERARCHY\nROOT a\n{rest}")
+    with pytest.raises(StudioError) as caught:
+        bvh.read(path)
+    assert caught.value.what == sentence
