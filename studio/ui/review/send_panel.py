@@ -256,7 +256,7 @@ class SendPanel(QWidget):
         self.names = QComboBox()
         self.names.setObjectName("send_names")
         for name, words in (
-            ("vrm0", self.tr("VRM 0 (most programs)")), ("vrm1", self.tr("VRM 1")),
+            ("vrm0", self.tr("VRM 0 (usual)")), ("vrm1", self.tr("VRM 1")),
             ("arkit", self.tr("ARKit (Perfect Sync)")), ("as_is", self.tr("As they are")),
         ):  # fmt: skip
             self.names.addItem(words, name)
@@ -270,6 +270,8 @@ class SendPanel(QWidget):
             caption = label(words, "muted")
             caption.setBuddy(box)
             box.setAccessibleName(words)
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+            box.setMinimumContentsLength(12)  # a narrow column elides, and does not cut it
             grid.addWidget(caption, row, 0)
             grid.addWidget(box, row, 1)
             box.currentIndexChanged.connect(lambda _: self.options_changed.emit())

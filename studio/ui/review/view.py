@@ -193,6 +193,8 @@ class ReviewView(QWidget):
         self._time = label("", "", "transport_time")
         self._time.setFont(theme.figures_font())
         self._notice = label("", "warn", "sound_notice")
+        self._notice.setWordWrap(True)  # in one line it would push the tools out of a small window
+        self._notice.setMinimumWidth(90)
         self._notice.hide()
         self._metrics = label("", "muted", "review_metrics")
         self._metrics.setFont(theme.figures_font(theme.CAPTION_PX))
@@ -205,8 +207,9 @@ class ReviewView(QWidget):
         self.curve.currentTextChanged.connect(self.curve_chosen)
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
-        for widget in (self.play, self._time, self.loop, self._notice):
+        for widget in (self.play, self._time, self.loop):
             row.addWidget(widget)
+        row.addWidget(self._notice, 1)
         row.addStretch(1)
         row.addWidget(self._metrics)
         row.addWidget(self.curve)

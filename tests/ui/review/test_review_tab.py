@@ -224,6 +224,23 @@ def test_a_take_without_sound_says_why_a_run_predicts_nothing(
     assert _text(view, "export_what") == "The captured motion is exported."
 
 
+def test_a_long_sentence_beside_the_transport_leaves_the_send_panel_whole(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, presenter = tab
+    _loaded(qtbot, presenter)
+    view.tabs.setCurrentWidget(view.send)
+    view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
+    view.show_notice("No sound device can play.")
+    view.columns.setSizes([210, 2000, 0])  # as narrow as it gets
+    qtbot.waitUntil(lambda: view.columns.sizes()[2] <= 300)
+    notice = view.findChild(QLabel, "sound_notice")
+    assert notice is not None
+    assert notice.minimumSizeHint().width() < notice.fontMetrics().horizontalAdvance(notice.text())
+    for box in (view.send.rows[0].port, view.send.names, view.send.fps):
+        assert box.mapTo(view.send, box.rect().topRight()).x() < view.send.width()
+
+
 def _told(view: ReviewView) -> str:
     toast = view.findChild(Toast)
     return f"{toast.text.text()} {toast.remedy.text()}" if toast is not None else ""
