@@ -145,6 +145,7 @@ class ExportPanel(QWidget):
         theme.as_role(self.result, "good" if good else "bad")
         self.result.setText(text)
         self.show_folder.setVisible(bool(text) and good)
+        self.note.setVisible(not text)  # a small window has room for only one of the two
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -153,6 +154,7 @@ class ExportPanel(QWidget):
     def _show_note(self) -> None:
         choice = self._chosen()
         self.note.setText(choice.note if choice else "")
+        self.note.show()
         self._fit_note()
 
     def _fit_note(self) -> None:
