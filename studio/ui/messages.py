@@ -33,6 +33,13 @@ TOAST_WIDTH = 480
 TOP = 64
 """Pixels from the upper edge: below the tabs, and far from the record button."""
 
+KINDS = {
+    "note": ("mdi6.check-circle", "good"),
+    "warning": ("mdi6.alert", "warn"),
+    "error": ("mdi6.alert-circle", "bad"),
+}
+"""Icon and colour of each kind of message."""
+
 
 class Toast(QFrame):
     """A message over a window; it goes by itself, an error later than a note."""
@@ -91,12 +98,12 @@ class Toast(QFrame):
         Args:
             text: what happened.
             remedy: what to do about it.
-            kind: "note" goes soon; "error" stays longer, or until dismiss_error.
+            kind: "note" goes soon; "warning" and "error" stay longer, an error until dismiss_error.
             action: a button's words and what it does.
         """
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
-        name, token = ("mdi6.alert-circle", "bad") if bad else ("mdi6.check-circle", "good")
+        name, token = KINDS[kind]
         self._icon.setPixmap(theme.icon(name, token).pixmap(theme.icon_size(big=True)))
         self.text.setText(text)
         self.remedy.setText(remedy)
@@ -111,7 +118,7 @@ class Toast(QFrame):
         announcement = QAccessibleAnnouncementEvent(self, f"{text} {remedy}".strip())
         QAccessible.updateAccessibility(announcement)
         self.bad = bad
-        self._timer.start(ERROR_MS if bad else NOTE_MS)
+        self._timer.start(NOTE_MS if kind == "note" else ERROR_MS)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize and self.isVisible():
@@ -163,6 +170,15 @@ def show_note(
     toast = _toast(parent)
     if toast is not None:
         toast.show_message(text, remedy, "note", action)
+
+
+def show_warning(
+    parent: QWidget | None, text: str, remedy: str = "", action: tuple[str, Callable[[], None]] | None = None
+) -> None:
+    """Say that something is done, but not as it was probably meant."""
+    toast = _toast(parent)
+    if toast is not None:
+        toast.show_message(text, remedy, "warning", action)
 
 
 def dismiss_error(parent: QWidget) -> None:

@@ -17,13 +17,16 @@ Finding = tuple[str, str, str]
 """Sentence, remedy, health ("good", "warn" or "")."""
 
 
-def findings(snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: bool) -> list[Finding]:
+def findings(
+    snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: bool, rolling: bool = False
+) -> list[Finding]:
     """Rows of the health card, the worst first.
 
     Args:
         snap: the capture now.
         problems: inputs that could not be opened, by "motion" and "sound".
         microphone: whether one is wished for.
+        rolling: whether a take is being recorded.
     """
     rows: list[Finding] = [(what, remedy, "warn") for what, remedy in problems.values()]
     rows += [
@@ -33,6 +36,9 @@ def findings(snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: b
     ]
     if snap.motion_alive and "motion" not in problems and not _tells(snap, "otion", "frame", "bone"):
         rows.append((_tr("Motion is steady."), "", "good"))
+    elif not rows and rolling:
+        remedy = _tr("Start the motion sender; what it sends from then on is in the take.")
+        rows.append((_tr("No motion comes in: so far this take holds sound alone."), remedy, "warn"))
     elif not rows:
         rows.append((_tr("No motion comes in yet."), "", ""))
     if not microphone:

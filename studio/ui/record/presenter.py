@@ -133,7 +133,7 @@ class RecordPresenter(QObject):
         if project is None:
             return
         if project.read_only:
-            error = StudioError(project.read_only_reason, self.tr("Close it there to record into it here."))
+            error = StudioError(self._session.locked_reason, project.read_only_remedy)
             messages.show_error(self._view, error)
             return
         self.takes.stop()
@@ -174,12 +174,20 @@ class RecordPresenter(QObject):
         moved = self.sync.apply(take, self._recorder.snapshot()) if self._recorder is not None else ""
         self._next_number()
         if take.info.duration > 0:
-            text = self.tr("{0} is saved: {1} s.").format(take.id, f"{take.info.duration:.1f}")
-            play = (self.tr("Play"), lambda: self.takes.toggle_play(take.id))
-            messages.show_note(self._view, text, moved, play)
+            self._say_saved(take, moved)
         why, self._ended_by = self._ended_by, None
         if why is not None:
             messages.show_failure(self._view, *why)
+
+    def _say_saved(self, take: Take, moved: str) -> None:
+        text = self.tr("{0} is saved: {1} s.").format(take.id, f"{take.info.duration:.1f}")
+        play = (self.tr("Play"), lambda: self.takes.toggle_play(take.id))
+        if take.info.frames:
+            messages.show_note(self._view, text, moved, play)
+            return
+        text = self.tr("{0} is saved with sound alone: {1} s.").format(take.id, f"{take.info.duration:.1f}")
+        remedy = self.tr("No motion came in. Start the motion sender or the practice performer and redo it.")
+        messages.show_warning(self._view, text, remedy, play)
 
     def _on_failed(self, error: BaseException) -> None:
         self._busy, self._ended_by = "", None
@@ -340,7 +348,7 @@ class RecordPresenter(QObject):
         self.level.show(snap)
         view.inputs.show_sound(findings.sound_health(snap, self.inputs.problems))
         microphone = session.settings.audio_device != NO_MICROPHONE
-        view.health.show_findings(findings.findings(snap, self._problems(), microphone))
+        view.health.show_findings(findings.findings(snap, self._problems(), microphone, self.rolling))
         view.health.show_numbers(**findings.numbers(snap))
         view.slate_bar.show_disk(left, low)
         view.inputs.lock(self.rolling or bool(self._busy))

@@ -77,3 +77,11 @@ def test_the_offset_is_judged_by_what_people_notice(offset: float, said: str, he
 
 def test_without_motion_nothing_is_in_or_out_of_sync() -> None:
     assert findings.sync_text(_snapshot(offset_ms=20.0, motion_alive=False)) == ("needs sound and motion", "")
+
+
+def test_a_take_without_motion_is_said_while_it_is_recorded() -> None:
+    still = _snapshot(motion_alive=False)
+    before, while_rolling = (findings.findings(still, {}, True, rolling)[0] for rolling in (False, True))
+    assert before == ("No motion comes in yet.", "", "")
+    assert while_rolling[0] == "No motion comes in: so far this take holds sound alone."
+    assert while_rolling[2] == "warn"

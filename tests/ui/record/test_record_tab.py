@@ -494,3 +494,16 @@ def test_a_practice_performer_that_is_wanted_again_at_once_comes_back(room: Room
     practice.set_on(True, room.session.settings.vmc_port, "none")
     assert practice.on
     qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=60_000)
+
+
+def test_a_take_without_motion_is_saved_with_a_warning(room: Room, tmp_path: Path) -> None:
+    import soundfile
+
+    soundfile.write(tmp_path / "voice.wav", np.zeros(16_000), 16_000)
+    folder = room.project.takes_folder / "Alone_001"
+    take = save_take(folder, TakeInfo("Alone", 1), None, tmp_path / "voice.wav")
+    room.presenter._on_saved(take)
+    toast = room.view.findChild(Toast)
+    assert toast.text.text() == "Alone_001 is saved with sound alone: 1.0 s."
+    assert toast.remedy.text().startswith("No motion came in.")
+    assert not toast.bad
