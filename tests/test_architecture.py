@@ -28,7 +28,8 @@ MAY_USE: dict[str, set[str]] = {
     "motion": set(),
     "take": {"motion"},
     "capture": {"take", "motion"},
-    "formats": {"take", "motion"},
+    "picture": {"motion"},
+    "formats": {"take", "motion", "picture"},
     "playback": {"take", "motion", "capture.vmc"},
     "performer": {
         "take",

@@ -14,6 +14,8 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QPalette
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from studio.paths import resource
+from studio.picture import palette
+from studio.picture.palette import Palette
 from studio.ui.stylesheet import TEMPLATE
 
 if TYPE_CHECKING:
@@ -36,14 +38,12 @@ HEAT = "viridis"
 
 
 @dataclass(frozen=True)
-class Colours:
-    """One set of values for the tokens; every field but `name` is "#RRGGBB"."""
+class Colours(Palette):
+    """One set of values for the tokens, those of pictures among them; all but `name` are "#RRGGBB"."""
 
-    name: str
     ground: str
     surface: str
     raised: str
-    line: str
     text: str
     muted: str
     disabled: str
@@ -55,26 +55,19 @@ class Colours:
     good: str
     warn: str
     bad: str
-    figure: str
-    joint: str
-    ghost: str
-    sky: str
-    floor: str
 
 
 DARK = Colours(
-    name="dark", ground="#14161A", surface="#1C1F25", raised="#262A32", line="#343A45",
+    **vars(palette.DARK), ground="#14161A", surface="#1C1F25", raised="#262A32",
     text="#E8EAED", muted="#A3ABB8", disabled="#6B7280",
     accent="#5AB0FF", accent_soft="#1F3A57", on_accent="#0C1622", record="#FF4D4F",
     on_record="#FFFFFF",    good="#4CC38A", warn="#F5B83D", bad="#F2777A",
-    figure="#9CCBF5", joint="#E8EAED", ghost="#E69F00", sky="#252B35", floor="#15181D",
 )  # fmt: skip
 LIGHT = Colours(
-    name="light", ground="#EEF0F3", surface="#FFFFFF", raised="#F1F3F6", line="#D0D5DD",
+    **vars(palette.LIGHT), ground="#EEF0F3", surface="#FFFFFF", raised="#F1F3F6",
     text="#1B1F27", muted="#566072", disabled="#98A1AF",
     accent="#0B6BCB", accent_soft="#D9EAFB", on_accent="#FFFFFF", record="#D92D30",
     on_record="#FFFFFF",    good="#17744A", warn="#855800", bad="#B3343A",
-    figure="#5C9AD2", joint="#F7F9FB", ghost="#C98300", sky="#F6F8FA", floor="#D9DEE6",
 )  # fmt: skip
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 

@@ -25,10 +25,11 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from studio.motion.skeleton import Skeleton
+from studio.picture.camera import VIEWS, Orbit
+from studio.picture.scene import BODY, GHOST, Scene
+from studio.picture.stance import Stance
 from studio.ui import theme
 from studio.ui.widgets import figure_sketch
-from studio.ui.widgets.figure_camera import VIEWS, Orbit
-from studio.ui.widgets.figure_scene import FigureScene
 
 World = NDArray[np.floating]
 
@@ -70,7 +71,7 @@ class StickFigure(QWidget):
         """False where a tab offers one set of view buttons for several figures."""
         self.renders = 0
         """Pictures made so far; for measuring."""
-        self._scene: FigureScene | None = None
+        self._scene: Scene | None = None
         self._scene_failed = self._disposed = False
         self._skeleton: Skeleton | None = None
         self._world: World | None = None
@@ -176,7 +177,7 @@ class StickFigure(QWidget):
             QTimer.singleShot(100, self, self.warm_up)
             return
         try:
-            self._scene = FigureScene()
+            self._scene = Scene(theme.colours())
             self._scene.rehearse(max(self.width(), 8), max(self.height(), 8))
         except (ImportError, RuntimeError, OSError, AttributeError, ValueError):
             # No OpenGL here: the lines stay, and `saia doctor` says why.
@@ -206,7 +207,7 @@ class StickFigure(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and not self._disposed:
             if self._scene is not None:
-                self._scene.restyle()
+                self._scene.restyle(theme.colours())
             self._request()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
@@ -326,16 +327,16 @@ class StickFigure(QWidget):
             self.update()
             return
         started = time.perf_counter()
-        self._scene.place("body", self._skeleton, self._world)
+        self._scene.place(BODY, Stance(self._skeleton, self._world))
         if self._ghost is not None:
-            self._scene.place("ghost", *self._ghost)
+            self._scene.place(GHOST, Stance(*self._ghost))
         else:
-            self._scene.hide("ghost")
+            self._scene.hide(GHOST)
         ratio = self.devicePixelRatioF()
         pixels = self.width() * self.height() * ratio * ratio
         ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5)
         width, height = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
-        self._image = self._scene.render(self.orbit, width, height)
+        self._image = _image_of(self._scene.render(self.orbit, width, height))
         self._last_drawn = time.perf_counter()
         self._last_cost = self._last_drawn - started
         self.renders += 1
@@ -381,6 +382,13 @@ class StickFigure(QWidget):
         for button in self._view_buttons.values():
             button.setVisible(self._world is not None and self.view_buttons_shown)
         self.empty_button.setVisible(self._world is None and bool(self.empty_button.text()))
+
+
+def _image_of(pixels: NDArray[np.uint8]) -> QImage:
+    """A picture (H, W, 4) as the scene gives it; Qt keeps a copy of its own."""
+    height, width = pixels.shape[:2]
+    lowest_first = pixels[::-1].ravel().data
+    return QImage(lowest_first, width, height, width * 4, QImage.Format.Format_RGBX8888).flipped()
 
 
 _loading: threading.Thread | None = None

@@ -8,9 +8,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QLinearGradient, QPainter, QPen
 
 from studio.motion.skeleton import Skeleton
+from studio.picture import body
+from studio.picture.camera import Orbit, project, to_picture
 from studio.ui import theme
-from studio.ui.widgets import figure_body as body
-from studio.ui.widgets.figure_camera import Orbit, project, to_picture
 
 
 def draw_ground(painter: QPainter, rect: QRectF) -> None:

@@ -7,9 +7,9 @@ from PySide6.QtGui import QColor, QImage
 
 from studio.motion.skeleton import Skeleton
 from studio.ui import theme
-from studio.ui.widgets import figure_body as body
+from studio.picture import body
 from studio.ui.widgets.figure import StickFigure
-from studio.ui.widgets.figure_camera import Orbit, project, to_picture
+from studio.picture.camera import Orbit, project, to_picture
 
 
 def t_pose() -> tuple[Skeleton, np.ndarray]:

@@ -1,0 +1,148 @@
+"""The stage in VTK: an off-screen pyvista plotter that turns a stance into pixels.
+
+Everything is updated in place and nothing is multi-sampled, which makes it fast even where OpenGL
+runs in software. No Qt: the window and the MP4 export draw with the same code.
+"""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion.skeleton import Skeleton
+from studio.picture import body
+from studio.picture.camera import FIELD_OF_VIEW, Orbit, to_picture
+from studio.picture.palette import DARK, Palette
+from studio.picture.room import Room
+from studio.picture.stance import Stance
+from studio.picture.stick import Stick
+
+BODY, GHOST = "body", "ghost"
+
+
+class Scene:
+    """The stage: floor, light, a body and its ghost. Build it, call it and close it on one thread.
+
+    Off screen, e.g. for a film:
+
+        with Scene() as scene:
+            for t in times:
+                scene.place(BODY, Stance.of(motion, t))
+                pixels = scene.render(Orbit.preset("front"), 1280, 720)
+
+    The import of pyvista and the first picture take about a second each on a slow machine.
+
+    Raises:
+        RuntimeError, OSError, ImportError: there is no OpenGL here.
+    """
+
+    def __init__(self, palette: Palette = DARK) -> None:
+        import pyvista as pv
+
+        self._pv, self._palette = pv, palette
+        self._plotter: Any = pv.Plotter(off_screen=True, window_size=[640, 480], lighting="none")
+        window: Any = self._plotter.render_window
+        window.SetMultiSamples(0)
+        self._plotter.camera.view_angle = FIELD_OF_VIEW
+        self._light()
+        self._skeletons: dict[str, Skeleton] = {}
+        self._sticks: dict[str, Stick] = {}
+        self._scale = 1.0
+        self._size = (640, 480)
+        self._room = Room(self._plotter, palette)
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def restyle(self, palette: Palette) -> None:
+        """Take on other colours."""
+        self._palette = palette
+        self._room.remove()
+        self._room = Room(self._plotter, palette)
+        for key, skeleton in list(self._skeletons.items()):
+            self._sticks.pop(key).remove()
+            self._add(key, skeleton)
+
+    def place(self, key: str, stance: Stance) -> None:
+        """Put the BODY or the GHOST somewhere."""
+        stick = self._stick(key, stance.skeleton)
+        joints = to_picture(stance.joints)
+        scale = stick.plan.scale(joints)
+        if key == BODY:
+            self._scale = scale
+            middle = joints[stick.plan.hips if stick.plan.hips >= 0 else 0]
+            self._room.place_shadow(float(middle[0]), float(middle[2]), scale)
+        stick.move(joints, scale)
+        stick.set_visible(True)
+
+    def hide(self, key: str) -> None:
+        """Take the BODY or the GHOST out of the picture."""
+        if key in self._sticks:
+            self._sticks[key].set_visible(False)
+
+    def rehearse(self, width: int, height: int) -> None:
+        """Draw everything once unseen: OpenGL prepares its programs, which takes as long as the rest."""
+        for key in (BODY, GHOST):
+            self.place(key, Stance.at_rest(Skeleton.humanoid()))
+        self.render(Orbit(), width, height)
+        for key in (BODY, GHOST):
+            self.hide(key)
+
+    def render(self, orbit: Orbit, width: int, height: int) -> NDArray[np.uint8]:
+        """The picture (height, width, 4), RGBA, its first row at the top; a view of rows turned over."""
+        if (width, height) != self._size:
+            self._plotter.render_window.SetSize(width, height)
+            self._size = (width, height)
+        camera = self._plotter.camera
+        camera.position = tuple(orbit.position(width / height, self._scale))
+        camera.focal_point = tuple(orbit.target(self._scale))
+        camera.up = (0.0, 1.0, 0.0)
+        camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
+        window = self._plotter.render_window
+        window.Render()
+        return self._read(window, width, height)[::-1]
+
+    def close(self) -> None:
+        """Free the OpenGL context; nothing works afterwards."""
+        self._sticks.clear()
+        self._plotter.close()
+
+    def _read(self, window: Any, width: int, height: int) -> NDArray[np.uint8]:
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+        array = vtkUnsignedCharArray()
+        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, array)
+        values: NDArray[np.uint8] = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
+        return values.reshape(height, width, 4)
+
+    def _stick(self, key: str, skeleton: Skeleton) -> Stick:
+        known = self._skeletons.get(key)
+        if known is None or (known.bone_names, known.parents) != (skeleton.bone_names, skeleton.parents):
+            if key in self._sticks:
+                self._sticks.pop(key).remove()
+            self._add(key, skeleton)
+        return self._sticks[key]
+
+    def _add(self, key: str, skeleton: Skeleton) -> None:
+        self._sticks[key] = Stick(self._plotter, body.Plan.of(skeleton), self._palette, key == GHOST)
+        self._skeletons[key] = skeleton
+
+    def _light(self) -> None:
+        for position, intensity in (
+            ((-1.2, 1.6, 2.0), 0.85),
+            ((2.0, 0.6, 1.2), 0.35),
+            ((0.3, 1.5, -2.0), 0.5),
+        ):
+            light = self._pv.Light(light_type="camera light", intensity=intensity)
+            light.position = position
+            light.focal_point = (0.0, 0.0, 0.0)
+            self._plotter.add_light(light)

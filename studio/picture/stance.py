@@ -1,0 +1,53 @@
+"""One performer at one moment, worked out for the eye."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import Motion, Skeleton, rotation
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """Where the bones of a performer are in the world, and what the face does.
+
+    Args:
+        skeleton: J bones and how they rest.
+        joints: Unity-space world positions (J, 3), metres.
+        turns: world rotations (J, 4), each the change from the T-pose; a stick figure needs none.
+        shapes: weights 0..1 by name, of any set.
+    """
+
+    skeleton: Skeleton
+    joints: NDArray[np.floating]
+    turns: NDArray[np.floating] | None = None
+    shapes: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, motion: Motion, t: float) -> Stance:
+        """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
+        pose = motion.pose(t)
+        shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
+        if not motion.bone_names:
+            return cls(Skeleton.humanoid(()), np.zeros((0, 3)), np.zeros((0, 4)), shapes)
+        joints, turns = motion.skeleton.forward(pose.positions, pose.rotations)
+        root = pose.root_rotation.astype(np.float64)
+        joints = rotation.rotate(root, joints) + pose.root_position
+        return cls(
+            motion.skeleton, joints, rotation.multiply(np.broadcast_to(root, turns.shape), turns), shapes
+        )
+
+    @classmethod
+    def at_rest(cls, skeleton: Skeleton) -> Stance:
+        """A T-pose."""
+        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations))
+
+    @property
+    def usable(self) -> bool:
+        """Whether there is something to see, all of it finite."""
+        fits = len(self.joints) == len(self.skeleton.bone_names) > 0
+        return fits and bool(np.isfinite(self.joints).all())
