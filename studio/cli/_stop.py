@@ -29,6 +29,22 @@ def stop_wishes() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
+@contextmanager
+def ends_clean() -> Iterator[None]:
+    """Within it SIGTERM ends the command as Ctrl+C does, so that nothing half-written stays behind."""
+
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    in_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGTERM, on_signal) if in_main else None
+    try:
+        yield
+    finally:
+        if in_main:
+            signal.signal(signal.SIGTERM, before)
+
+
 def _read_wishes(wish: threading.Event) -> None:
     try:
         if any(line.strip() == "stop" for line in sys.stdin):

@@ -1,93 +1,143 @@
-"""`saia export`: a take, or what a run makes of a take's sound, as files for other programs."""
+"""`saia export`: takes, or what a run makes of their sound, as files for other programs."""
 
 from __future__ import annotations
 
 import argparse
 import tempfile
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
+from studio.cli._clip import (
+    Clip,
+    Generator,
+    Manner,
+    Report,
+    file_clip,
+    generated_clip,
+    selection_of,
+    take_clip,
+)
 from studio.cli._output import Output
-from studio.cli._run import as_request
-from studio.cli._source import check_sound
+from studio.cli._outputs import Source, add_format, entries_of, formats_of, write_clip
+from studio.cli._queue import run_queue
+from studio.cli._shape import Shape, add_shape, shape_of
+from studio.cli._stop import ends_clean
 from studio.cli._target import add_force, check_free
 from studio.cli.generate import add_manner
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
-    from studio.dataset import Selection
-    from studio.motion import Motion
     from studio.project import Project
-    from studio.take import Take
 
-HELP = "write a take, or a run's motion for it, as BVH, SAIA CSV and more"
+HELP = "write takes, or a run's motion for them, as BVH, VRMA and more"
 EXAMPLE = "saia export MyProject Hello_001 -o hello.bvh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT TAKE|RUN:TAKE|FILE.arrow [--style NAME] -o OUT."""
+    """PROJECT TAKE|RUN:TAKE|FILE.arrow... [--format A,B] [--style NAME] -o OUT."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument(
         "what",
+        nargs="+",
         metavar="TAKE|RUN:TAKE|FILE.arrow",
         help="a take, a run and a take to generate for, or a motion file as it is",
     )
     parser.add_argument("--audio", type=Path, help="the sound of a motion file")
     parser.add_argument(
-        "-o", "--out", type=Path, required=True, help="file to write; its ending says the format"
-    )
+        "-o", "--out", type=Path, required=True,
+        help="file to write; its ending says the format; a folder for several",
+    )  # fmt: skip
+    parser.add_argument("--name", help="what the files of one motion are called, with --format")
+    add_format(parser)
     add_force(parser)
-    parser.add_argument("--fps", type=float, default=0.0, help="frame rate; the motion's own where not given")
+    add_shape(parser)
     add_manner(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Write the files with in and out points and offset applied."""
     from studio.cli._project import opened
-    from studio.formats import targets, writer_for
-    from studio.motion import Motion
 
     target = args.out.absolute()
-    writer = writer_for(target)
-    if args.fps and not 1 <= args.fps <= 1000:
-        raise RequestError(
-            "The frame rate must be from 1 to 1000.", "Leave --fps out to keep the motion's own."
-        )
+    several = args.format is not None or len(args.what) > 1
+    if not several:
+        from studio.formats import writer_for
+
+        writer_for(target)
+    shape = shape_of(args)
     project = opened(args.project, out)
-    check_free(targets(target), args.force, project)
-    run_id, _, name = args.what.rpartition(":")
-    # A take's name may hold no colon, a run's neither, so the last one divides them.
-    if args.style is not None and not run_id:
-        raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
+    with ends_clean(), tempfile.TemporaryDirectory(prefix="saia-export-") as folder:
+        exporting = _Exporting(args, project, Path(folder))
+        if several:
+            sources = [exporting.source(what) for what in args.what]
+            modules = formats_of(args.format or "vrma")
+            run_queue(entries_of(sources, modules, target, shape, args.force, project), out, _note(modules))
+        else:
+            _one(exporting, target, shape, out)
+
+
+def _one(exporting: _Exporting, target: Path, shape: Shape, out: Output) -> None:
+    from studio.formats import targets, writer_for
+
+    args, writer = exporting.args, writer_for(target)
+    check_free(targets(target), args.force, exporting.project)
+    source = exporting.source(args.what[0])
     progress = _Progress(out)
     progress.report(0.0)
-    with tempfile.TemporaryDirectory(prefix="saia-export-") as folder:
-        as_file = Path(args.what)
-        if as_file.suffix == ".arrow" and as_file.is_file():
-            run_id, name, clip = "", as_file.stem, _file_clip(as_file, args.audio)
-        else:
-            clip = _clip(*_selection(project, name), Path(folder))
-        motion = clip.motion
-        if run_id:
-            motion = _generated(project, run_id, clip, progress, args)
-        if motion is None and writer.SUFFIX != ".wav":
-            raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
-        if motion is not None and args.fps and len(motion):
-            motion = motion.resampled(args.fps)
-        files = writer.write(target, motion or Motion.build([]), clip.audio)
+    clip = source.clip(progress.report)
+    files = write_clip(writer, target, clip, shape, source.name, exporting.folder)
     progress.report(1.0)
     names = ", ".join(str(file) for file in files)
     out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)
 
 
-@dataclass(frozen=True)
-class _Clip:
-    """The used part of a take: motion from 0, and a file with just its sound."""
+def _note(modules: Sequence[ModuleType]) -> str:
+    return str(modules[0].NOTE) if len(modules) == 1 else ""
 
-    motion: Motion | None
-    audio: Path | None
+
+class _Exporting:
+    """What was asked for, and the runs it takes.
+
+    Args:
+        args: the command's words.
+        project: the open project.
+        folder: a folder of our own for sound that has to be cut.
+    """
+
+    def __init__(self, args: argparse.Namespace, project: Project, folder: Path) -> None:
+        self.args, self.project, self.folder = args, project, folder
+        self._generators: dict[str, Generator] = {}
+
+    def source(self, what: str) -> Source:
+        """One of the things named; RequestError where there is no such take, run or file."""
+        as_file = Path(what)
+        if as_file.suffix == ".arrow" and as_file.is_file():
+            name = self.args.name or as_file.stem
+            return Source(name, 1.0, lambda report: file_clip(as_file, self.args.audio))
+        # A take's name may hold no colon, a run's neither, so the last one divides them.
+        run_id, _, name = what.rpartition(":")
+        if self.args.style is not None and not run_id:
+            raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
+        selection, take = selection_of(self.project, name)
+        if not run_id:
+            return Source(name, 1.0, lambda report: take_clip(selection, take, self.folder))
+        generator = self._generator(run_id)
+
+        def made(report: Report) -> Clip:
+            return generated_clip(generator, take_clip(selection, take, self.folder), report)
+
+        called = name if len(self.args.what) == 1 and self.args.format is None else f"{name}_{run_id}"
+        return Source(called, max(take.info.duration, 1.0), made)
+
+    def _generator(self, run_id: str) -> Generator:
+        if run_id not in self._generators:
+            args = self.args
+            manner = Manner(args.style, args.seed, args.liveliness)
+            self._generators[run_id] = Generator(self.project.run(run_id), manner)
+        return self._generators[run_id]
 
 
 class _Progress:
@@ -104,57 +154,3 @@ class _Progress:
         spent = now - self._start
         eta = spent * (1 - fraction) / fraction if fraction > 0 else None
         self._out.passing("progress", f"{fraction:4.0%}", fraction=fraction, eta_s=eta)
-
-
-def _selection(project: Project, name: str) -> tuple[Selection, Take]:
-    """A selection by its id, or the whole of a take by the take's id."""
-    from studio.dataset import Selection
-
-    if name in project.dataset:
-        selection = project.dataset[name]
-        return selection, project.take(selection.take)
-    return Selection(name, name), project.take(name)
-
-
-def _clip(selection: Selection, take: Take, folder: Path) -> _Clip:
-    from studio.dataset.material import load_material
-    from studio.take.cleaned import clean
-    from studio.take.sound import Sound, read_span, write_sound
-
-    motion = load_material(selection, take, 8000).motion if take.motion_path else None
-    start = max(selection.in_point, 0.0)
-    end = take.info.duration if selection.out_point is None else selection.out_point
-    audio = clean(take.audio_path, selection.clean) if take.audio_path is not None else None
-    if audio is not None and (start > 0 or end < take.info.audio_seconds):
-        span: Sound = read_span(audio, start, end)
-        audio = folder / f"{selection.id}.wav"
-        write_sound(audio, span, "PCM_24")
-    return _Clip(motion, audio)
-
-
-def _file_clip(path: Path, audio: Path | None) -> _Clip:
-    """A motion file as it is: what Review tuned and shows."""
-    from studio.motion.mend import mended
-    from studio.take.motion_file import read_motion
-
-    if audio is not None:
-        check_sound(audio)
-    with as_request():
-        return _Clip(mended(read_motion(path))[0], audio)
-
-
-def _generated(
-    project: Project, run_id: str, clip: _Clip, progress: _Progress, args: argparse.Namespace
-) -> Motion:
-    run = project.run(run_id)
-    if not run.has_weights:
-        raise RequestError(f"{run.id} has no trained weights yet.", "Train it first, or choose another run.")
-    if clip.audio is None:
-        raise RequestError("There is no sound to generate motion from.", "Choose a take with sound.")
-    from studio.generate import chance_of, load_predictor
-
-    predictor, chance = load_predictor(run.folder), chance_of(args.seed, args.liveliness)
-    motion: Motion = predictor.generate(
-        clip.audio, on_progress=progress.report, style=args.style, chance=chance
-    )
-    return motion

@@ -1,14 +1,26 @@
-"""`saia generate`: a trained run turns any sound into motion."""
+"""`saia generate`: a trained run turns any sound into motion, one or a whole folder of them."""
 
 from __future__ import annotations
 
 import argparse
 import time
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from studio.cli._clip import Clip, Generator, Manner, Report
 from studio.cli._output import Output
+from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of
+from studio.cli._queue import run_queue
+from studio.cli._shape import Shape, add_shape, shape_of
 from studio.cli._source import check_sound
+from studio.cli._stop import ends_clean
 from studio.cli._target import add_force, check_free
+from studio.errors import RequestError, StudioError
+
+if TYPE_CHECKING:
+    from studio.motion import Motion
+    from studio.project import Project
 
 HELP = "turn sound into motion with a trained run"
 EXAMPLE = "saia generate MyProject balanced_001 talk.wav -o talk.bvh"
@@ -16,15 +28,22 @@ _REPORT_SECONDS = 0.25
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """PROJECT RUN AUDIO [--style NAME] [--liveliness X] [--seed N] -o OUT."""
+    """PROJECT RUN AUDIO... [--format A,B] [--style NAME] [--liveliness X] [--seed N] -o OUT."""
     parser.add_argument("project", type=Path, help="the project's folder")
     parser.add_argument("run", help="the run whose best weights are used")
-    parser.add_argument("audio", type=Path, help="any sound or video file")
+    parser.add_argument("audio", type=Path, nargs="+", help="sound or video files, or folders of them")
     parser.add_argument(
-        "-o", "--out", type=Path, help="file to write; its ending says the format (exports/NAME.arrow)"
-    )
+        "-o", "--out", type=Path,
+        help="file to write; its ending says the format (exports/NAME.arrow); a folder for several",
+    )  # fmt: skip
+    add_format(parser)
     add_force(parser)
+    add_shape(parser)
     add_manner(parser)
+    parser.add_argument(
+        "--pieces", type=Path, metavar="FOLDER",
+        help="also write each piece of motion into this folder as soon as it is made",
+    )  # fmt: skip
 
 
 def add_manner(parser: argparse.ArgumentParser) -> None:
@@ -54,21 +73,28 @@ def add_chance(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Generate, write, and name the files."""
     from studio.cli._project import opened
+
+    shape = shape_of(args)
+    project = opened(args.project, out)
+    generator = Generator(project.run(args.run), Manner(args.style, args.seed, args.liveliness))
+    with ends_clean():
+        if args.format is not None or len(args.audio) > 1 or args.audio[0].is_dir():
+            _many(args, out, project, generator, shape)
+        else:
+            _one(args, out, project, generator, shape)
+
+
+def _one(args: argparse.Namespace, out: Output, project: Project, generator: Generator, shape: Shape) -> None:
     from studio.formats import targets, writer_for
 
-    project = opened(args.project, out)
-    chosen = project.run(args.run)
-    target = args.out or project.exports_folder / f"{args.audio.stem}_{chosen.id}.arrow"
+    audio = args.audio[0]
+    target = args.out or project.exports_folder / f"{audio.stem}_{generator.run.id}.arrow"
     writer = writer_for(target)
     check_free(targets(target.absolute()), args.force, project)
-    check_sound(args.audio)
-    # Torch takes seconds to load: what was wrong with the request has been said by now.
-    from studio.generate import chance_of, load_predictor
-
-    predictor, chance = load_predictor(chosen.folder), chance_of(args.seed, args.liveliness)
-    motion = predictor.generate(args.audio, on_progress=_Reporter(out), style=args.style, chance=chance)
+    check_sound(audio)
+    motion = _generated(generator, audio, _Reporter(out), args.pieces, out)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
-    files = writer.write(target.absolute(), motion, args.audio)
+    files = writer.write(target.absolute(), shape.motion(motion, audio.stem), audio)
     text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
     out.done(
         text,
@@ -76,10 +102,56 @@ def run(args: argparse.Namespace, out: Output) -> None:
         seconds=motion.duration,
         frames=len(motion),
         fps=motion.fps,
-        style=args.style or predictor.style,
+        style=generator.style,
         seed=args.seed,
         liveliness=args.liveliness,
     )
+
+
+def _many(
+    args: argparse.Namespace, out: Output, project: Project, generator: Generator, shape: Shape
+) -> None:
+    """Every sound in every format, into one folder."""
+    sounds = sounds_of(args.audio)
+    folder = args.out or project.exports_folder
+    if args.pieces is not None:
+        raise RequestError("--pieces is for one sound.", "Leave it out, or name one sound and no --format.")
+    sources = [
+        Source(
+            f"{sound.stem}_{generator.run.id}",
+            float(max(sound.stat().st_size, 1)),
+            partial(_clip, generator, sound),
+        )
+        for sound in sounds
+    ]
+    modules = formats_of(args.format or "vrma")
+    run_queue(entries_of(sources, modules, folder, shape, args.force, project), out)
+
+
+def _clip(generator: Generator, sound: Path, report: Report) -> Clip:
+    return Clip(generator.motion(sound, report), sound)
+
+
+def _generated(generator: Generator, audio: Path, report: Report, pieces: Path | None, out: Output) -> Motion:
+    """The motion of a sound; each piece is written beside as soon as it is there."""
+    if pieces is None:
+        return generator.motion(audio, report)
+    from studio.motion.clip import concatenate
+    from studio.take.motion_file import write_motion
+    from studio.take.sound import sound_info
+
+    seconds = sound_info(audio).duration
+    parts: list[Motion] = []
+    for part in generator.pieces(audio):
+        file = pieces.absolute() / f"piece_{len(parts):05d}.arrow"
+        write_motion(file, part)
+        parts.append(part)
+        end = float(part.times[-1])
+        out.event("piece", file=file, start=float(part.times[0]), end=end)
+        report(min(1.0, end / seconds) if seconds > 0 else 1.0)
+    if not parts:
+        raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
+    return concatenate(parts)
 
 
 class _Reporter:

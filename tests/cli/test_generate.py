@@ -82,7 +82,23 @@ def test_the_ending_says_the_format(
             "A liveliness of 9 is not possible. Choose 0 (still) ",
         ),
         (["quick_001", "SOUND", "--seed", "-3"], 2, "A seed of -3 is not possible. Choose a whole number "),
-        (["quick_001", "."], 2, ". is a folder. Name a sound file.\n"),
+        (
+            ["quick_001", "EMPTY"],
+            2,
+            "There is no sound in the folder 空 folder. Choose a folder with WAV, MP3 ",
+        ),
+        (["quick_001", "SOUND", "--format", "vrma,fbx"], 2, "There is no format fbx to write. Choose from: "),
+        (["quick_001", "SOUND", "SOUND.x"], 2, "There is no sound file at SOUND.x. Check how the path "),
+        (
+            ["quick_001", "SOUND", "--format", "bvh", "-o", "SOUND"],
+            2,
+            "SOUND is a file, not a folder. Choose another folder with -o.\n",
+        ),
+        (
+            ["quick_001", "SOUND", "--from", "3", "--to", "1"],
+            2,
+            "The span ends before it begins. Choose --to ",
+        ),
         (["quick_001", "SOUND", "-o", "SOUND"], 2, "SOUND is there already. Choose another name with -o, "),
     ],
 )
@@ -94,7 +110,9 @@ def test_a_wrong_request_is_a_sentence(
     code: int,
     sentence: str,
 ) -> None:
-    words = [word.replace("SOUND", str(sound)) for word in words]
+    empty = sound.with_name("空 folder")
+    empty.mkdir()
+    words = [word.replace("SOUND", str(sound)).replace("EMPTY", str(empty)) for word in words]
     sentence = sentence.replace("SOUND", str(sound))
     assert cli.main(["generate", str(project.folder), *words]) == code
     assert capsys.readouterr().err.startswith(sentence)
@@ -146,3 +164,100 @@ def test_seed_and_liveliness_are_as_asked(
     assert np.abs(one - two).max() > 1e-3
     still = drawn("d", "--seed", "1", "--liveliness", "0")
     assert np.abs(np.diff(still, axis=0)).mean() < np.abs(np.diff(one, axis=0)).mean()
+
+
+def test_the_pieces_are_the_whole_and_come_one_after_another(
+    project: Project, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.motion.clip import concatenate
+    from studio.take.motion_file import read_motion
+
+    sound = tmp_path / "long.wav"
+    soundfile.write(sound, np.random.default_rng(0).normal(0, 0.1, 50 * 16000), 16000)
+    out, pieces = tmp_path / "whole.arrow", tmp_path / "pieces"
+    words = (
+        "generate",
+        str(project.folder),
+        "quick_001",
+        str(sound),
+        "-o",
+        str(out),
+        "--pieces",
+        str(pieces),
+    )
+    code, events = outcome(capsys, *words)
+    assert code == 0, events
+    told = [event for event in events if event["event"] == "piece"]
+    assert [event["start"] for event in told] == pytest.approx([0.0, 20.0, 40.0])
+    whole, parts = read_motion(out), concatenate([read_motion(Path(event["file"])) for event in told])
+    np.testing.assert_array_equal(whole.times, parts.times)
+    np.testing.assert_array_equal(whole.rotations, parts.rotations)
+
+
+def test_a_folder_becomes_motion_and_what_fails_stops_nothing(
+    project: Project, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.formats import bvh
+
+    folder, out = tmp_path / "声 sounds", tmp_path / "書き出し"
+    folder.mkdir()
+    names = ("今日は: hello.wav", "talk.flac", "talk.wav")
+    for number, name in enumerate(names, 1):
+        soundfile.write(folder / name, np.random.default_rng(number).normal(0, 0.1, number * 16000), 16000)
+    (folder / "broken.mp3").write_bytes(b"ID3 this is no sound" * 40)
+    (folder / "notes.txt").write_text("no sound either")
+    words = (
+        "generate",
+        str(project.folder),
+        "quick_001",
+        str(folder),
+        "-o",
+        str(out),
+        "--format",
+        "bvh,arrow",
+    )
+    code, events = outcome(capsys, *words)
+    assert code == 0, events
+    stems = ["今日は_ hello_quick_001", "talk_quick_001", "talk_quick_001_2"]
+    wanted = sorted(f"{stem}{suffix}" for stem in stems for suffix in (".bvh", ".arrow"))
+    assert sorted(path.name for path in out.iterdir()) == wanted
+    assert sorted(Path(file).name for file in events[-1]["files"]) == wanted
+    assert [len(bvh.read(out / f"{stem}.bvh").motion or ()) for stem in stems] == [30, 60, 90]
+    failed = events[-1]["failed"]
+    assert [one["name"] for one in failed] == ["broken_quick_001.bvh", "broken_quick_001.arrow"]
+    assert {one["what"] for one in failed} == {"No sound could be read from broken.mp3."}
+    states = [event["state"] for event in events if event["event"] == "entry"]
+    assert (states.count("done"), states.count("failed"), states.count("running")) == (6, 2, 8)
+    code, events = outcome(capsys, *words)
+    assert (code, events[-1]["event"]) == (2, "error")
+    assert events[-1]["what"].endswith(" is there already.")
+    assert outcome(capsys, *words, "--force")[0] == 0
+
+
+def test_where_nothing_could_be_made_the_batch_says_why(
+    project: Project, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "sounds"
+    folder.mkdir()
+    for name in ("a.wav", "b.wav"):
+        (folder / name).write_bytes(b"nonsense" * 20)
+    words = ("generate", str(project.folder), "quick_001", str(folder), "-o", str(tmp_path / "out"))
+    assert cli.main([*words, "--format", "bvh"]) == 1
+    assert capsys.readouterr().err == (
+        "None of the 2 files could be made. The first, a_quick_001.bvh: No sound could be read from a.wav. "
+        "Choose a WAV, FLAC, OGG, MP3 or M4A file.\n"
+    )
+
+
+def test_only_a_part_from_when_to_when(
+    project: Project, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from studio.take.motion_file import read_motion
+
+    out = tmp_path / "part.arrow"
+    more = ("--part", "face", "--fps", "10", "--from", "1", "--to", "2")
+    words = ("generate", str(project.folder), "quick_001", str(sound), "-o", str(out), *more)
+    assert outcome(capsys, *words)[0] == 0
+    motion = read_motion(out)
+    np.testing.assert_allclose(motion.times, np.arange(11) / 10)
+    assert (motion.shape_names, motion.bone_names) == (("A", "Blink", "Neutral"), ())

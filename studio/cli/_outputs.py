@@ -1,0 +1,218 @@
+"""Several files of several formats into one folder: their names, and how each is made."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Protocol
+
+from studio.cli._clip import Clip, Report
+from studio.cli._queue import CancelledError, Entry
+from studio.cli._shape import Shape
+from studio.cli._target import check_free
+from studio.errors import RequestError, StudioError
+
+if TYPE_CHECKING:
+    from studio.project import Project
+
+SOUND_SUFFIXES = frozenset(
+    {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".aac", ".aif", ".aiff", ".wma",
+     ".mp4", ".mov", ".mkv", ".webm", ".avi"}
+)  # fmt: skip
+"""What is taken out of a folder; a file that is named is read whatever its ending."""
+
+
+class Maker(Protocol):
+    """Reads or generates what a source gives."""
+
+    def __call__(self, report: Report) -> Clip:
+        """The clip; `report` is told the fraction done."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Something to export: what its files are called, how long it takes, and how it is read or made."""
+
+    name: str
+    weight: float
+    clip: Maker
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """--format A,B: several files into the folder named by -o."""
+    parser.add_argument(
+        "--format", metavar="A,B", help="write these formats into the folder named by -o, e.g. vrma,bvh"
+    )
+
+
+def formats_of(text: str) -> list[ModuleType]:
+    """The writers that were named, by their name or by the ending of their files.
+
+    Raises:
+        RequestError: one of them is not known.
+    """
+    from studio import formats
+
+    writers = formats.writers()
+    endings = {formats.written_suffix(module).lstrip("."): module for module in writers.values()}
+    found = []
+    for word in filter(None, (part.strip().lower().lstrip(".") for part in text.split(","))):
+        module = writers.get(word) or endings.get(word)
+        if module is None:
+            what = f"There is no format {word} to write."
+            raise RequestError(what, f"Choose from: {', '.join(sorted(writers))}.")
+        if module not in found:
+            found.append(module)
+    if not found:
+        raise RequestError("No format was named.", f"Choose from: {', '.join(sorted(writers))}.")
+    return found
+
+
+def sounds_of(paths: Iterable[Path]) -> list[Path]:
+    """The sound files that were named, folders replaced by those in them.
+
+    Raises:
+        RequestError: there is nothing at a path, or a folder holds no sound.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            found += _within(path)
+        elif path.exists():
+            found.append(path)
+        else:
+            raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+    return list(dict.fromkeys(found))
+
+
+def _within(folder: Path) -> list[Path]:
+    try:
+        inside = sorted(
+            path
+            for path in folder.iterdir()
+            if path.suffix.lower() in SOUND_SUFFIXES and not path.name.startswith(".") and path.is_file()
+        )
+    except OSError as error:
+        what = f"The folder {folder} cannot be read."
+        raise RequestError(what, "Choose another folder, or allow reading in it.") from error
+    if not inside:
+        raise RequestError(
+            f"There is no sound in the folder {folder.resolve().name}.",
+            "Choose a folder with WAV, MP3 or other sounds.",
+        )
+    return inside
+
+
+def entries_of(
+    sources: Sequence[Source],
+    modules: Sequence[ModuleType],
+    folder: Path,
+    shape: Shape,
+    force: bool,
+    project: Project | None = None,
+) -> list[Entry]:
+    """What a queue makes: one file of each format for each source.
+
+    Args:
+        sources: what is exported.
+        modules: the formats.
+        folder: where to.
+        shape: what is kept of each.
+        force: files that are there are written over.
+        project: its takes and runs are never written over.
+
+    Raises:
+        RequestError: one of the files may not be written.
+    """
+    from studio import formats
+
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
+    entries: list[Entry] = []
+    for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):
+        shared = _Shared(source, shape)
+        for number, module in enumerate(modules):
+            target = (folder / f"{name}{formats.written_suffix(module)}").absolute()
+            check_free(formats.targets(target), force, project)
+            weight = source.weight if number == 0 else source.weight * 0.05
+            entries.append(Entry(target.name, weight, _Writing(shared, module, target)))
+    return entries
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """File names that every system accepts, no two alike: `talk.wav` and `talk.mp3` give talk and talk_2."""
+    from studio.take.safe_file import safe_name
+
+    found: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        base = chosen = safe_name(name)
+        number = 1
+        while chosen.casefold() in taken:
+            number += 1
+            chosen = f"{base}_{number}"
+        taken.add(chosen.casefold())
+        found.append(chosen)
+    return found
+
+
+def write_clip(
+    module: ModuleType, target: Path, clip: Clip, shape: Shape, name: str, scratch: Path
+) -> tuple[Path, ...]:
+    """Write one file of a clip, read back by its format."""
+    from studio.motion import Motion
+
+    motion = clip.motion
+    if motion is None and module.SUFFIX != ".wav":
+        raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
+    shaped = shape.motion(motion, name) if motion is not None and len(motion) else motion
+    audio = shape.sound(clip.audio, scratch) if clip.audio is not None else None
+    files: tuple[Path, ...] = module.write(target, shaped or Motion.build([]), audio)
+    return files
+
+
+class _Shared:
+    """A source read once for all its formats; what went wrong with it goes wrong with each."""
+
+    def __init__(self, source: Source, shape: Shape) -> None:
+        self.source, self.shape = source, shape
+        self._clip: Clip | None = None
+        self._error: StudioError | None = None
+        self.left = 0  # formats that still need it
+
+    def clip(self, report: Report) -> Clip:
+        if self._error is not None:
+            raise self._error
+        if self._clip is None:
+            try:
+                self._clip = self.source.clip(report)
+            except CancelledError:
+                raise
+            except StudioError as error:
+                self._error = error
+                raise
+        clip = self._clip
+        self.left -= 1
+        if self.left <= 0:
+            self._clip = None  # an hour of motion is large
+        return clip
+
+
+class _Writing:
+    """Makes one file of a source."""
+
+    def __init__(self, shared: _Shared, module: ModuleType, target: Path) -> None:
+        self._shared, self._module, self._target = shared, module, target
+        shared.left += 1
+
+    def __call__(self, report: Report) -> tuple[Path, ...]:
+        import tempfile
+
+        clip = self._shared.clip(lambda fraction: report(0.95 * fraction))
+        name = self._shared.source.name
+        with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
+            return write_clip(self._module, self._target, clip, self._shared.shape, name, Path(scratch))
