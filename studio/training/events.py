@@ -154,7 +154,20 @@ class Step:
     eta_s: float = 0.0
 
 
-Event = Started | Note | Cleaning | Epoch | Step
+@dataclass(frozen=True)
+class OutOfMemory:
+    """The memory was not enough; the failure itself is told as always.
+
+    Args:
+        run: id of the run it had begun, "" for none.
+        setting: what may fit, as --set takes it; "" where it is as small as can be.
+    """
+
+    run: str
+    setting: str
+
+
+Event = Started | Note | Cleaning | Epoch | Step | OutOfMemory
 
 
 def is_still(motion_ratio: float | None) -> bool:

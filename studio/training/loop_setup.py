@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError
 from studio.features.audio import heard
 from studio.model._network import Network
 from studio.training import checkpoint
@@ -113,19 +113,3 @@ def learning_rate(settings: TrainingSettings, step: int, steps: int) -> float:
         return low + (top - low) * (1 - math.cos(math.pi * step / turn)) / 2
     part = min((step - turn) / max(steps - 1 - turn, 1), 1.0)
     return end + (top - end) * (1 + math.cos(math.pi * part)) / 2
-
-
-def is_out_of_memory(error: BaseException) -> bool:
-    """Whether numpy, torch or the device ran out of memory."""
-    if isinstance(error, MemoryError | torch.OutOfMemoryError):
-        return True
-    return "out of memory" in str(error) or "can't allocate memory" in str(error)
-
-
-def out_of_memory(recipe: Recipe) -> StudioError:
-    """What to say then: a smaller batch that may fit."""
-    crops = recipe.training.crops
-    smaller = f"training.crops={crops // 2}" if crops > 1 else "a smaller network.units"
-    return StudioError(
-        "The memory of this machine was not enough for the training.", f"Try again with {smaller}."
-    )

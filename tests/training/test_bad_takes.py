@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-import torch
 
 from studio.dataset import edits
 from studio.errors import StudioError
@@ -19,7 +18,6 @@ from studio.project import Project, Run
 from studio.take import TakeInfo
 from studio.training.events import Cleaning, Event, Note, Started
 from studio.training.loop import resumed_recipe, train
-from studio.training.loop_setup import is_out_of_memory
 from studio.training.recipe import Recipe, load_recipe
 
 MakeProject = Callable[..., Project]
@@ -155,25 +153,6 @@ def test_a_resumed_run_of_a_newer_studio_says_so(make_toy_project: MakeProject) 
     with pytest.raises(StudioError) as caught:
         trained(project, resumed_recipe(run), resume=run)
     assert caught.value.remedy == "Update Saia Studio to open it."
-
-
-def test_every_way_of_running_out_of_memory_is_known() -> None:
-    cpu = "[enforce fail at alloc_cpu.cpp:121] . DefaultCPUAllocator: can't allocate memory: you tried to"
-    assert is_out_of_memory(MemoryError())
-    assert is_out_of_memory(torch.OutOfMemoryError("CUDA out of memory. Tried to allocate 2 GiB."))
-    assert is_out_of_memory(RuntimeError(cpu))
-    assert is_out_of_memory(RuntimeError("MPS backend out of memory (MPS allocated: 8 GB)"))
-    assert not is_out_of_memory(RuntimeError("mat1 and mat2 shapes cannot be multiplied"))
-
-
-def test_too_little_memory_is_a_sentence_with_a_smaller_batch(make_toy_project: MakeProject) -> None:
-    # More rows than any machine has addresses for: the very first of them is refused, nothing is filled.
-    impossible = tiny("crops=8", "steps_per_frame=1000000000000")
-    with pytest.raises(StudioError) as caught:
-        trained(make_toy_project(("train", "val")), impossible)
-    assert str(caught.value) == (
-        "The memory of this machine was not enough for the training. Try again with training.crops=4."
-    )
 
 
 @pytest.mark.parametrize("hostile", [{"hearing": 8000}, {"reach_s": math.inf}, {"width": 10**9}])

@@ -1,0 +1,131 @@
+"""A training cut off at any moment: what is kept is complete, and it goes on to the same end."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+from safetensors.torch import load_file
+
+from studio.project import Project, Run
+from studio.training.events import Epoch, Event, Note, Step
+from studio.training.loop import resumed_recipe, train
+from studio.training.recipe import Recipe, load_recipe
+
+MakeProject = Callable[..., Project]
+OF_EACH_SITTING = ("run", "seconds", "notes", "pid", "host")
+
+
+def tiny() -> Recipe:
+    small = ["units=16", "steps=6", "crops=4", "crop_frames=60", "epochs=4", "average=0.5"]
+    return load_recipe("balanced").with_overrides(small)
+
+
+def quiet(event: Event) -> None:
+    pass
+
+
+def facts(run: Run) -> dict[str, Any]:
+    """What two equal trainings report alike."""
+    assert run.report is not None
+    return {key: value for key, value in run.report.items() if key not in OF_EACH_SITTING}
+
+
+def same(a: Run, b: Run) -> bool:
+    """Whether two runs hold the same weights, figures and report."""
+    told = [[{**e, "seconds": 0, "eta_s": 0} for e in run.epochs()] for run in (a, b)]
+    weights = [load_file(run.folder / "best.safetensors") for run in (a, b)]
+    return (
+        facts(a) == facts(b)
+        and told[0] == told[1]
+        and weights[0].keys() == weights[1].keys()
+        and all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
+    )
+
+
+def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(make_toy_project: MakeProject) -> None:
+    project = make_toy_project()
+    whole = train(project, tiny(), on_event=quiet)
+
+    def interrupted(event: Event) -> None:
+        if isinstance(event, Epoch) and event.epoch == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(project, tiny(), on_event=interrupted)
+    cut = project.run("balanced_002")
+    assert cut.status == "stopped"
+    assert cut.report is not None
+    assert cut.report["best_val"] == cut.epochs()[cut.report["best_epoch"] - 1]["val"]
+    assert (load_file(cut.folder / "best.safetensors")["gain"] != 1).any()
+    notes: list[Event] = []
+    again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
+    assert [n.text for n in notes if isinstance(n, Note)] == ["balanced_002 goes on after epoch 2."]
+    assert same(again, whole)
+
+
+@pytest.mark.parametrize("moment", [(1, 3), (3, 2), (4, None)])
+def test_after_a_power_cut_it_goes_on_to_the_end_of_one_that_had_none(
+    make_toy_project: MakeProject, moment: tuple[int, int | None]
+) -> None:
+    project = make_toy_project()
+
+    def power_cut(event: Event) -> None:
+        now = (
+            (event.epoch, event.step if isinstance(event, Step) else None)
+            if isinstance(event, Epoch | Step)
+            else None
+        )
+        if now == moment:  # the disk as it is then is all there will be
+            shutil.copytree(project.runs_folder / "balanced_001", project.runs_folder / "balanced_050")
+
+    whole = train(project, tiny(), on_event=power_cut, step_seconds=0.0)
+    left = project.run("balanced_050")
+    assert left.status == "running"  # by its report, whose process happens to live
+    notes: list[Event] = []
+    again = train(project, resumed_recipe(left), on_event=notes.append, resume=left)
+    done = moment[0] - (moment[1] is not None)
+    said = f"goes on after epoch {done}." if done else "had not finished an epoch and begins anew."
+    assert [n.text for n in notes if isinstance(n, Note)] == [f"balanced_050 {said}"]
+    assert same(again, whole)
+
+
+def test_a_cut_between_two_files_of_an_epoch_changes_nothing(make_toy_project: MakeProject) -> None:
+    project = make_toy_project()
+    kept: dict[int, Path] = {}
+
+    def copy(event: Event) -> None:
+        if isinstance(event, Epoch) and event.best:
+            kept[event.epoch] = project.runs_folder / f"balanced_05{event.epoch}"
+            shutil.copytree(project.runs_folder / "balanced_001", kept[event.epoch])
+
+    whole = train(project, tiny(), on_event=copy)
+    first, second = sorted(kept)[:2]
+    # The weights of the later epoch were written, where it stands was not.
+    shutil.copyfile(kept[second] / "best.safetensors", kept[first] / "best.safetensors")
+    left = project.run(kept[first].name)
+    assert same(train(project, resumed_recipe(left), on_event=quiet, resume=left), whole)
+
+
+def test_the_figures_while_training_are_those_of_the_model_that_is_kept(
+    make_toy_project: MakeProject,
+) -> None:
+    project = make_toy_project()
+    run = train(project, tiny(), on_event=quiet)
+    measured = figures_of(project, run)
+    assert run.report is not None
+    for name in ("rmse", "pearson", "motion_ratio", "motion_ratio_head", "std_ratio"):
+        assert measured[name] == pytest.approx(run.report["best_val"][name], rel=1e-3), name
+
+
+def figures_of(project: Project, run: Run) -> dict[str, Any]:
+    """What `saia evaluate` measures on the validation takes."""
+    from studio.cli._output import Output
+    from studio.cli.evaluate import choose_ground, measure
+
+    ground = choose_ground(project, None, "val", Output(as_json=True))
+    return measure(run, ground, None, 0, 1.0).metrics
