@@ -8,8 +8,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from studio.picture.face_shape import FaceShape, face_shape
 from studio.ui import theme
-from studio.ui.widgets.face_shape import FaceShape, face_shape
 
 
 class DrawnFace(QWidget):

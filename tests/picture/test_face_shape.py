@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from studio.ui.widgets.face_shape import FaceShape, face_shape
+from studio.picture.face_shape import FaceShape, face_shape
 
 
 def test_no_shapes_are_a_resting_face() -> None:
