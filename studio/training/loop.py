@@ -34,12 +34,12 @@ from studio.training.events import (
 )
 from studio.training.gather import gather
 from studio.training.loop_check import Check, Checked
+from studio.training.loop_memory import is_out_of_memory, out_of_memory, smaller_batch
 from studio.training.loop_predict import enliven
 from studio.training.loop_run import RunFolder
 from studio.training.loop_setup import fresh_model, leave_together, make_fabric, make_loss
 from studio.training.loop_state import Progress, keep_state, state_of
 from studio.training.loop_step import Steps
-from studio.training.memory import is_out_of_memory, out_of_memory, smaller_batch
 from studio.training.preview import Previewing
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks

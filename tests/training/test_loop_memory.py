@@ -12,7 +12,7 @@ from studio.errors import StudioError
 from studio.project import Project
 from studio.training.events import Epoch, Event, OutOfMemory
 from studio.training.loop import resumed_recipe, train
-from studio.training.memory import is_out_of_memory, smaller_batch
+from studio.training.loop_memory import is_out_of_memory, smaller_batch
 from studio.training.recipe import Recipe, load_recipe
 
 MakeProject = Callable[..., Project]
