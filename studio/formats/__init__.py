@@ -23,9 +23,10 @@ from types import ModuleType
 from studio import registry
 from studio.errors import RequestError
 from studio.formats._imported import Imported
+from studio.motion.avatar import Avatar
 
 __all__ = [
-    "Imported", "load", "names", "reader_for", "readers", "targets", "writer_for", "writers",
+    "Imported", "load", "names", "read_avatar", "reader_for", "readers", "targets", "writer_for", "writers",
     "written_suffix",
 ]  # fmt: skip
 
@@ -72,6 +73,16 @@ def targets(path: Path) -> tuple[Path, ...]:
     module = writer_for(path)
     found: tuple[Path, ...] = module.targets(path) if hasattr(module, "targets") else (path,)
     return found
+
+
+def read_avatar(path: Path) -> Avatar:
+    """The avatar of a .vrm of version 0 or 1; StudioError where it cannot be read.
+
+    Takes up to some seconds for a large file: not on a thread that draws.
+    """
+    from studio.formats import _vrm
+
+    return _vrm.read(path)
 
 
 def reader_for(path: Path) -> ModuleType | None:

@@ -22,8 +22,8 @@ MAX_BYTES = 1 << 30
 FLOAT = 5126
 _HEADER = struct.Struct("<4sII")
 _CHUNK = struct.Struct("<I4s")
-_SIZES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", FLOAT: "<f4"}
+_SIZES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", FLOAT: "<f4"}
 _AGAIN = "Export it again from the program it came from."
 
 
@@ -93,25 +93,81 @@ class Glb:
             KeyError, IndexError, TypeError, ValueError: the document makes no sense there.
         """
         accessor = entry(self.document, "accessors", index)
-        view = entry(self.document, "bufferViews", accessor["bufferView"])
-        if "sparse" in accessor or view.get("buffer", 0) != 0 or "uri" in self.document["buffers"][0]:
-            what = f"{self.path.name} keeps its numbers in a way that the studio does not read."
-            raise StudioError(what, "Save it as one GLB file without extra buffers.")
-        kind, width, count = _TYPES[accessor["componentType"]], _SIZES[accessor["type"]], accessor["count"]
-        item = np.dtype(kind).itemsize * width
-        stride = view.get("byteStride", item)
-        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-        whole = all(isinstance(value, int) and value >= 0 for value in (count, stride, start))
-        if not whole or count < 1 or stride < item or start + stride * (count - 1) + item > len(self._data):
-            raise cut_short(self.path)
-        values = np.ndarray((count, width), kind, self._data, start, (stride, np.dtype(kind).itemsize))
+        if "sparse" in accessor:
+            raise self._unreadable()
+        values = self._values(accessor)
         with np.errstate(invalid="ignore"):  # a damaged file may hold NaNs that signal
             floats = values.astype(np.float64)
         if accessor["componentType"] != FLOAT:
             floats = np.maximum(floats / np.iinfo(values.dtype).max, -1.0)
         if not np.isfinite(floats).all():
             raise damaged(self.path)
+        width = floats.shape[1]
         return floats[:, 0] if width == 1 else floats
+
+    def table(self, index: int, most: int) -> NDArray[Any]:
+        """The values of one accessor as the file keeps them (T, n), of its own type, sparse ones filled in.
+
+        Args:
+            index: of the accessor.
+            most: refuse more rows than these, which only an accessor without numbers of its own could claim.
+
+        Raises: as `numbers`.
+        """
+        accessor = entry(self.document, "accessors", index)
+        kind, width, count = _TYPES[accessor["componentType"]], _SIZES[accessor["type"]], accessor["count"]
+        if "bufferView" in accessor:
+            values = self._values(accessor)
+        elif isinstance(count, int) and 0 < count <= most:
+            values = np.zeros((count, width), kind)
+        else:
+            raise cut_short(self.path)
+        if "sparse" in accessor:
+            values = self._filled(values.copy(), accessor)
+        if accessor["componentType"] == FLOAT and not np.isfinite(values).all():
+            raise damaged(self.path)
+        return values
+
+    def block(self, index: int) -> bytes:
+        """The bytes of one buffer view, e.g. a picture; the errors are those of `numbers`."""
+        view = self._view(index)
+        start, length = view.get("byteOffset", 0), view["byteLength"]
+        whole = all(isinstance(value, int) and value >= 0 for value in (start, length))
+        if not whole or start + length > len(self._data):
+            raise cut_short(self.path)
+        return self._data[start : start + length]
+
+    def _view(self, index: Any) -> dict[str, Any]:
+        view = entry(self.document, "bufferViews", index)
+        if view.get("buffer", 0) != 0 or "uri" in self.document["buffers"][0]:
+            raise self._unreadable()
+        return view
+
+    def _unreadable(self) -> StudioError:
+        what = f"{self.path.name} keeps its numbers in a way that the studio does not read."
+        return StudioError(what, "Save it as one GLB file without extra buffers.")
+
+    def _values(self, accessor: dict[str, Any]) -> NDArray[Any]:
+        """The rows of an accessor (T, n) where they lie in the file."""
+        kind, width, count = _TYPES[accessor["componentType"]], _SIZES[accessor["type"]], accessor["count"]
+        view = self._view(accessor["bufferView"])
+        item = np.dtype(kind).itemsize * width
+        stride = view.get("byteStride", item)
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        whole = all(isinstance(value, int) and value >= 0 for value in (count, stride, start))
+        if not whole or count < 1 or stride < item or start + stride * (count - 1) + item > len(self._data):
+            raise cut_short(self.path)
+        return np.ndarray((count, width), kind, self._data, start, (stride, np.dtype(kind).itemsize))
+
+    def _filled(self, values: NDArray[Any], accessor: dict[str, Any]) -> NDArray[Any]:
+        """An accessor's rows with those that differ put in. Source: glTF 2.0, 3.6.2.3."""
+        sparse = accessor["sparse"]
+        places = sparse["indices"] | {"count": sparse["count"], "type": "SCALAR"}
+        entries = accessor | sparse["values"] | {"count": sparse["count"]}
+        entries["byteOffset"] = sparse["values"].get("byteOffset", 0)
+        rows = self._values(places)[:, 0].astype(np.int64)
+        values[rows] = self._values(entries)
+        return values
 
 
 def read(path: Path) -> Glb:

@@ -12,15 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.picture import body
 from studio.picture.camera import FIELD_OF_VIEW, Orbit, to_picture
+from studio.picture.costume import Costume, has_body, height_of
 from studio.picture.palette import DARK, Palette
 from studio.picture.room import Room
 from studio.picture.stance import Stance
 from studio.picture.stick import Stick
 
 BODY, GHOST = "body", "ghost"
+STICK_HEIGHT = 1.67
+"""Metres from the ground to the top of the built-in stick figure: what cameras are set for."""
 
 
 class Scene:
@@ -29,6 +33,7 @@ class Scene:
     Off screen, e.g. for a film:
 
         with Scene() as scene:
+            scene.dress(formats.read_avatar(path))     # or None, or leave it: a stick figure
             for t in times:
                 scene.place(BODY, Stance.of(motion, t))
                 pixels = scene.render(Orbit.preset("front"), 1280, 720)
@@ -50,6 +55,9 @@ class Scene:
         self._light()
         self._skeletons: dict[str, Skeleton] = {}
         self._sticks: dict[str, Stick] = {}
+        self._avatar: Avatar | None = None
+        self._costumes: dict[str, Costume] = {}
+        self._tall, self._covered = 0.0, False
         self._scale = 1.0
         self._size = (640, 480)
         self._room = Room(self._plotter, palette)
@@ -70,23 +78,43 @@ class Scene:
         for key, skeleton in list(self._skeletons.items()):
             self._sticks.pop(key).remove()
             self._add(key, skeleton)
+        self._undress()
+
+    def dress(self, avatar: Avatar | None) -> None:
+        """Draw an avatar from the next `place` on; None for the stick figure.
+
+        An avatar without a body to see is a stick figure of its proportions, beside what meshes it has.
+        """
+        if avatar is not self._avatar:
+            self._avatar = avatar
+            self._undress()
+            self._tall = height_of(avatar) if avatar is not None else 0.0
+            self._covered = avatar is not None and has_body(avatar)
 
     def place(self, key: str, stance: Stance) -> None:
-        """Put the BODY or the GHOST somewhere."""
+        """Put the BODY or the GHOST somewhere: as the avatar where the stance has turns."""
+        dressed = self._avatar is not None and stance.turns is not None
+        if self._avatar is not None and dressed:
+            if self._avatar.surfaces:
+                self._costume(key).move(stance)
+                self._costumes[key].set_visible(True)
+            stance = stance.worn_by(self._avatar)
         stick = self._stick(key, stance.skeleton)
         joints = to_picture(stance.joints)
         scale = stick.plan.scale(joints)
         if key == BODY:
-            self._scale = scale
+            self._scale = self._tall / STICK_HEIGHT if dressed and self._tall > 0.05 else scale
             middle = joints[stick.plan.hips if stick.plan.hips >= 0 else 0]
-            self._room.place_shadow(float(middle[0]), float(middle[2]), scale)
-        stick.move(joints, scale)
-        stick.set_visible(True)
+            self._room.place_shadow(float(middle[0]), float(middle[2]), self._scale)
+        if not (dressed and self._covered):
+            stick.move(joints, scale)
+        stick.set_visible(not (dressed and self._covered))
 
     def hide(self, key: str) -> None:
         """Take the BODY or the GHOST out of the picture."""
-        if key in self._sticks:
-            self._sticks[key].set_visible(False)
+        for shown in (self._sticks, self._costumes):
+            if key in shown:
+                shown[key].set_visible(False)
 
     def rehearse(self, width: int, height: int) -> None:
         """Draw everything once unseen: OpenGL prepares its programs, which takes as long as the rest."""
@@ -113,6 +141,7 @@ class Scene:
     def close(self) -> None:
         """Free the OpenGL context; nothing works afterwards."""
         self._sticks.clear()
+        self._costumes.clear()
         self._plotter.close()
 
     def _read(self, window: Any, width: int, height: int) -> NDArray[np.uint8]:
@@ -135,6 +164,17 @@ class Scene:
     def _add(self, key: str, skeleton: Skeleton) -> None:
         self._sticks[key] = Stick(self._plotter, body.Plan.of(skeleton), self._palette, key == GHOST)
         self._skeletons[key] = skeleton
+
+    def _costume(self, key: str) -> Costume:
+        assert self._avatar is not None
+        if key not in self._costumes:
+            self._costumes[key] = Costume(self._plotter, self._avatar, self._palette, key == GHOST)
+        return self._costumes[key]
+
+    def _undress(self) -> None:
+        for costume in self._costumes.values():
+            costume.remove()
+        self._costumes = {}
 
     def _light(self) -> None:
         for position, intensity in (

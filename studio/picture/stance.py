@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import Avatar
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +35,22 @@ class Stance:
         shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
         if not motion.bone_names:
             return cls(Skeleton.humanoid(()), np.zeros((0, 3)), np.zeros((0, 4)), shapes)
-        joints, turns = motion.skeleton.forward(pose.positions, pose.rotations)
-        root = pose.root_rotation.astype(np.float64)
-        joints = rotation.rotate(root, joints) + pose.root_position
-        return cls(
-            motion.skeleton, joints, rotation.multiply(np.broadcast_to(root, turns.shape), turns), shapes
-        )
+        local, turns = motion.skeleton.forward(pose.positions, pose.rotations)
+        root = np.broadcast_to(pose.root_rotation.astype(np.float64), turns.shape)
+        joints = rotation.rotate(root, local) + pose.root_position
+        return cls(motion.skeleton, joints, rotation.multiply(root, turns), shapes)
 
     @classmethod
     def at_rest(cls, skeleton: Skeleton) -> Stance:
         """A T-pose."""
         return cls(skeleton, *skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations))
+
+    def worn_by(self, avatar: Avatar) -> Stance:
+        """The same, with an avatar's bones and proportions; itself where it has no turns."""
+        if self.turns is None:
+            return self
+        joints, turns = avatar.worn(self.skeleton, self.joints, self.turns)
+        return Stance(avatar.skeleton, joints, turns, self.shapes)
 
     @property
     def usable(self) -> bool:

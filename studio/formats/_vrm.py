@@ -1,0 +1,97 @@
+"""Reading an avatar: a .vrm of version 0 or 1 as bones, surfaces and expressions.
+
+A VRM 0 faces -Z in its file and is turned around once here; whatever the rest rotations of a VRM 1's bones,
+only where its nodes stand at rest counts, because every bone is moved by its change from there.
+Source: VRM 0.0 specification; VRMC_vrm 1.0; FORMATS of UniVRM and three-vrm for what files hold in practice.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studio.errors import StudioError
+from studio.formats import _glb, _vrm_face, _vrm_look, _vrm_mesh, _vrm_terms
+from studio.formats._glb import Glb
+from studio.formats._vrm_nodes import Nodes
+from studio.motion import Skeleton, rotation
+from studio.motion.avatar import MIRROR, Avatar
+from studio.motion.channels import ALL_BONES, vrm1_bone
+
+SUFFIX = ".vrm"
+CHOOSE = "Choose an avatar saved as VRM, such as VRoid Studio writes."
+_VRM1_BONES = {vrm1_bone(name): name for name in ALL_BONES}
+_VRM0_BONES = {name[0].lower() + name[1:]: name for name in ALL_BONES}
+
+
+def read(path: Path) -> Avatar:
+    """The avatar of a file; nothing is fetched from anywhere, whatever the file asks for.
+
+    Raises:
+        StudioError: it is missing, no VRM avatar, cut short, damaged or too large.
+    """
+    glb = _glb.read(path)
+    try:
+        return _avatar(glb)
+    except (KeyError, IndexError, TypeError, ValueError, OverflowError, AttributeError) as error:
+        raise _glb.damaged(path) from error
+    except MemoryError as error:
+        raise _vrm_mesh.too_large(path) from error
+
+
+def _avatar(glb: Glb) -> Avatar:
+    extension, old = _extension(glb)
+    nodes = Nodes.of(glb, turned=old)
+    bones = _bones(extension, old, len(nodes.parents))
+    if "Hips" not in bones or len(bones) < 3:
+        raise StudioError(f"{glb.path.name} has no humanoid skeleton.", CHOOSE)
+    skeleton = _skeleton(nodes, bones)
+    owners = nodes.owners(list(bones.values()))
+    meshes = _vrm_mesh.read(glb, nodes, owners)
+    materials, notes = _vrm_look.read(glb, extension if old else {})
+    expressions = _vrm_face.read(extension, old, meshes)
+    licence = _vrm_terms.read(extension.get("meta"), old)
+    return Avatar(
+        licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
+        (*meshes.notes, *notes),
+    )  # fmt: skip
+
+
+def _extension(glb: Glb) -> tuple[dict[str, Any], bool]:
+    """What the file says of the avatar, and whether it says so as VRM 0."""
+    found = glb.document.get("extensions")
+    for name, old in (("VRMC_vrm", False), ("VRM", True)):
+        extension = found.get(name) if isinstance(found, dict) else None
+        if isinstance(extension, dict):
+            return extension, old
+    raise StudioError(f"{glb.path.name} is not a VRM avatar.", CHOOSE)
+
+
+def _bones(extension: dict[str, Any], old: bool, count: int) -> dict[str, int]:
+    """Node by HumanBodyBones name; each node once."""
+    listed = extension["humanoid"]["humanBones"]
+    pairs = [(b["bone"], b.get("node", -1)) for b in listed] if old else [
+        (name, place["node"]) for name, place in listed.items()
+    ]  # fmt: skip
+    known, found = _VRM0_BONES if old else _VRM1_BONES, dict[str, int]()
+    for name, node in pairs:
+        bone = known.get(str(name))
+        if bone is None or (old and node == -1):
+            continue
+        if not isinstance(node, int) or not 0 <= node < count:
+            raise IndexError(node)
+        if node not in found.values():
+            found[bone] = node
+    return found
+
+
+def _skeleton(nodes: Nodes, bones: dict[str, int]) -> Skeleton:
+    """The bones as they hang in the file, in Unity's axes."""
+    names = tuple(bones)
+    above = nodes.owners(list(bones.values()), strictly=True)
+    parents = tuple(-1 if name == "Hips" else int(above[node]) for name, node in bones.items())
+    world = nodes.world[list(bones.values()), :3, 3] * MIRROR
+    offsets = np.array([world[j] - (world[p] if p >= 0 else 0.0) for j, p in enumerate(parents)])
+    return Skeleton(names, parents, offsets, np.tile(rotation.IDENTITY, (len(names), 1)))

@@ -1,0 +1,190 @@
+"""The meshes of an avatar's file: one surface for each part of each mesh that a node shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import StudioError
+from studio.formats._glb import Glb, entry
+from studio.formats._vrm_nodes import Nodes
+from studio.motion.avatar import Floats, Morph, Surface
+
+MOST_VERTICES = 1_500_000
+MOST_TRIANGLES = 3_000_000
+MOST_NUMBERS = 400_000_000
+"""Numbers that all arrays together may hold while being read: a small file can name one array often."""
+_TRIANGLES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Meshes:
+    """What was read.
+
+    Args:
+        surfaces: in the order of the nodes.
+        by_node, by_mesh: which surfaces a node or a mesh of the file became.
+        notes: what was left out.
+    """
+
+    surfaces: tuple[Surface, ...]
+    by_node: dict[int, list[int]]
+    by_mesh: dict[int, list[int]]
+    notes: tuple[str, ...]
+
+
+def read(glb: Glb, nodes: Nodes, owners: NDArray[np.int32]) -> Meshes:
+    """All surfaces, each with only the vertices it uses.
+
+    Args:
+        glb: the file.
+        nodes: where its nodes rest.
+        owners: the bone that each node follows (N,), -1 for none.
+    """
+    return _Reader(glb, nodes, owners).read()
+
+
+def too_large(path: Path) -> StudioError:
+    """What to say of an avatar beyond what a screen could show."""
+    return StudioError(
+        f"{path.name} is too large to show.",
+        "Choose an avatar with fewer polygons, or none for the stick figure.",
+    )
+
+
+class _Reader:
+    def __init__(self, glb: Glb, nodes: Nodes, owners: NDArray[np.int32]) -> None:
+        self._glb, self._nodes, self._owners = glb, nodes, owners
+        self._vertices = self._triangles = self._numbers = self._left_out = 0
+        self._made: list[Surface] = []
+
+    def read(self) -> Meshes:
+        by_node, by_mesh = dict[int, list[int]](), dict[int, list[int]]()
+        for index, node in enumerate(self._glb.document["nodes"]):
+            if "mesh" not in node:
+                continue
+            first, mesh = len(self._made), entry(self._glb.document, "meshes", node["mesh"])
+            for primitive in mesh["primitives"]:
+                self._add(index, node, str(mesh.get("name", "")), primitive)
+            places = list(range(first, len(self._made)))
+            by_node[index] = places
+            by_mesh.setdefault(node["mesh"], []).extend(places)
+        notes = ["Parts of it are kept in a way that the studio does not show."] if self._left_out else []
+        return Meshes(tuple(self._made), by_node, by_mesh, tuple(notes))
+
+    def _add(self, index: int, node: dict[str, Any], name: str, primitive: dict[str, Any]) -> None:
+        packed = "KHR_draco_mesh_compression" in primitive.get("extensions", {})
+        if primitive.get("mode", _TRIANGLES) != _TRIANGLES or packed:
+            self._left_out += 1
+            return
+        attributes = primitive["attributes"]
+        at = self._floats(attributes["POSITION"], 3)
+        corners = self._corners(primitive, len(at))
+        used, triangles = np.unique(corners, return_inverse=True)
+        self._vertices += len(used)
+        self._triangles += len(corners) // 3
+        if self._vertices > MOST_VERTICES or self._triangles > MOST_TRIANGLES:
+            raise too_large(self._glb.path)
+        faces = triangles.reshape(-1, 3).astype(np.int32)
+        at = at[used]
+        normals = self._floats(attributes["NORMAL"], 3)[used] if "NORMAL" in attributes else None
+        uv = self._floats(attributes["TEXCOORD_0"], 2)[used] if "TEXCOORD_0" in attributes else None
+        joints, weights, binds, owners = self._skin(index, node, attributes, used)
+        material = primitive.get("material", -1)
+        if not isinstance(material, int) or not -1 <= material < len(self._glb.document.get("materials", ())):
+            raise IndexError(material)
+        self._made.append(
+            Surface(
+                name, at, normals if normals is not None else _normals(at, faces), uv, faces, joints, weights,
+                binds, owners, tuple(self._morph(target, used) for target in primitive.get("targets", ())),
+                material,
+            )
+        )  # fmt: skip
+
+    def _corners(self, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
+        """Vertex indices (3 F,) of all triangles."""
+        if "indices" in primitive:
+            corners = self._table(primitive["indices"]).astype(np.int64)[:, 0]
+        else:
+            corners = np.arange(count)
+        corners = corners[: len(corners) // 3 * 3]
+        if not len(corners) or corners.min() < 0 or corners.max() >= count:
+            raise IndexError("a triangle reaches for a vertex that is not there")
+        return corners
+
+    def _skin(
+        self, index: int, node: dict[str, Any], attributes: dict[str, Any], used: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int32], Floats, NDArray[np.float64], NDArray[np.int32]]:
+        """Joints and weights (V, K), binds (B, 3, 4) and their owners (B,)."""
+        if "skin" not in node or "JOINTS_0" not in attributes:
+            still = np.zeros((len(used), 1), dtype=np.int32)
+            return (
+                still,
+                np.ones((len(used), 1), np.float32),
+                self._nodes.world[[index], :3],
+                self._owners[[index]],
+            )
+        skin = entry(self._glb.document, "skins", node["skin"])
+        places = [self._node(place) for place in skin["joints"]]
+        binds = self._nodes.world[places]
+        if "inverseBindMatrices" in skin:
+            given = self._floats(skin["inverseBindMatrices"], 16).astype(np.float64)
+            binds = binds @ given[: len(places)].reshape(-1, 4, 4).transpose(0, 2, 1)
+        sets = [s for s in range(4) if f"JOINTS_{s}" in attributes and f"WEIGHTS_{s}" in attributes]
+        joints = np.concatenate([self._table(attributes[f"JOINTS_{s}"])[used] for s in sets], axis=1)
+        weights = np.concatenate([self._floats(attributes[f"WEIGHTS_{s}"], 4)[used] for s in sets], axis=1)
+        if joints.max(initial=0) >= len(places) or not np.isfinite(binds).all():
+            raise IndexError("a vertex hangs from a joint that is not there")
+        joints = np.where(weights > 0.0, joints, 0)
+        return joints.astype(np.int32), _shares(weights), binds[:, :3], self._owners[places]
+
+    def _morph(self, target: dict[str, Any], used: NDArray[np.int64]) -> Morph:
+        if "POSITION" not in target:
+            return Morph(np.zeros(0, np.int32), np.zeros((0, 3), np.float32))
+        offsets = self._floats(target["POSITION"], 3)[used]
+        rows = np.flatnonzero(np.abs(offsets).max(axis=1) > 1e-7)
+        return Morph(rows.astype(np.int32), offsets[rows])
+
+    def _node(self, place: Any) -> int:
+        if not isinstance(place, int) or not 0 <= place < len(self._owners):
+            raise IndexError(place)
+        return place
+
+    def _floats(self, index: int, width: int) -> Floats:
+        """Values (T, width), whole numbers as shares of their largest."""
+        table = self._table(index)
+        if table.shape[1] != width:
+            raise ValueError(table.shape)
+        if table.dtype.kind == "f":
+            return table.astype(np.float32)
+        return np.maximum(table.astype(np.float32) / np.iinfo(table.dtype).max, -1.0)
+
+    def _table(self, index: int) -> NDArray[Any]:
+        table = self._glb.table(index, MOST_VERTICES)
+        self._numbers += table.size
+        if self._numbers > MOST_NUMBERS:
+            raise too_large(self._glb.path)
+        return table
+
+
+def _shares(weights: Floats) -> Floats:
+    """Weights that sum to 1; a vertex without any goes with its first joint."""
+    weights = np.maximum(weights, 0.0)
+    total = weights.sum(axis=1, keepdims=True)
+    weights[total[:, 0] <= 0.0, 0] = 1.0
+    return (weights / np.where(total > 0.0, total, 1.0)).astype(np.float32)
+
+
+def _normals(vertices: Floats, triangles: NDArray[np.int32]) -> Floats:
+    """Normals (V, 3) of a surface whose file has none."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    across = np.cross(b - a, c - a)
+    made = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(made, triangles[:, i], across)
+    length = np.linalg.norm(made, axis=1, keepdims=True)
+    return (made / np.where(length > 0, length, 1.0)).astype(np.float32)

@@ -1,0 +1,270 @@
+"""An avatar: a humanoid of its own proportions with the surfaces and expressions it may have.
+
+Bones are kept as everywhere else, in Unity's axes. Surfaces are kept in a picture's axes: right-handed, Y up,
+facing +Z, metres, as in glTF and VRM 1.0; x is turned over between the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import rotation
+from studio.motion.channels import VRM1_TO_VRM0
+from studio.motion.skeleton import Skeleton
+
+Floats = NDArray[np.float32]
+Array = NDArray[np.floating]
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
+_STANDING = 0.2
+"""Rest hips this share away from the length of the legs are somebody who sat: the legs count then."""
+
+
+@dataclass(frozen=True, eq=False)
+class Morph:
+    """How far some vertices of a surface move at full weight: rows (n,), offsets (n, 3) in metres."""
+
+    rows: NDArray[np.int32]
+    offsets: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """How a surface looks.
+
+    Args:
+        colour: red, green, blue, alpha, 0..1, linear as in glTF.
+        picture: its texture (H, W, 4) uint8, first row at the top, or None.
+        mode: "OPAQUE", "MASK" or "BLEND".
+        cutoff: with MASK, alphas below it are not drawn.
+        two_sided: whether its back is seen too.
+    """
+
+    colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    picture: NDArray[np.uint8] | None = None
+    mode: str = "OPAQUE"
+    cutoff: float = 0.5
+    two_sided: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles that move with bones.
+
+    Args:
+        name: of its mesh.
+        vertices, normals: (V, 3) before binding.
+        uv: (V, 2), v from the top, or None.
+        triangles: vertex indices (F, 3).
+        joints, weights: which of the binds move each vertex, and how much, (V, K); weights sum to 1.
+        binds: (B, 3, 4), from the vertices to the avatar at rest in a picture's axes.
+        owners: the bone each bind follows (B,), index into the skeleton, -1 for none.
+        morphs: its morph targets.
+        material: index among the avatar's materials.
+    """
+
+    name: str
+    vertices: Floats
+    normals: Floats
+    uv: Floats | None
+    triangles: NDArray[np.int32]
+    joints: NDArray[np.int32]
+    weights: Floats
+    binds: Array
+    owners: NDArray[np.int32]
+    morphs: tuple[Morph, ...] = ()
+    material: int = 0
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A named face.
+
+    Args:
+        name: as the file calls it.
+        binds: (surface, morph, weight 0..1) each.
+        binary: on above one half, else off.
+        overrides: what it takes the place of: "blink", "lookAt" or "mouth" -> "block" or "blend".
+    """
+
+    name: str
+    binds: tuple[tuple[int, int, float], ...]
+    binary: bool = False
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Licence:
+    """What an avatar's file says about itself: its title, who made it, and what one may do, in sentences."""
+
+    title: str = ""
+    authors: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
+
+    @property
+    def line(self) -> str:
+        """All of it in one line."""
+        by = [f"By {', '.join(self.authors)}."] if self.authors else []
+        return " ".join((*by, *self.terms))
+
+
+@dataclass(frozen=True, eq=False)
+class Avatar:
+    """A humanoid as its file has it.
+
+    Args:
+        name: for people.
+        skeleton: J bones at rest in a T-pose, Unity's axes, each below the one it hangs from.
+        surfaces: what is seen of it; none where the file has no meshes.
+        materials: how they look.
+        expressions: its named faces.
+        licence: what the file says about itself.
+        notes: what was left out while reading.
+    """
+
+    name: str
+    skeleton: Skeleton
+    surfaces: tuple[Surface, ...] = ()
+    materials: tuple[Material, ...] = ()
+    expressions: tuple[Expression, ...] = ()
+    licence: Licence = Licence()
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def rest_joints(self) -> Array:
+        """Where the bones rest in the world, Unity's axes (J, 3)."""
+        return self.skeleton.forward(self.skeleton.rest_positions, self.skeleton.rest_rotations)[0]
+
+    @property
+    def hips_height(self) -> float:
+        """Metres from the ground to the hips at rest."""
+        hips = _place(self.skeleton, "Hips")
+        return float(self.rest_joints[hips, 1]) if hips >= 0 else 0.0
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles of all surfaces."""
+        return sum(len(surface.triangles) for surface in self.surfaces)
+
+    def worn(self, source: Skeleton, joints: Array, turns: Array) -> tuple[Array, Array]:
+        """How this avatar stands where another skeleton stands so.
+
+        A bone that the source lacks follows its parent; one that the avatar lacks is in its children's turns.
+        The hips are as far from the ground as their size asks for.
+
+        Args:
+            source: S bones.
+            joints: world positions (..., S, 3).
+            turns: world rotations, each the change from the T-pose (..., S, 4).
+
+        Returns:
+            World positions (..., J, 3) and changes from the T-pose (..., J, 4), Unity's axes.
+        """
+        own, lead = self.skeleton, joints.shape[:-2]
+        p = np.broadcast_to(self.rest_joints, (*lead, len(own.bone_names), 3)).copy()
+        q = np.broadcast_to(rotation.IDENTITY, (*lead, len(own.bone_names), 4)).copy()
+        index = {name: j for j, name in enumerate(source.bone_names)}
+        for bone in own.order:
+            parent, there = own.parents[bone], index.get(own.bone_names[bone])
+            if there is not None:
+                q[..., bone, :] = turns[..., there, :]
+            elif parent >= 0:
+                q[..., bone, :] = q[..., parent, :]
+            if own.bone_names[bone] == "Hips":
+                if there is not None:
+                    p[..., bone, :] = joints[..., there, :] * self.scale_from(source)
+            elif parent >= 0:
+                offset = np.broadcast_to(own.rest_positions[bone], (*lead, 3))
+                p[..., bone, :] = p[..., parent, :] + rotation.rotate(q[..., parent, :], offset)
+        return p, q
+
+    def scale_from(self, source: Skeleton) -> float:
+        """By how much hips that move in a source's metres move here."""
+        height = _hips_height(source)
+        return self.hips_height / height if height > 0.05 and self.hips_height > 0.0 else 1.0
+
+    def placements(self, positions: Array, turns: Array) -> Array:
+        """What moves the binds of each bone from rest to where `worn` has it.
+
+        Args:
+            positions, turns: of one moment, (J, 3) and (J, 4), Unity's axes.
+
+        Returns:
+            (J + 1, 3, 4) in a picture's axes; the last one is for binds that follow no bone.
+        """
+        made = np.zeros((len(positions) + 1, 3, 4))
+        made[-1, :, :3] = np.eye(3)
+        turned = rotation.to_matrix(turns * MIRROR_TURN)
+        made[:-1, :, :3] = turned
+        made[:-1, :, 3] = positions * MIRROR - np.einsum("jab,jb->ja", turned, self.rest_joints * MIRROR)
+        return made
+
+    @cached_property
+    def by_key(self) -> dict[str, Expression]:
+        """Expressions by `key`; the first of a name counts."""
+        return {key(one.name): one for one in reversed(self.expressions)}
+
+    def morph_weights(self, shapes: Mapping[str, float]) -> list[Floats]:
+        """How far each surface's morph targets are moved by blend shapes of any set, (M,) each."""
+        weights = [np.zeros(len(surface.morphs), dtype=np.float32) for surface in self.surfaces]
+        for expression, amount in _played(self.by_key, shapes):
+            for surface, morph, weight in expression.binds:
+                weights[surface][morph] += weight * amount
+        return weights
+
+
+def key(name: str) -> str:
+    """One spelling for an expression, whether VRM 0, VRM 1 or a rig's own name."""
+    return _KEYS.get(name.lower(), name.lower())
+
+
+_KEYS = {new.lower(): old.lower() for new, old in VRM1_TO_VRM0.items()}
+_GROUPS = {
+    "blink": frozenset({"blink", "blink_l", "blink_r"}),
+    "lookAt": frozenset({"lookup", "lookdown", "lookleft", "lookright"}),
+    "mouth": frozenset("aiueo"),
+}
+
+
+def _played(
+    expressions: Mapping[str, Expression], shapes: Mapping[str, float]
+) -> list[tuple[Expression, float]]:
+    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
+    found: dict[str, float] = {}
+    for name, value in shapes.items():
+        one = expressions.get(place := key(name))
+        if one is not None and value > 0.0:
+            amount = min(float(value), 1.0)
+            found[place] = max(found.get(place, 0.0), float(amount > 0.5) if one.binary else amount)
+    left = dict.fromkeys(_GROUPS, 1.0)
+    for place, amount in found.items():
+        for group, way in expressions[place].overrides.items():
+            left[group] *= 1.0 - (amount if way == "blend" else float(amount > 0.0))
+    for group, members in _GROUPS.items():
+        for place in members & found.keys():
+            found[place] *= max(left[group], 0.0)
+    return [(expressions[place], amount) for place, amount in found.items() if amount > 0.0]
+
+
+def _place(skeleton: Skeleton, bone: str) -> int:
+    return skeleton.bone_names.index(bone) if bone in skeleton.bone_names else -1
+
+
+def _hips_height(skeleton: Skeleton) -> float:
+    """How high somebody's hips are when they stand: as they rest, or as long as their legs if they sat."""
+    hips = _place(skeleton, "Hips")
+    if hips < 0:
+        return 0.0
+    rest = float(skeleton.rest_positions[hips, 1])
+    leg = [_place(skeleton, f"Left{part}") for part in ("UpperLeg", "LowerLeg", "Foot")]
+    if min(leg) < 0:
+        return rest
+    length = float(np.linalg.norm(skeleton.rest_positions[leg[1:]], axis=1).sum())
+    length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09  # and the ankle above the sole
+    return rest if abs(rest - length) < _STANDING * length else length
