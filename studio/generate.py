@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio import Floats, row_centres, rows
+from studio.features.audio import Floats, rows, span
 from studio.model._network import Chance, Network, State
 from studio.motion import Motion, concatenate
 from studio.take.sound import sound_blocks, sound_info
@@ -163,7 +163,7 @@ class _Stream:
     def _needed_until(self, last_frame: int) -> int:
         """The sample after the last one that frames before last_frame depend on."""
         row = self._row(last_frame + self._network.margin) + self._network.after
-        return int(row_centres(self._spec, self._fps, row - 1, 1)[0]) + self._spec.window_samples + 1
+        return span(self._spec, self._fps, row - 1)[1]
 
     def _give(self, last: int) -> Motion:
         network, first = self._network, self._frame
@@ -189,7 +189,7 @@ class _Stream:
 
     def _forget(self) -> None:
         row = self._row(self._frame - self._network.margin) - self._network.before
-        oldest = int(row_centres(self._spec, self._fps, row, 1)[0]) - self._spec.window_samples
+        oldest = span(self._spec, self._fps, row)[0]
         drop = min(max(oldest - self._start, 0), len(self._samples))
         self._samples, self._start = self._samples[drop:], self._start + drop
 

@@ -1,4 +1,4 @@
-"""Sound as rows of numbers: log-mel bands or MFCC, each row at an exact place in the sound.
+"""Sound as rows of numbers: log-mel bands, MFCC or what a speech encoder hears, each at an exact place.
 
 Row times follow from whole-number arithmetic on the row's index, never from adding up hops, so a click
 in minute 29 lies as exactly as one in the first second, whatever the sample and frame rates are.
@@ -7,7 +7,7 @@ Source: Davis and Mermelstein 1980 (MFCC); Slaney's Auditory Toolbox for the mel
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -25,6 +25,10 @@ pieces gives the same rows as sound in one piece."""
 HEARD_DB = 45.0
 """How far below the loud moments of a voice its quiet ones lie; what is lower is silence or the room."""
 
+KINDS = ("log_mel", "mfcc", "speech", "log_mel_speech")
+WHISPER, WHISPER_WIDTH = "whisper", 384
+"""The speech encoder that comes with a package, and the numbers of its tokens."""
+
 _ROWS_AT_ONCE = 4096
 
 
@@ -33,7 +37,8 @@ class AudioSpec:
     """Which numbers describe the sound.
 
     Args:
-        kind: "log_mel" (dB per band) or "mfcc".
+        kind: "log_mel" (dB per band), "mfcc", "speech" (what a pretrained encoder hears) or
+            "log_mel_speech" (both beside one another).
         bands: mel bands.
         coefficients: MFCC kept; not used by "log_mel".
         sample_rate: the sound is brought to this rate first, Hz.
@@ -41,6 +46,8 @@ class AudioSpec:
         low_hz, high_hz: range of the bands; high_hz 0 is half the sample rate.
         steps_per_frame: rows per motion frame.
         window: rows a model looks at for one motion frame, centred on it.
+        encoder: of "speech": "whisper", or the name or folder of a wav2vec 2.0 (features.encoders).
+        encoder_width, encoder_digest: numbers of its tokens and digest of its weights, once it was found.
     """
 
     kind: str = "log_mel"
@@ -52,10 +59,22 @@ class AudioSpec:
     high_hz: float = 0.0
     steps_per_frame: int = 4
     window: int = 4
+    # Not in the repr, which names kept features: those of other kinds were made before there were encoders.
+    encoder: str = field(default=WHISPER, repr=False)
+    encoder_width: int = field(default=0, repr=False)
+    encoder_digest: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in ("log_mel", "mfcc"):
-            raise StudioError(f"There is no sound feature called {self.kind}.", "Use log_mel or mfcc.")
+        if self.kind not in KINDS:
+            raise StudioError(
+                f"There is no sound feature called {self.kind}.",
+                f"Use {', '.join(KINDS[:-1])} or {KINDS[-1]}.",
+            )
+        if self.speaks and self.sample_rate != 16000:
+            raise StudioError(
+                f"Speech encoders do not hear {self.sample_rate} samples a second.",
+                "Leave sound.sample_rate at 16000.",
+            )
         numbers = (self.bands, self.sample_rate, self.window_ms, self.steps_per_frame, self.window)
         if min(numbers) <= 0 or not self.coefficients > 0:
             raise StudioError(
@@ -70,7 +89,24 @@ class AudioSpec:
     @property
     def width(self) -> int:
         """Numbers in a row, F."""
-        return self.bands if self.kind == "log_mel" else self.coefficients
+        if self.kind == "mfcc":
+            return self.coefficients
+        return self.mel_width + (self.speech_width if self.speaks else 0)
+
+    @property
+    def speaks(self) -> bool:
+        """Whether a pretrained speech encoder gives some of the numbers."""
+        return self.kind in ("speech", "log_mel_speech")
+
+    @property
+    def mel_width(self) -> int:
+        """How many numbers of a row, the first ones, are dB of mel bands."""
+        return self.bands if self.kind in ("log_mel", "log_mel_speech") else 0
+
+    @property
+    def speech_width(self) -> int:
+        """Numbers of the encoder's tokens."""
+        return self.encoder_width or (WHISPER_WIDTH if self.encoder == WHISPER else 0)
 
     @property
     def window_samples(self) -> int:
@@ -138,7 +174,37 @@ def rows(
 
     Returns:
         float32 (count, F).
+
+    Raises:
+        StudioError: the speech encoder is not on this computer.
     """
+    if not spec.speaks:
+        return _spectral_rows(samples, spec, fps, first, count, start_sample)
+    from studio.features.speech import speech_rows
+
+    heard = speech_rows(samples, spec, fps, first, count, start_sample)
+    if not spec.mel_width:
+        return heard
+    beside = _spectral_rows(samples, replace(spec, kind="log_mel"), fps, first, count, start_sample)
+    return np.concatenate([beside, heard], axis=1)
+
+
+def span(spec: AudioSpec, fps: Fraction, row: int) -> tuple[int, int]:
+    """The samples [a, b) of the whole sound that a row may depend on."""
+    centre = int(row_centres(spec, fps, row, 1)[0])
+    a, b = centre - spec.window_samples, centre + spec.window_samples + 1
+    if not spec.speaks:
+        return a, b
+    from studio.features.speech import span as of_speech
+
+    first, last = of_speech(centre)
+    return min(a, first), max(b, last)
+
+
+def _spectral_rows(
+    samples: Floats, spec: AudioSpec, fps: Fraction, first: int, count: int, start_sample: int
+) -> Floats:
+    """Rows of the kinds "log_mel" and "mfcc"."""
     from scipy.fft import dct, rfft
 
     centres = row_centres(spec, fps, first, count) - start_sample
@@ -160,7 +226,9 @@ def rows(
 
 def heard(rows_of_sound: Floats, spec: AudioSpec) -> Floats:
     """The rows (R, F) that are not silence: no more than HEARD_DB below the loud ones (95th percentile)."""
-    level = rows_of_sound.mean(axis=1)
+    if spec.kind == "speech":
+        return rows_of_sound  # an encoder's numbers say nothing of loudness
+    level = rows_of_sound[:, : spec.mel_width or None].mean(axis=1)
     if spec.kind == "mfcc":  # the first coefficient is the sum over the bands, by the square root of them
         level = rows_of_sound[:, 0] / np.sqrt(spec.bands)
     return rows_of_sound[level >= np.percentile(level, 95) - HEARD_DB]

