@@ -14,6 +14,7 @@ commands are verbs (what you do).
     model/          networks, one file each (torch)
     training/       recipe and events (no torch); loop, losses, metrics, checkpoint (torch)
     generate        audio + checkpoint -> Motion, any length, in chunks (torch)
+    live/           microphone -> model -> VMC, now (torch)
     playback/       motion and sound against one clock; the VMC sender
     picture/        a performer as a picture: figure or avatar, off screen; the window and films share it
     formats/        importers and exporters, one file each

@@ -157,6 +157,7 @@ class AudioInput:
         device: a name, a number, or None for the default one.
         sample_rate: 0 takes the device's own.
         channels: 0 takes as many as it has, 8 at most.
+        latency: seconds of sound the system may gather before it hands a block over; less asks more of it.
 
     Attributes:
         device: what was opened (after `start`).
@@ -164,8 +165,14 @@ class AudioInput:
         ended: the device is gone; nothing more will come.
     """
 
-    def __init__(self, device: str | int | None = None, sample_rate: int = 0, channels: int = 0) -> None:
-        self._wanted = device
+    def __init__(
+        self,
+        device: str | int | None = None,
+        sample_rate: int = 0,
+        channels: int = 0,
+        latency: float = _LATENCY,
+    ) -> None:
+        self._wanted, self._latency = device, latency
         self.sample_rate = sample_rate
         self.channels = channels
         self.device: AudioDevice | None = None
@@ -199,7 +206,7 @@ class AudioInput:
                 samplerate=self.sample_rate,
                 channels=self.channels,
                 dtype="float32",
-                latency=_LATENCY,
+                latency=self._latency,
                 callback=self._on_block,
                 finished_callback=self._on_finished,
             )

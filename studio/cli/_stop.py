@@ -11,8 +11,8 @@ from types import FrameType
 
 
 @contextmanager
-def stop_wishes() -> Iterator[threading.Event]:
-    """Set by Ctrl+C, by SIGTERM, and by the line `stop` on stdin."""
+def stop_signals() -> Iterator[threading.Event]:
+    """Set by Ctrl+C and by SIGTERM."""
     wish = threading.Event()
 
     def on_signal(_number: int, _frame: FrameType | None) -> None:
@@ -20,13 +20,20 @@ def stop_wishes() -> Iterator[threading.Event]:
 
     in_main = threading.current_thread() is threading.main_thread()
     before = {n: signal.signal(n, on_signal) for n in (signal.SIGINT, signal.SIGTERM) if in_main}
-    if sys.stdin is not None and not sys.stdin.isatty():
-        threading.Thread(target=_read_wishes, args=(wish,), name="stdin", daemon=True).start()
     try:
         yield wish
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def stop_wishes() -> Iterator[threading.Event]:
+    """Set by Ctrl+C, by SIGTERM, and by the line `stop` on stdin."""
+    with stop_signals() as wish:
+        if sys.stdin is not None and not sys.stdin.isatty():
+            threading.Thread(target=_read_wishes, args=(wish,), name="stdin", daemon=True).start()
+        yield wish
 
 
 @contextmanager

@@ -150,7 +150,7 @@ def _voice_alone(sound: Path, info: SoundInfo, block_s: float) -> Iterator[Sampl
 
     there = soxr.ResampleStream(info.sample_rate, RNNOISE_RATE, info.channels, dtype="float32")
     back = soxr.ResampleStream(RNNOISE_RATE, info.sample_rate, info.channels, dtype="float32")
-    network = _Network(info.channels)
+    network = VoiceNetwork(info.channels)
     rest = np.zeros((0, info.channels), np.float32)
     late = RNNOISE_LATE
     for block, last in _blocks(sound, info, block_s):
@@ -176,7 +176,7 @@ def _blocks(sound: Path, info: SoundInfo, block_s: float) -> Iterator[tuple[Samp
         )
 
 
-class _Network:
+class VoiceNetwork:
     """RNNoise with a memory for each channel."""
 
     def __init__(self, channels: int) -> None:

@@ -1,0 +1,109 @@
+"""The avatar programs a performance is sent to: started, stopped and told of by name while it runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from studio.capture.vmc import SendOptions
+from studio.cli._words import address
+from studio.errors import RequestError, StudioError
+from studio.playback.vmc_target import Destination, Light, PoseSource, VmcTarget
+
+NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
+
+
+class Targets:
+    """All targets of a performance.
+
+    Args:
+        source: gives what to send.
+        usual: how it is sent where a wish does not say.
+    """
+
+    def __init__(self, source: Callable[[], PoseSource], usual: Destination) -> None:
+        self._source, self._usual = source, usual
+        self._targets: dict[str, VmcTarget] = {}
+        self._lights: dict[str, Light] = {}
+
+    def send(self, wish: str) -> None:
+        """Begin to send to "HOST:PORT", or as JSON says; again, where it is sent to already.
+
+        Raises:
+            StudioError: the address or an option is not possible.
+        """
+        name, destination = self._read(wish)
+        target = self._targets.get(name) or VmcTarget()
+        target.start(destination, self._source())
+        self._targets[name] = target
+
+    def unsend(self, name: str) -> None:
+        """Fade that avatar to rest and send it nothing more."""
+        target = self._targets.pop(name, None)
+        self._lights.pop(name, None)
+        if target is not None:
+            target.stop(wait=False)
+
+    def wave(self, name: str) -> None:
+        """Send the test wave there once."""
+        target = self._targets.get(name)
+        if target is not None:
+            target.wave()
+
+    def show(self) -> None:
+        """Tell all what to send: their channels changed."""
+        for target in self._targets.values():
+            target.show(self._source())
+
+    def facts(self) -> list[dict[str, Any]]:
+        """How each is doing, for a display."""
+        return [
+            {
+                "to": name, "light": str(state.light), "sent": state.sent, "dropped": state.dropped,
+                "what": state.problem.what if state.problem else "",
+                "remedy": state.problem.remedy if state.problem else "",
+            }
+            for name, state in ((name, target.state) for name, target in self._targets.items())
+        ]  # fmt: skip
+
+    def changes(self) -> list[StudioError]:
+        """Who is lost and who is back since the last call, as sentences."""
+        said = []
+        for name, target in self._targets.items():
+            state, before = target.state, self._lights.get(name, Light.SENDING)
+            well = state.light is Light.SENDING
+            if well and before in (Light.REFUSED, Light.ERROR):
+                said.append(StudioError(f"{name} hears again.", "Nothing to do."))
+            elif not well and before is Light.SENDING and state.problem is not None:
+                said.append(state.problem)
+            if state.sent or not well:
+                self._lights[name] = state.light
+        return said
+
+    def stop(self) -> None:
+        """Fade all avatars to rest."""
+        for target in self._targets.values():
+            target.stop(wait=False)
+        for target in self._targets.values():
+            target.stop()
+
+    def _read(self, wish: str) -> tuple[str, Destination]:
+        if not wish.startswith("{"):
+            host, port = address(wish)
+            return wish, Destination(host, port, self._usual.fps, self._usual.options)
+        try:
+            facts = json.loads(wish)
+            name = str(facts["to"])
+            host, port = address(name)
+            options = SendOptions(
+                names=str(facts.get("names", "vrm0")),
+                bundle=bool(facts.get("bundle", True)),
+                rotations_only=bool(facts.get("rotations_only", False)),
+            )
+            fps = float(facts.get("fps", 60.0))
+        except (ValueError, KeyError, TypeError) as error:
+            raise RequestError("That target was not understood.", "Write HOST:PORT.") from error
+        if options.names not in NAME_SETS or not 1.0 <= fps <= 240.0:
+            raise RequestError("That way of sending is not possible.", "Choose names and 1 to 240 frames/s.")
+        return name, Destination(host, port, fps, options)

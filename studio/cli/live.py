@@ -1,0 +1,214 @@
+"""`saia live`: speak, and the avatar moves now."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._live_targets import NAME_SETS, Targets
+from studio.cli._live_wishes import Wish, Wishes, read_wish
+from studio.cli._output import Output
+from studio.cli._source import check_sound
+from studio.cli._words import address
+from studio.errors import RequestError, StudioError
+
+if TYPE_CHECKING:
+    from studio.live.build import Live
+    from studio.playback.vmc_target import Destination
+    from studio.project import Project, Run
+
+HELP = "perform an avatar from a microphone, now"
+EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
+NOWHERE = "none"
+LOOK_S, TELL_S, SHOW_S = 0.01, 0.1, 1 / 30
+WORDS_S = 0.5
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """PROJECT RUN [--device NAME] [--to HOST:PORT] [--look-ahead MS] [--file WAV] [--seconds N] ..."""
+    parser.add_argument("project", type=Path, help="the project's folder")
+    parser.add_argument("run", help="the run that performs")
+    parser.add_argument("--device", metavar="NAME", help="the microphone by name (the system's own)")
+    parser.add_argument("--file", type=Path, metavar="WAV", help="perform this sound instead of a microphone")
+    parser.add_argument("--output", metavar="NAME", help="where --file is heard; none for nowhere")
+    parser.add_argument(
+        "--to", action="append", metavar="HOST:PORT",
+        help="where an avatar program listens (127.0.0.1:39539); may be repeated; none for nowhere",
+    )  # fmt: skip
+    parser.add_argument("--look-ahead", type=int, metavar="MS", help="how far it hears ahead (the run's own)")
+    parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
+    parser.add_argument("--style", metavar="NAME", help="whose way of moving (chosen on validation)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="which draw, for runs that draw")
+    parser.add_argument("--liveliness", type=float, default=1.0, metavar="X", help="0 to 3; 1 as learnt")
+    parser.add_argument("--fps", type=float, default=60.0, help="frames sent each second (60)")
+    parser.add_argument("--names", choices=NAME_SETS, default="vrm0", help="whose names for shapes (vrm0)")
+    parser.add_argument("--no-bundle", action="store_true", help="one message a packet")
+    parser.add_argument("--rotations-only", action="store_true", help="leave the avatar's own proportions")
+    parser.add_argument("--no-gate", action="store_true", help="do not idle while nobody speaks")
+    parser.add_argument("--no-gain", action="store_true", help="leave the microphone's level as it is")
+    parser.add_argument("--suppress-noise", action="store_true", help="the voice alone; 30 ms more latency")
+    parser.add_argument("--poses", action="store_true", help="with --json: tell the poses too, for a display")
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """Perform until the time is up, the file is over, or somebody wishes to stop.
+
+    Raises:
+        RequestError: an option makes no sense, or the run cannot be performed live.
+        StudioError: the microphone cannot be opened.
+    """
+    addresses = _addresses(args)
+    if args.file is not None:
+        check_sound(args.file)
+    from studio.cli._project import opened
+    from studio.live.build import Wanted, make
+
+    project = opened(args.project, out)
+    chosen = project.run(args.run)
+    wanted = Wanted(
+        device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
+        style=args.style, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
+        gain=not args.no_gain, suppress=args.suppress_noise,
+    )  # fmt: skip
+    live = make(chosen.folder, _sounds_of(project, chosen), wanted)
+    _Stage(args, out, live, addresses).run()
+
+
+class _Stage:
+    """The performance with its targets, its wishes and what is told of it."""
+
+    def __init__(self, args: argparse.Namespace, out: Output, live: Live, addresses: list[str]) -> None:
+        self._args, self._out, self._live, self._addresses = args, out, live, addresses
+        self._targets = Targets(live.pose_source, _usual(args))
+        self._stopped = False
+        self._told = self._shown = 0.0
+        self._last = ""
+        self._answers: dict[str, Callable[[Wish], None]] = {
+            "mute": lambda wish: live.set_muted(wish.turned(live.muted)),
+            "freeze": lambda wish: live.set_frozen(wish.turned(live.frozen)),
+            "neutral": lambda wish: live.set_neutral(wish.turned(live.neutral)),
+            "gain": lambda wish: live.set_gain(wish.turned(live.gain_on)),
+            "gate": lambda wish: live.set_idles(wish.turned(live.idles)),
+            "look-ahead": lambda wish: self._look_ahead(wish.rest),
+            "tune": lambda wish: self._tune(wish.rest),
+            "send": lambda wish: self._targets.send(wish.rest),
+            "unsend": lambda wish: self._targets.unsend(wish.rest),
+            "wave": lambda wish: self._targets.wave(wish.rest),
+            "clip": lambda _: live.performance.reset_clip(),
+            "stop": lambda _: self._end(),
+        }
+
+    def run(self) -> None:
+        """From the first sound to the last pose."""
+        from studio.cli._stop import stop_signals
+
+        live, wishes = self._live, Wishes()
+        live.performance.start()
+        try:
+            for one in self._addresses:
+                self._targets.send(one)
+            self._tell_ready()
+            with stop_signals() as signalled:
+                until = time.monotonic() + self._args.seconds if self._args.seconds else float("inf")
+                while not self._over(until) and not signalled.is_set() and not wishes.parent_gone:
+                    for line in wishes.take():
+                        self._answer(line)
+                    self._tell()
+                    time.sleep(LOOK_S)
+        finally:
+            self._targets.stop()
+            live.performance.stop()
+        self._tell_done()
+
+    def _over(self, until: float) -> bool:
+        return self._stopped or self._live.performance.ended or time.monotonic() >= until
+
+    def _end(self) -> None:
+        self._stopped = True
+
+    def _answer(self, line: str) -> None:
+        """One wish; one that cannot be is told, and the performance goes on."""
+        try:
+            wish = read_wish(line)
+            if wish is not None:
+                self._answers[wish.word](wish)
+        except StudioError as error:
+            self._say(error)
+
+    def _look_ahead(self, text: str) -> None:
+        if not text.isdigit():
+            raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
+        heard = self._live.choose_look_ahead(int(text))
+        self._out.event("look_ahead", f"It hears {heard.reach_ms:.0f} ms ahead now.",
+                        look_ahead_ms=heard.look_ahead_ms, reach_ms=heard.reach_ms)  # fmt: skip
+
+    def _tune(self, text: str) -> None:
+        self._live.tune(text)
+        self._targets.show()
+
+    def _say(self, error: StudioError) -> None:
+        self._out.event("notice", str(error), what=error.what, remedy=error.remedy)
+
+    def _tell(self) -> None:
+        now = time.monotonic()
+        for notice in (*self._live.performance.notices(), *self._targets.changes()):
+            self._say(notice)
+        if self._args.poses and now - self._shown >= SHOW_S:
+            self._shown = now
+            self._out.event("pose", **self._live.pose_facts())
+        if now - self._told >= (TELL_S if self._out.as_json else WORDS_S):
+            self._told = now
+            facts = self._live.facts()
+            self._out.passing("state", self._live.words(), **facts, targets=self._targets.facts())
+
+    def _tell_ready(self) -> None:
+        live = self._live
+        heard = live.performance.hearing
+        self._out.event(
+            "ready",
+            f"{live.run} performs {live.performance.source.name}: it hears {heard.reach_ms:.0f} ms ahead. "
+            "Write mute, freeze, neutral or stop and press Enter; Ctrl+C ends it.",
+            **live.ready_facts(),
+        )
+
+    def _tell_done(self) -> None:
+        facts, targets = self._live.performance.facts, self._targets.facts()
+        sent = sum(one["sent"] for one in targets)
+        self._out.done(
+            f"Performed {facts.seconds:.1f} s: {facts.frames} poses, {sent} frames sent.",
+            seconds=round(facts.seconds, 3), frames=facts.frames, late=facts.late, sent=sent,
+            dropped=sum(one["dropped"] for one in targets), latency_ms=round(facts.latency_ms, 1),
+            drift_ppm=round(facts.drift_ppm, 1),
+        )  # fmt: skip
+
+
+def _addresses(args: argparse.Namespace) -> list[str]:
+    """Where to send at first, checked before anything is opened."""
+    if not 1.0 <= args.fps <= 240.0:
+        raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+    if args.seconds is not None and not 0 < args.seconds <= 7 * 24 * 3600:
+        raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
+    if args.to == [NOWHERE]:
+        return []
+    wanted = args.to or ["127.0.0.1:39539"]
+    for one in wanted:
+        address(one)
+    return list(wanted)
+
+
+def _usual(args: argparse.Namespace) -> Destination:
+    from studio.capture.vmc import SendOptions
+    from studio.playback.vmc_target import Destination
+
+    options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
+    return Destination(fps=args.fps, options=options)
+
+
+def _sounds_of(project: Project, chosen: Run) -> list[Path]:
+    """The sounds the run has learnt from, for the level of its speech; those that are gone are left out."""
+    learnt = set((chosen.report or {}).get("train", ()))
+    takes = [take for selection, take in project.selected() if selection.id in learnt]
+    return [take.audio_path for take in takes if take.audio_path is not None]

@@ -1,0 +1,110 @@
+"""When a sample was captured, and how long after it motion is shown so that it runs evenly."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+GAP_S = 0.12
+"""Blocks that come from a moment further off than this follow a gap: a device came back, a computer slept."""
+_PULL, _TILT = 0.02, 0.0001
+"""How much of a block's error moves the line, and how much of it turns it: 100 ppm are found in seconds."""
+_STEEPEST = 500e-6
+REMEMBERED_S = 8.0
+SPARE_S = 0.002
+_QUICKER, _SLOWER = 0.01, 0.25
+"""How fast the delay may fall and rise, seconds a second: motion runs that much faster or slower for it."""
+
+
+class SampleClock:
+    """The straight line from samples to moments of the computer's clock, followed as it drifts.
+
+    Blocks carry the device's own times, which tremble by milliseconds; the line does not.
+
+    Args:
+        rate: samples a second.
+    """
+
+    def __init__(self, rate: int) -> None:
+        self.rate = rate
+        self._origin: float | None = None
+        self._slope = 1.0
+        self._at = 0
+        self.gaps = 0
+
+    def follow(self, sample: int, captured: float) -> bool:
+        """One block's first sample was captured at a moment; whether that followed a gap."""
+        if self._origin is None:
+            self._origin, self._at = captured, sample
+            return False
+        error = captured - self.moment(sample)
+        gap = abs(error) > GAP_S
+        if gap:
+            self._origin, self._at = captured, sample
+            self.gaps += 1
+            return True
+        self._origin, self._at = self.moment(sample) + _PULL * error, sample
+        tilt = self._slope - 1.0 + _TILT * error
+        self._slope = 1.0 + float(np.clip(tilt, -_STEEPEST, _STEEPEST))
+        return False
+
+    @property
+    def drift_ppm(self) -> float:
+        """How much longer the device's second is than the computer's."""
+        return (self._slope - 1.0) * 1e6
+
+    def moment(self, sample: float) -> float:
+        """When a sample was captured, seconds of the computer's clock."""
+        assert self._origin is not None
+        return self._origin + (sample - self._at) / self.rate * self._slope
+
+
+class Delay:
+    """How long after its moment a pose is shown: as late as nearly all poses are, and a frame to glide in.
+
+    Args:
+        step: seconds between two poses.
+    """
+
+    def __init__(self, step: float) -> None:
+        self._step = step
+        self._seen: deque[tuple[float, float]] = deque()
+        self._value: float | None = None
+        self._set_at = 0.0
+
+    def saw(self, now: float, lateness: float) -> None:
+        """A pose was ready so many seconds after its moment."""
+        self._seen.append((now, lateness))
+        while self._seen and now - self._seen[0][0] > REMEMBERED_S:
+            self._seen.popleft()
+        if self._value is None:
+            self._value, self._set_at = self.wanted, now
+        self._move(now)
+
+    @property
+    def wanted(self) -> float:
+        """The delay that would do for what was seen lately, seconds."""
+        if not self._seen:
+            return 0.0
+        late = np.percentile([lateness for _, lateness in self._seen], 98)
+        return max(float(late) + self._step + SPARE_S, 0.0)
+
+    @property
+    def value(self) -> float:
+        """The delay now, seconds."""
+        return self._value or 0.0
+
+    def forget(self) -> None:
+        """What was seen says nothing any more: another look-ahead, another device."""
+        self._seen.clear()
+        self._value = None
+
+    def _move(self, now: float) -> None:
+        assert self._value is not None
+        passed = max(now - self._set_at, 0.0)
+        if passed < 0.02:
+            return
+        self._set_at = now
+        change = self.wanted - self._value
+        self._value += float(np.clip(change, -_QUICKER * passed, _SLOWER * passed))

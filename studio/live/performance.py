@@ -1,0 +1,282 @@
+"""Sound in, the pose to send at each moment out: everything between a microphone and the senders (torch)."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from studio.capture import clock
+from studio.capture.meter import FLOOR_DBFS, LevelMeter
+from studio.errors import StudioError
+from studio.live.conditioning import Conditioning
+from studio.live.moments import Delay
+from studio.live.sources import Heard, Source
+from studio.live.stand import Stand
+from studio.live.steps import Hearing, Steps, silent_pose
+from studio.model._network import Chance
+from studio.motion import Motion, Pose
+from studio.playback.neutral import between
+from studio.training.checkpoint import Model
+
+LOOK_S = 0.003
+"""How often the source is asked for sound."""
+SLEPT_S = 2.0
+"""Seconds nobody was asked for, after which the computer has slept or was stopped."""
+KEPT_S = 4.0
+STALLED_S = 0.25
+"""Seconds without a pose after which the avatar goes over to idling."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a display shows of a performance.
+
+    Args:
+        peak_dbfs, rms_dbfs, clipped: of the sound as it comes in.
+        speaking, voice: whether the gate is open, and how likely somebody speaks.
+        gain_db: the automatic gain.
+        latency_ms: how long after a sound its pose is sent.
+        late: poses that came too late to be shown at their moment.
+        frames: poses made.
+        seconds: sound heard.
+        load: share of a core used by making poses lately.
+        drift_ppm: how much longer the device's second is than the computer's.
+    """
+
+    peak_dbfs: float
+    rms_dbfs: float
+    clipped: bool
+    speaking: bool
+    voice: float
+    gain_db: float
+    latency_ms: float
+    late: int
+    frames: int
+    seconds: float
+    load: float
+    drift_ppm: float
+
+
+class Performance:
+    """Plays a model from a source; other threads ask for the pose at a moment.
+
+    Args:
+        model: the model.
+        heard: what it is to hear.
+        source: where the sound comes from.
+        sound: what makes it fit for the model.
+        stand: what is laid over the poses.
+        style, chance: as for generating.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        heard: Hearing,
+        source: Source,
+        sound: Conditioning,
+        stand: Stand,
+        style: int = 0,
+        chance: Chance | None = None,
+    ) -> None:
+        self.model, self.source, self.sound, self.stand = model, source, sound, stand
+        self._style, self._chance = style, chance or Chance()
+        self._hearing = heard
+        self._steps = Steps(model, heard, style, self._chance)
+        self._base = 0.0  # seconds of the stream at which the steps at hand began
+        self._delay = Delay(1.0 / float(model.fps))
+        self._poses: deque[tuple[float, Pose, bool]] = deque()
+        self._lock = threading.Lock()
+        self._said: deque[StudioError] = deque()
+        self._meter = LevelMeter()
+        self._late = self._frames = 0
+        self._heard_s = 0.0
+        self._looked: tuple[float, float] | None = None
+        self._spent, self._spent_since, self._load = 0.0, clock.now(), 0.0
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._failure: BaseException | None = None
+        self._wanted: Hearing | None = None
+
+    @property
+    def hearing(self) -> Hearing:
+        """What it hears."""
+        return self._hearing
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more comes: the file is over, or it failed."""
+        return self.source.ended or self._failure is not None
+
+    def start(self) -> None:
+        """Open the source and begin.
+
+        Raises:
+            StudioError: the source cannot be opened.
+        """
+        self.source.start()
+        self._thread = threading.Thread(target=self._run, name="live", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End; the last pose stays."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(10.0)
+        self.source.stop()
+        if self._failure is not None:
+            raise self._failure
+
+    def choose(self, heard: Hearing) -> None:
+        """Another look-ahead from the next block on."""
+        self._wanted = heard
+
+    def notices(self) -> list[StudioError]:
+        """What happened since the last call: sentences for people."""
+        said = self.source.problems()
+        while self._said:
+            said.append(self._said.popleft())
+        return said
+
+    @property
+    def facts(self) -> Facts:
+        """How it stands."""
+        sound, gate = self.sound, self.sound.gate
+        return Facts(
+            self._meter.peak_dbfs if not sound.muted else FLOOR_DBFS,
+            self._meter.rms_dbfs if not sound.muted else FLOOR_DBFS,
+            self._meter.clipped,
+            sound.speaking and not sound.muted,
+            gate.chance if gate is not None else 1.0,
+            sound.gain.db,
+            1000.0 * self._delay.value,
+            self._late,
+            self._frames,
+            self._heard_s,
+            self._load,
+            sound.drift_ppm,
+        )
+
+    def reset_clip(self) -> None:
+        """Put the clip lamp out."""
+        self._meter.clipped = False
+
+    # What senders ask
+
+    def position(self) -> float:
+        """The moment whose pose is to be seen now, seconds of the computer's clock."""
+        return clock.now() - self._delay.value
+
+    def pose_at(self, moment: float) -> Pose:
+        """The pose of a moment, everything laid over it. From any thread."""
+        with self._lock:
+            found = self._found(moment)
+        return self.stand.pose(moment, *found)
+
+    def _found(self, moment: float) -> tuple[Pose | None, bool]:
+        """The model's pose of a moment, and whether somebody speaks then."""
+        poses = self._poses
+        if not poses:
+            return None, False
+        while len(poses) > 2 and poses[1][0] <= moment - KEPT_S:
+            poses.popleft()
+        after = next((i for i in range(len(poses) - 1, -1, -1) if poses[i][0] <= moment), -1) + 1
+        if after == 0:
+            return poses[0][1], poses[0][2]
+        t, pose, speaking = poses[after - 1]
+        if after == len(poses):
+            return pose, speaking and moment - t < STALLED_S
+        later, following, _ = poses[after]
+        share = (moment - t) / max(later - t, 1e-6)
+        return between(pose, following, min(max(share, 0.0), 1.0)), speaking
+
+    # The live thread
+
+    def _run(self) -> None:
+        """Runs on the live thread until stopped."""
+        torch.set_num_threads(1)
+        try:
+            while not self._stop.is_set():
+                self.look()
+                self._stop.wait(LOOK_S)
+        except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
+            self._failure = error
+
+    def look(self) -> None:
+        """Take what the source has; what the live thread does again and again."""
+        self._notice_sleep()
+        began = time.thread_time()
+        if self._wanted is not None:
+            self._change()
+        for heard in self.source.blocks():
+            self._take(heard)
+        self._spend(time.thread_time() - began)
+
+    def _take(self, heard: Heard) -> None:
+        self._meter.sample_rate = heard.rate
+        self._meter.feed(heard.samples)
+        samples, gap = self.sound.take(heard)
+        self._heard_s += len(samples) / self.sound.rate
+        if gap:
+            self._delay.forget()
+        for first, values in self._steps.feed(samples):
+            self._keep(first, values)
+
+    def _keep(self, first: int, values: np.ndarray) -> None:
+        fps = float(self.model.fps)
+        times = self._base + (first + np.arange(len(values))) / fps
+        motion = self.model.layout.motion(values, times)
+        now, speaking = clock.now(), self.sound.speaking and not self.sound.muted
+        for t in times:
+            self._add(self.sound.moment(float(t)), motion.pose(float(t)), speaking, now)
+
+    def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
+        self._frames += 1
+        if now - moment > self._delay.value and self._frames > 1:
+            self._late += 1
+        self._delay.saw(now, now - moment)
+        with self._lock:
+            if self._poses and moment <= self._poses[-1][0]:
+                moment = self._poses[-1][0] + 1e-4
+            self._poses.append((moment, pose, speaking))
+
+    def _change(self) -> None:
+        assert self._wanted is not None
+        self._hearing, self._wanted = self._wanted, None
+        self._steps = Steps(self.model, self._hearing, self._style, self._chance)
+        self._base = self._heard_s
+        self._delay.forget()
+
+    def _notice_sleep(self) -> None:
+        """A gap in the clock between two looks, or between a clock that sleeps and one that does not."""
+        now, awake = clock.now(), _wakeful()
+        if self._looked is not None:
+            gone = awake - self._looked[1]
+            if gone > SLEPT_S:
+                what = f"The computer slept or was held up for {gone:.0f} s."
+                self._said.append(StudioError(what, "It goes on; nothing needs to be done."))
+                self._delay.forget()
+        self._looked = now, awake
+
+    def _spend(self, seconds: float) -> None:
+        self._spent += seconds
+        passed = clock.now() - self._spent_since
+        if passed > 1.0:
+            self._load = self._spent / passed
+            self._spent, self._spent_since = 0.0, clock.now()
+
+
+def _wakeful() -> float:
+    """Seconds of a clock that goes on while the computer sleeps, where there is one."""
+    boot = getattr(time, "CLOCK_BOOTTIME", None)
+    return time.clock_gettime(boot) if boot is not None else clock.now()
+
+
+def rest_motion(model: Model, style: int = 0) -> Motion:
+    """The pose a model's avatar rests in, as a motion of one frame."""
+    return model.layout.motion(silent_pose(model, style)[None], np.zeros(1))
