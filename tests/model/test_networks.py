@@ -103,6 +103,19 @@ def test_audio2face_frames_come_from_their_own_window() -> None:
     torch.testing.assert_close(one[0, 0], whole[0, 12], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("read", ["attention", "centre"])
+def test_audio2face_gives_the_same_however_many_windows_are_worked_on_together(
+    read: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = small("audio2face", read=read)
+    rows = rows_for(network, audio2face.AT_ONCE + 7).expand(2, -1, -1)
+    with torch.no_grad():
+        in_parts, _ = network(rows)
+        monkeypatch.setattr(audio2face, "AT_ONCE", 10_000)
+        at_once, _ = network(rows)
+    torch.testing.assert_close(in_parts, at_once, rtol=0, atol=1e-6)
+
+
 def test_saia_reads_sequences_and_attends_over_time_not_over_the_batch() -> None:
     """SAIA's notebook fed sequences of length 1, and its attention mixed the examples of a batch."""
     network = small("saia")
