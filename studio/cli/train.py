@@ -1,8 +1,9 @@
 """`saia train`: learn a performer's motion from their voice.
 
 With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
-what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, and before it
-starts a `cleaning` where cleaned sound was chosen and is not there.
+what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, before it
+starts a `cleaning` where cleaned sound was chosen and is not there, and before the error of memory that ran
+out an `out_of_memory` with the setting that may fit.
 """
 
 from __future__ import annotations
@@ -10,10 +11,13 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio.cli._output import Output, silence_stdout
 from studio.cli._words import counted
@@ -98,23 +102,52 @@ def _trained(project: Project, recipe: Recipe, resume: Run | None, out: Output, 
         _tell(event, out, stop)
 
     try:
-        return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
+        with _ended_as_by_ctrl_c():
+            return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
     except KeyboardInterrupt as error:
         again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
         raise KeyboardInterrupt(f"`{again}` goes on where it was." if name else "") from error
+
+
+@contextmanager
+def _ended_as_by_ctrl_c() -> Iterator[None]:
+    """Within the block, being told to end (by a job scheduler, a shutdown, a closed terminal) is Ctrl+C."""
+    if threading.current_thread() is not threading.main_thread():  # only there signals can be caught
+        yield
+        return
+
+    def end(number: int, frame: Any) -> NoReturn:
+        raise KeyboardInterrupt
+
+    asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.signal(number, end) for number in asked}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     from studio.training import recipe as recipes
 
     if resume is None:
-        return recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+        return _settled(recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set))
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
             f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
         )
-    return kept.with_overrides(args.set)
+    return _settled(kept.with_overrides(args.set))
+
+
+def _settled(recipe: Recipe) -> Recipe:
+    """The recipe, knowing the speech encoder it names; said before torch and the takes are loaded."""
+    from dataclasses import replace
+
+    from studio.features.encoders import settled
+
+    return replace(recipe, sound=settled(recipe.sound))
 
 
 def _list(args: argparse.Namespace, out: Output) -> None:
@@ -180,7 +213,7 @@ def _tell(event: Event, out: Output, stop: StopWish) -> None:
 def _print(event: Event, out: Output) -> None:
     from dataclasses import asdict
 
-    from studio.training.events import Cleaning, Epoch, Note, Started, Step
+    from studio.training.events import Cleaning, Epoch, Note, OutOfMemory, Started, Step
 
     if isinstance(event, Epoch):
         out.event("epoch", _epoch_line(event), **event.as_dict())
@@ -193,6 +226,8 @@ def _print(event: Event, out: Output) -> None:
         out.passing("cleaning", text, **asdict(event))
     elif isinstance(event, Step):
         out.passing("step", _step_line(event), **asdict(event))
+    elif isinstance(event, OutOfMemory):
+        out.event("out_of_memory", "", **asdict(event))
 
 
 def _start_line(event: Started) -> str:

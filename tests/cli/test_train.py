@@ -111,7 +111,10 @@ def test_a_line_on_stdin_stops_well(make_toy_project: MakeProject) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="there Ctrl+C reaches a whole console")
-def test_ctrl_c_keeps_what_there_is_and_says_how_to_go_on(make_toy_project: MakeProject) -> None:
+@pytest.mark.parametrize("told_by", ["SIGINT", "SIGTERM"])
+def test_ctrl_c_and_a_shutdown_keep_what_there_is_and_say_how_to_go_on(
+    make_toy_project: MakeProject, told_by: str
+) -> None:
     project = make_toy_project(name="My Toy")
     words = command("train", str(project.folder), *TINY, "--set", "epochs=5000", "--json")
     with subprocess.Popen(
@@ -120,14 +123,18 @@ def test_ctrl_c_keeps_what_there_is_and_says_how_to_go_on(make_toy_project: Make
         assert child.stdout is not None
         assert child.stderr is not None
         next(line for line in child.stdout if json.loads(line)["event"] == "epoch")
-        child.send_signal(signal.SIGINT)
+        child.send_signal(getattr(signal, told_by))
         child.stdout.read()
         told = child.stderr.read()
     assert child.returncode == 130
     assert told.splitlines()[-1] == (
         f'Interrupted. `saia train "{project.folder}" --resume balanced_001` goes on where it was.'
     )
-    assert project.run("balanced_001").has_weights
+    run = project.run("balanced_001")
+    assert run.has_weights
+    assert run.status == "stopped"
+    assert run.report is not None
+    assert run.report["best_val"] is not None
 
 
 @pytest.mark.slow
@@ -160,10 +167,10 @@ def test_a_training_whose_window_died_stops_well(make_toy_project: MakeProject, 
 
 
 @pytest.mark.slow
-def test_a_killed_training_resumes_where_it_was(make_toy_project: MakeProject) -> None:
+def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(make_toy_project: MakeProject) -> None:
     project = make_toy_project()
-    folder = str(project.folder)
-    words = command("train", folder, *TINY, "--set", "epochs=400", "--json")
+    folder, alike = str(project.folder), [*TINY, "--set", "schedule=constant"]
+    words = command("train", folder, *alike, "--set", "epochs=400", "--json")
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         for line in child.stdout:
@@ -183,6 +190,16 @@ def test_a_killed_training_resumes_where_it_was(make_toy_project: MakeProject) -
     first = next(event["epoch"] for event in events if event["event"] == "epoch")
     assert first >= 4
     assert [e["epoch"] for e in project.run(run.id).epochs()] == list(range(1, last + 1))
+    assert cli.main(["train", folder, *alike, "--set", f"epochs={last}"]) == 0
+    resumed, whole = (project.run(name).report for name in ("balanced_001", "balanced_002"))
+    assert resumed is not None
+    assert whole is not None
+    known = [
+        {name: value for name, value in r["best_val"].items() if value is not None} for r in (resumed, whole)
+    ]
+    assert known[0] == pytest.approx(known[1], rel=1e-4)
+    said = ["status", "epochs", "best_epoch", "frames", "train", "val", "style", "seed"]
+    assert {key: resumed[key] for key in said} == {key: whole[key] for key in said}
 
 
 @pytest.mark.slow
