@@ -24,17 +24,17 @@ def normalised(q: ArrayLike) -> Array:
 
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """The rotation b followed by a, as quaternions (..., 4)."""
-    ax, ay, az, aw = np.moveaxis(np.asarray(a, dtype=np.float64), -1, 0)
-    bx, by, bz, bw = np.moveaxis(np.asarray(b, dtype=np.float64), -1, 0)
-    return np.stack(
-        [
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        ],
-        axis=-1,
-    )
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    # By index and into one array: a live pose is worked out from many small products.
+    ax, ay, az, aw = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
+    bx, by, bz, bw = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
+    x = aw * bx + ax * bw + ay * bz - az * by
+    out = np.empty((*x.shape, 4))
+    out[..., 0] = x
+    out[..., 1] = aw * by - ax * bz + ay * bw + az * bx
+    out[..., 2] = aw * bz + ax * by - ay * bx + az * bw
+    out[..., 3] = aw * bw - ax * bx - ay * by - az * bz
+    return out
 
 
 def inverse(q: ArrayLike) -> Array:
@@ -46,8 +46,19 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
     xyz, w = q[..., :3], q[..., 3:]
-    twice = 2.0 * np.cross(xyz, v)
-    return v + w * twice + np.cross(xyz, twice)
+    twice = 2.0 * cross(xyz, v)
+    return v + w * twice + cross(xyz, twice)
+
+
+def cross(a: ArrayLike, b: ArrayLike) -> Array:
+    """Cross products of vectors (..., 3); NumPy's own takes ten times as long for a few of them."""
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    x = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    out = np.empty((*x.shape, 3))
+    out[..., 0] = x
+    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out
 
 
 def to_matrix(q: ArrayLike) -> Array:

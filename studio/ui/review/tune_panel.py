@@ -63,7 +63,7 @@ class TunePanel(QWidget):
     @property
     def tuning(self) -> Tuning:
         """How the sliders stand."""
-        return Tuning(**{name: box.value() for name, (_, box, _) in self._fields.items()})
+        return Tuning().changed(**{name: box.value() for name, (_, box, _) in self._fields.items()})
 
     def set_tuning(self, tuning: Tuning) -> None:
         """Move the sliders, and say so once."""
@@ -75,15 +75,19 @@ class TunePanel(QWidget):
 
     def show_available(self, face: bool, bones: bool) -> None:
         """Enable what the motion has; a slider without channels would do nothing."""
-        for name, there in (("face", face), ("head", bones), ("body", bones)):
+        for name, there in (
+            ("mouth", face), ("face", face), ("head", bones), ("torso", bones), ("arms", bones),
+        ):  # fmt: skip
             for widget in self._fields[name][:2]:
                 widget.setEnabled(there)
 
     def _controls(self) -> list[tuple[str, str, float, float, float, int, str]]:
         return [
-            ("face", self.tr("Face"), 0.0, 2.0, 0.05, 2, self.tr("Strength of all blend shapes")),
-            ("head", self.tr("Head"), 0.0, 2.0, 0.05, 2, self.tr("How far neck, head and eyes swing")),
-            ("body", self.tr("Body"), 0.0, 2.0, 0.05, 2, self.tr("How far everything else swings")),
+            ("mouth", self.tr("Mouth"), 0.0, 2.0, 0.05, 2, self.tr("Strength of the mouth's blend shapes")),
+            ("face", self.tr("Face"), 0.0, 2.0, 0.05, 2, self.tr("Strength of all other blend shapes")),
+            ("head", self.tr("Head"), 0.0, 2.0, 0.05, 2, self.tr("How far neck and head swing")),
+            ("torso", self.tr("Torso"), 0.0, 2.0, 0.05, 2, self.tr("How far hips and spine swing")),
+            ("arms", self.tr("Arms"), 0.0, 2.0, 0.05, 2, self.tr("How far shoulders and arms swing")),
             (
                 "smoothing", self.tr("Smoothing"), 0.0, 0.3, 0.01, 2,
                 self.tr("Calms trembling, in seconds; lips still close and blinks stay sharp"),

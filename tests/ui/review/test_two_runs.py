@@ -145,7 +145,7 @@ def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: tuple[ReviewView, Revi
 def test_sliders_tune_both_runs(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)
-    view.tune._fields["face"][1].setValue(0.5)
+    view.tune._fields["mouth"][1].setValue(0.5)
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.4, abs=0.01), timeout=MINUTE)
     qtbot.mouseClick(view.bar.vote.sides[1], Qt.MouseButton.LeftButton)
     assert _peak(presenter) == pytest.approx(0.25, abs=0.01)

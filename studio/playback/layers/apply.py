@@ -1,0 +1,194 @@
+"""A tuning laid over a whole motion, or over one pose after another as they come."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import Motion, Pose, concatenate
+from studio.playback.layers import masks, planted, strength
+from studio.playback.layers.blinks import CLEAR, INFERRED, Blinks, blinking, blinks_of
+from studio.playback.layers.gaze import Darts, darting
+from studio.playback.layers.idle import breathing, swaying
+from studio.playback.layers.reference import Reference
+from studio.playback.layers.regions import is_lid
+from studio.playback.layers.smoothing import StreamSmoothing, smoothed
+from studio.playback.layers.tuning import Tuning
+
+BLOCK = 8192
+"""Frames worked on at a time, so that an hour of motion needs no more memory than a few minutes."""
+SETTLING = 10.0
+"""Seconds of a stream whose mean posture is the reference of what follows, where none is given."""
+
+
+def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) -> Motion:
+    """A motion with all layers of a tuning over it; the very same where the tuning is neutral.
+
+    Args:
+        motion: T frames.
+        tuning: what to do.
+        reference: the posture that strengths and masks refer to; the motion's mean where None.
+    """
+    if tuning.neutral:
+        return motion
+    if tuning.smoothing > 0:
+        motion = smoothed(motion, tuning.smoothing)
+    layers = Layers(tuning)
+    if len(motion) and not layers.empty:
+        inferred = blinks_of(motion) if tuning.blinks > 0 else np.zeros(0)
+        posture = reference or Reference.of(motion)
+        blocks = [
+            layers.over(motion.at_rows(slice(start, start + BLOCK)), posture, inferred)
+            for start in range(0, len(motion), BLOCK)
+        ]
+        motion = blocks[0] if len(blocks) == 1 else concatenate(blocks)
+    if tuning.left_out:
+        motion = masks.without(motion, tuning.moves)
+    return motion.shifted(tuning.offset_ms / 1000.0) if tuning.offset_ms else motion
+
+
+class Layers:
+    """The layers of a tuning that need no other frame than the one they change.
+
+    Args:
+        tuning: what to do.
+    """
+
+    def __init__(self, tuning: Tuning) -> None:
+        self._tuning = tuning
+        self._blinks = Blinks(tuning.blinks, tuning.seed) if tuning.blinks > 0 else None
+        self._darts = Darts(tuning.darts, tuning.seed) if tuning.darts > 0 else None
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is left to do once a motion is smoothed and shifted."""
+        return replace(self._tuning, smoothing=0.0, offset_ms=0.0).neutral
+
+    def over(
+        self, motion: Motion, reference: Reference, inferred: NDArray[np.float64], ahead: float = CLEAR
+    ) -> Motion:
+        """Some frames with the layers over them.
+
+        Args:
+            motion: T frames.
+            reference: the posture of their bones.
+            inferred, ahead: when it blinks by itself; see Blinks.lids.
+        """
+        tuning = self._tuning
+        motion = strength.strengthened(motion, tuning, reference)
+        motion = strength.single_shapes(motion, tuning)
+        if tuning.top_vowels:
+            motion = strength.two_vowels(motion)
+        motion = masks.held(motion, tuning.moves, reference)
+        if self._blinks is not None:
+            motion = blinking(motion, self._blinks, inferred, ahead)
+        if self._darts is not None:
+            motion = darting(motion, self._darts)
+        if tuning.breath > 0:
+            motion = breathing(motion, tuning.breath)
+        if tuning.sway > 0:
+            motion = swaying(motion, tuning.sway, tuning.seed)
+        if tuning.lock_root:
+            motion = planted.in_place(motion, reference)
+        return planted.with_feet_planted(motion, reference) if tuning.plant_feet else motion
+
+
+class Tuner:
+    """Lays a tuning over one pose after another: for a stream, whose future nobody knows.
+
+    It gives what `tuned` gives for the whole motion with the same reference, but for three things: smoothing
+    lags by its time constant, a blink of its own may come less than a second before an inferred one, and the
+    offset is left to whoever sends. Not for several threads at a time.
+
+    Args:
+        tuning: what to do.
+        shape_names, bone_names: S and J channels of the poses that come.
+        reference: the posture that strengths and masks refer to, best that of the training takes; the mean of
+            the first seconds where None.
+    """
+
+    def __init__(
+        self,
+        tuning: Tuning,
+        shape_names: tuple[str, ...],
+        bone_names: tuple[str, ...],
+        reference: Reference | None = None,
+    ) -> None:
+        self._names = shape_names, bone_names
+        self._lids = [i for i, name in enumerate(shape_names) if is_lid(name)]
+        self._given, self._reference = reference is not None, reference
+        self._seen = 0.0
+        self._last = float("nan")
+        self._inferred: list[float] = []
+        self.retune(tuning)
+
+    @property
+    def tuning(self) -> Tuning:
+        """What is laid over the poses."""
+        return self._tuning
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """Channels of the poses that go out."""
+        return tuple(self._names[0][i] for i in self._kept[0])
+
+    @property
+    def bone_names(self) -> tuple[str, ...]:
+        """Channels of the poses that go out."""
+        return tuple(self._names[1][i] for i in self._kept[1])
+
+    def retune(self, tuning: Tuning) -> None:
+        """Another tuning from the next pose on."""
+        shape_names, bone_names = self._names
+        self._tuning = tuning
+        self._layers = Layers(tuning)
+        self._smoothing = StreamSmoothing(shape_names, tuning.smoothing) if tuning.smoothing > 0 else None
+        everything = list(range(len(shape_names))), list(range(len(bone_names)))
+        self._kept = masks.kept(shape_names, bone_names, tuning.moves) if tuning.left_out else everything
+
+    def pose(self, t: float, pose: Pose) -> Pose:
+        """A pose with the layers over it.
+
+        Args:
+            t: its moment in seconds on any clock that begins near 0: blinks, darts and sway follow from it.
+            pose: S shapes, J bones.
+        """
+        reference = self._posture(t, pose)
+        if self._smoothing is not None:
+            pose = self._smoothing.pose(t, pose)
+        if not self._layers.empty:
+            one = self._layers.over(self._as_motion(t, pose), reference, self._blinked(t, pose), ahead=0.0)
+            pose = Pose(
+                one.shapes[0], one.positions[0], one.rotations[0], one.root_position[0], one.root_rotation[0]
+            )
+        if not self._tuning.left_out:
+            return pose
+        shapes, bones = self._kept
+        return replace(
+            pose, shapes=pose.shapes[shapes], positions=pose.positions[bones], rotations=pose.rotations[bones]
+        )
+
+    def _as_motion(self, t: float, pose: Pose) -> Motion:
+        parts = (pose.positions, pose.rotations, pose.root_position, pose.root_rotation)
+        names = self._names
+        return Motion(np.array([t]), names[0], pose.shapes[None], names[1], *(part[None] for part in parts))
+
+    def _posture(self, t: float, pose: Pose) -> Reference:
+        """The reference, which settles on the mean of the first seconds where none was given."""
+        step = t - self._last
+        self._last = t
+        if self._reference is None:
+            self._reference = Reference.of_pose(self._names[1], pose)
+        elif not self._given and self._seen < SETTLING and 0.0 < step < 1.0:
+            self._seen += step
+            self._reference = self._reference.towards(pose, min(step / self._seen, 1.0))
+        return self._reference
+
+    def _blinked(self, t: float, pose: Pose) -> NDArray[np.float64]:
+        """When the poses blinked by themselves lately."""
+        self._inferred = [moment for moment in self._inferred if t - 3.0 * CLEAR < moment < t]
+        if self._lids and pose.shapes[self._lids].max() > INFERRED:
+            self._inferred.append(t)
+        return np.array(self._inferred)
