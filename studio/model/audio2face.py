@@ -54,7 +54,7 @@ class Audio2Face(Network):
     def _attended(self, hidden: Tensor) -> Tensor:
         """r = H alpha with alpha = softmax(w tanh(H)) over the window; (B, window, H) -> (B, H)."""
         alpha = torch.softmax(self.attention(torch.tanh(hidden)), dim=1)
-        return torch.einsum("bt,btk->bk", alpha.squeeze(-1), hidden)
+        return (alpha * hidden).sum(dim=1)
 
 
 def build(sizes: Sizes, *, units: int = 128, dense: int = 128, read: str = "attention") -> Network:
