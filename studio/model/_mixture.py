@@ -15,6 +15,8 @@ from torch import Tensor, nn
 
 from studio.model._network import Chance
 
+Array = NDArray[np.floating]
+
 FLOOR = 0.02
 """No deviation is smaller (scaled units): a component must not collapse onto single frames."""
 SLOW_SECONDS = 0.5
@@ -58,14 +60,17 @@ class Mixture:
         there = weight.amax(dim=-1)
         return -(torch.logsumexp(self.log_weights + joint, dim=-1) * there).sum() / counted
 
-    def sample(self, chance: Chance, fps: float) -> Tensor:
+    def sample(self, chance: Chance, fps: float, seconds: Array | None = None) -> Tensor:
         """Poses (B, n, C) drawn with slow chance; liveliness 0 gives the mean, 1 what was learnt.
+
+        `seconds` is how slow in each column (C,), see slow_noise.
 
         Which component speaks is drawn by the Gumbel-max rule, softened so that changes are no jumps.
         Source: Maddison et al. 2017, The Concrete Distribution.
         """
         frames, components, columns = self.means.shape[1:]
-        noise = slow_noise(chance, frames, columns + components, fps)
+        paces = None if seconds is None else np.append(seconds, np.full(components, np.median(seconds)))
+        noise = slow_noise(chance, frames, columns + components, fps, paces)
         deviates = torch.from_numpy(noise[:, None, :columns]).to(self.means)
         gumbel = torch.from_numpy(_gumbel(noise[:, columns:])).to(self.means)
         chosen = torch.softmax((self.log_weights + gumbel) / _SWITCH, dim=-1)[..., None]
@@ -100,13 +105,20 @@ class MixtureHead(nn.Module):
         return Mixture(log_weights, self.means(hidden).view(shape), deviations.view(shape))
 
 
-def slow_noise(chance: Chance, frames: int, columns: int, fps: float) -> NDArray[np.float32]:
-    """Gaussian noise of deviation 1 that changes over SLOW_SECONDS, (frames, columns).
+def slow_noise(
+    chance: Chance, frames: int, columns: int, fps: float, seconds: Array | None = None
+) -> NDArray[np.float32]:
+    """Gaussian noise of deviation 1 that changes slowly, (frames, columns).
 
     A frame's numbers follow from the seed and the frame's number alone, whatever the pieces are.
+
+    Args:
+        seconds: length of each column's window (columns,); SLOW_SECONDS where None.
     """
-    reach = max(1, round(SLOW_SECONDS * fps / 2))
-    window = np.hanning(2 * reach + 3)[1:-1]
+    lengths = np.full(columns, SLOW_SECONDS) if seconds is None else seconds
+    reaches = np.maximum(1, np.round(lengths * fps / 2)).astype(int)
+    reach = int(reaches.max())
+    windows = np.stack([np.pad(_window(own), reach - own) for own in reaches])
     first, last = chance.first - reach, chance.first + frames + reach
     blocks = [
         np.random.default_rng([chance.seed, _BEFORE_START + block]).standard_normal((_BLOCK, columns))
@@ -114,8 +126,15 @@ def slow_noise(chance: Chance, frames: int, columns: int, fps: float) -> NDArray
     ]
     skip = first - first // _BLOCK * _BLOCK
     white = np.concatenate(blocks)[skip : skip + last - first]
-    near = np.lib.stride_tricks.sliding_window_view(white, len(window), axis=0)
-    return (near @ (window / np.linalg.norm(window))).astype(np.float32)
+    near = np.lib.stride_tricks.sliding_window_view(white, windows.shape[1], axis=0)
+    return np.einsum("tcw,cw->tc", near, windows).astype(np.float32)
+
+
+def _window(reach: int) -> Array:
+    """What white noise is blurred with, (2 reach + 1,), of power 1."""
+    window = np.hanning(2 * reach + 3)[1:-1]
+    blur: Array = window / np.linalg.norm(window)
+    return blur
 
 
 def _gumbel(noise: NDArray[np.float32]) -> NDArray[np.float32]:

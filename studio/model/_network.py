@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -21,6 +22,7 @@ class Sizes:
         window: rows a frame looks at, for networks that read windows.
         fps: motion frames a second.
         styles: how many styles there are to tell apart besides the average; 0 for networks without.
+        faces: how many columns, the first ones, are blend shapes; the others are the body's.
     """
 
     features: int
@@ -29,6 +31,7 @@ class Sizes:
     window: int
     fps: float
     styles: int = 0
+    faces: int = 0
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,13 @@ class Network(nn.Module):
             Scaled poses (B, n, C), and the state for the next piece.
         """
         raise NotImplementedError
+
+    def see(self, stretches: Sequence[Tensor]) -> None:
+        """Captured poses before anything is learnt, for networks that want to know how bodies move.
+
+        Args:
+            stretches: scaled poses (T, C) of unbroken stretches of the takes that have a body.
+        """
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor

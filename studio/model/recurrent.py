@@ -8,10 +8,13 @@ Source of the embedding: Fan et al. 2022, FaceFormer, arXiv 2112.05329, section 
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import torch
 from torch import Tensor, nn
 
-from studio.model._network import Network, Sizes, State
+from studio.model._body import body_head, calmed
+from studio.model._network import Chance, Network, Sizes, State
 
 MARGIN_SECONDS = 3.0
 QUIETEST = 3.0
@@ -32,6 +35,7 @@ class Recurrent(Network):
         dropout: float,
         look_ahead: int | None,
         style_width: int,
+        body: str = "plain",
     ) -> None:
         super().__init__(sizes)
         both = look_ahead is None
@@ -53,7 +57,11 @@ class Recurrent(Network):
             dropout=dropout if layers > 1 else 0.0,
         )
         self.dropout = nn.Dropout(dropout)
-        self.pose = nn.Linear(units * (2 if both else 1) + beside, sizes.columns)
+        known = units * (2 if both else 1)
+        self.pose = nn.Linear(known + beside, sizes.columns)
+        self.body = body_head(body, known + beside, sizes)
+        self.draws = self.body is not None
+        self.layers, self.kept = layers, layers + self.draws  # of the LSTM, and of the state
 
     @property
     def output(self) -> nn.Linear:
@@ -64,12 +72,65 @@ class Recurrent(Network):
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
         """See Network.forward; the state is the LSTM's, None when it reads both directions."""
+        hidden, _, state = self._heard(rows, state, style)
+        return self.pose(hidden), state
+
+    def see(self, stretches: Sequence[Tensor]) -> None:
+        """See Network.see; the body's head wants to know."""
+        if self.body is not None:
+            self.body.see(stretches)
+
+    def learn(
+        self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """See Network.learn; the head learns how far bodies are from what the pose layer expects."""
+        hidden, known, _ = self._heard(rows, None, style)
+        expected: Tensor = self.pose(hidden)
+        if self.body is None:
+            return expected, values.new_zeros(())
+        apart = (values - expected).detach()
+        return expected, self.body.loss(known.detach(), apart, weight)
+
+    def draw(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+    ) -> tuple[Tensor, State | None]:
+        """See Network.draw; with a head the body is drawn around the expected poses, which the face keeps."""
+        if self.body is None:
+            return super().draw(rows, state, style, chance)
+        expected, away, state = self.parted(rows, state, style, chance)
+        return expected + chance.liveliness * away, state
+
+    def parted(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None
+    ) -> tuple[Tensor, Tensor, State | None]:
+        """Expected poses and how far the drawn ones are from them, (B, n, C) each, with the next state."""
+        hidden, known, state = self._heard(rows, state, style)
+        expected = self.pose(hidden)
+        if self.body is None or chance is None:
+            return expected, torch.zeros_like(expected), state
+        return expected, self.body.draw(known, chance), state
+
+    def _heard(
+        self, rows: Tensor, state: State | None, style: Tensor | None
+    ) -> tuple[Tensor, Tensor, State | None]:
+        """What is known of each frame (B, n, H), the same without haste for the head, and the next state.
+
+        With a head the state has a layer more: where the calm course stands.
+        """
         batch = rows.shape[0]
         width = self.sizes.features * self.sizes.steps_per_frame
         frames = self.normalised(rows).reshape(batch, -1, width)
         seen = nn.functional.gelu(self.convolution(frames.transpose(1, 2))).transpose(1, 2)
-        hidden, state = self.lstm(self._styled(self.dropout(seen), style), state)
-        return self.pose(self._styled(self.dropout(hidden), style)), None if self.margin else state
+        own = None if state is None else (state[0][: self.layers], state[1][: self.layers])
+        hidden, own = self.lstm(self._styled(self.dropout(seen), style), own)
+        heard = self.dropout(hidden)
+        known, left = heard, own
+        if self.body is not None:
+            known = calmed(heard, None if state is None else state[0][-1], self.sizes.fps)
+            if not self.margin:
+                last = known[:, -1][None]
+                left = torch.cat([own[0], last]), torch.cat([own[1], torch.zeros_like(last)])
+        return self._styled(heard, style), self._styled(known, style), None if self.margin else left
 
     def _styled(self, values: Tensor, style: Tensor | None) -> Tensor:
         """Values (B, n, H) with the embedding of each row's style beside them."""
@@ -94,6 +155,12 @@ class Ensemble(Network):
         self.members = nn.ModuleList(members)
         first = members[0]
         self.before, self.after, self.margin = first.before, first.after, first.margin
+        self.draws = first.draws
+
+    def see(self, stretches: Sequence[Tensor]) -> None:
+        """Let every member see how bodies move."""
+        for member in self._each():
+            member.see(stretches)
 
     def start_at(self, mean: Tensor) -> None:
         """Let every member begin at a pose (C,), scaled."""
@@ -104,27 +171,63 @@ class Ensemble(Network):
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
         """See Network.forward; while training each member sees its share of the batch alone."""
+        if self.training and len(rows) >= len(self.members):
+            return torch.cat([m(share, None, its)[0] for m, share, its in self._shares(rows, style)]), None
+        expected, _, state = self._together(rows, state, style, None)
+        return expected, state
+
+    def learn(
+        self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """See Network.learn; the first member's head learns from its member's share."""
+        if len(rows) < len(self.members):
+            members = [m.learn(self.normalised(rows), style, values, weight) for m in self._each()]
+            return torch.stack([poses for poses, _ in members]).mean(dim=0), members[0][1]
+        targets = zip(
+            values.tensor_split(len(self.members)), weight.tensor_split(len(self.members)), strict=True
+        )
+        shares = zip(self._shares(rows, style), targets, strict=True)
+        learnt = [m.learn(share, its, *target) for (m, share, its), target in shares]
+        return torch.cat([poses for poses, _ in learnt]), learnt[0][1]
+
+    def draw(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+    ) -> tuple[Tensor, State | None]:
+        """See Network.draw; the first member draws around what all expect together."""
+        if not self.draws:
+            return super().draw(rows, state, style, chance)
+        expected, away, state = self._together(rows, state, style, chance)
+        return expected + chance.liveliness * away, state
+
+    def _together(
+        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None
+    ) -> tuple[Tensor, Tensor, State | None]:
+        """The mean of what the members expect, how far the first draws from it, and the common state."""
         normal, members = self.normalised(rows), self._each()
-        if self.training and len(rows) >= len(members):
-            shares = normal.tensor_split(len(members))
-            styles = [None] * len(members) if style is None else style.tensor_split(len(members))
-            apart = zip(members, shares, styles, strict=True)
-            return torch.cat([member(share, None, its)[0] for member, share, its in apart]), None
-        states = _shared_out(state, len(members))
-        results = [m(normal, s, style) for m, s in zip(members, states, strict=True)]
-        poses = torch.stack([poses for poses, _ in results]).mean(dim=0)
-        left = [s for _, s in results if s is not None]
-        return poses, (torch.cat([h for h, _ in left]), torch.cat([c for _, c in left])) if left else None
+        states = _shared_out(state, [member.kept for member in members])
+        results = [m.parted(normal, s, style, chance) for m, s in zip(members, states, strict=True)]
+        expected = torch.stack([expected for expected, _, _ in results]).mean(dim=0)
+        left = [s for _, _, s in results if s is not None]
+        joint = (torch.cat([h for h, _ in left]), torch.cat([c for _, c in left])) if left else None
+        return expected, results[0][1], joint
+
+    def _shares(
+        self, rows: Tensor, style: Tensor | None
+    ) -> Iterator[tuple[Recurrent, Tensor, Tensor | None]]:
+        """Each member with its part of a batch and of the styles."""
+        members, normal = self._each(), self.normalised(rows)
+        styles = [None] * len(members) if style is None else style.tensor_split(len(members))
+        return zip(members, normal.tensor_split(len(members)), styles, strict=True)
 
     def _each(self) -> list[Recurrent]:
         return [member for member in self.members if isinstance(member, Recurrent)]
 
 
-def _shared_out(state: State | None, members: int) -> list[State | None]:
+def _shared_out(state: State | None, kept: Sequence[int]) -> list[State | None]:
     """Each member's part of a common state; their layers lie one behind the other."""
     if state is None:
-        return [None] * members
-    return list(zip(state[0].chunk(members), state[1].chunk(members), strict=True))
+        return [None] * len(kept)
+    return list(zip(torch.split(state[0], list(kept)), torch.split(state[1], list(kept)), strict=True))
 
 
 def build(
@@ -138,6 +241,7 @@ def build(
     both_directions: bool = False,
     members: int = 1,
     style_width: int = 8,
+    body: str = "plain",
 ) -> Network:
     """The network.
 
@@ -151,7 +255,11 @@ def build(
         both_directions: read the whole sentence instead; look_ahead_ms does not matter then.
         members: networks whose mean is taken; each learns from its share of the crops.
         style_width: numbers that describe a style.
+        body: "plain" gives bodies the expected pose, "flow" or "mixture" draw them around it by chance.
     """
     look_ahead = None if both_directions else max(0, round(look_ahead_ms / 1000 * sizes.fps))
-    made = [Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width) for _ in range(members)]
+    made = [
+        Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width, kind)
+        for kind in (body, *["plain"] * (members - 1))
+    ]
     return Ensemble(sizes, made) if members > 1 else made[0]

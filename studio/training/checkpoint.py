@@ -70,7 +70,8 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
     """
     module = registry.load(model, recipe.model, "model")
     sound = recipe.sound
-    sizes = Sizes(sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles)
+    faces = len(layout.learnt_shapes)
+    sizes = Sizes(sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles, faces)
     try:
         return module.build(sizes, **recipe.network)
     except (TypeError, ValueError, RuntimeError, MemoryError) as error:

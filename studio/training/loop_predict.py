@@ -75,7 +75,8 @@ def enliven(path: Path, takes: Sequence[Example], style: int, wanted: float) -> 
     if not bool((made.network.gain == 1).all()):
         return
     with torch.no_grad():
-        poses = [predict(made.network, example, style=style) for example in takes]
+        shown = drawn if made.network.draws else predict
+        poses = [shown(made.network, example, "cpu", style) for example in takes]
     gain = region_gains(poses, takes, made.layout)
     made.network.gain.copy_(torch.from_numpy(1 + wanted * (gain - 1)).float())
     checkpoint.save_model(path, made)
