@@ -5,11 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studio.cli._tune import add_tune, tuning_of
 from studio.errors import RequestError
 from studio.motion import Motion
+
+if TYPE_CHECKING:
+    from studio.playback.layers import Tuning
 
 PARTS = ("all", "face", "body")
 
@@ -23,12 +28,14 @@ class Shape:
         fps: frames a second; 0 leaves them as they are.
         start: seconds from the beginning.
         end: seconds from the beginning; None for all of it.
+        tuning: the layers laid over it; None for none.
     """
 
     part: str = "all"
     fps: float = 0.0
     start: float = 0.0
     end: float | None = None
+    tuning: Tuning | None = None
 
     @property
     def cuts(self) -> bool:
@@ -45,6 +52,10 @@ class Shape:
         Raises:
             RequestError: nothing of it is left.
         """
+        if self.tuning is not None:
+            from studio.playback.layers import tuned
+
+            motion = tuned(motion, self.tuning)
         if self.cuts:
             end = np.inf if self.end is None else np.nextafter(self.end, np.inf)
             motion = motion.between(self.start, float(end)).shifted(-self.start)
@@ -70,13 +81,14 @@ class Shape:
 
 
 def add_shape(parser: argparse.ArgumentParser) -> None:
-    """--part all|face|body, --fps N, --from S and --to S."""
+    """--part all|face|body, --fps N, --from S, --to S and --tune PRESET|FILE."""
     parser.add_argument("--part", choices=PARTS, default="all", help="the face or the body alone (all)")
     parser.add_argument("--fps", type=float, default=0.0, help="frame rate; the motion's own where not given")
     parser.add_argument(
         "--from", dest="start", type=float, default=0.0, metavar="S", help="seconds at which to begin (0)"
     )
     parser.add_argument("--to", dest="end", type=float, metavar="S", help="seconds at which to end")
+    add_tune(parser)
 
 
 def shape_of(args: argparse.Namespace) -> Shape:
@@ -90,7 +102,7 @@ def shape_of(args: argparse.Namespace) -> Shape:
         raise RequestError(what, "Leave --fps out to keep the motion's own.")
     if not args.start >= 0 or (args.end is not None and not args.end > args.start):
         raise RequestError("The span ends before it begins.", "Choose --to later than --from.")
-    return Shape(args.part, args.fps, args.start, args.end)
+    return Shape(args.part, args.fps, args.start, args.end, tuning_of(args, args.project))
 
 
 def only(motion: Motion, part: str, name: str) -> Motion:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output
 from studio.cli._run import as_request
 from studio.cli._source import check_sound
+from studio.cli._tune import add_tune, tuning_of
 from studio.cli._words import address, counted
 from studio.errors import RequestError
 
@@ -44,10 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rotations-only", action="store_true", help="leave the avatar's own proportions")
     parser.add_argument("--loop", action="store_true", help="again and again, until Ctrl+C")
     parser.add_argument("--device", help="sound output by name")
+    add_tune(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Play to the end, then fade the avatar to rest."""
+    from studio.playback.layers import tuned
     from studio.playback.player import Player
 
     if not 1.0 <= args.fps <= 240.0:
@@ -55,9 +58,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
     if args.audio is not None:
         check_sound(args.audio)
+    tuning = tuning_of(args, _project_of(args.motion))
     with as_request():
         motion, sound = _load(args.motion, args.audio)
         duration = float(motion.times[-1]) if len(motion) else 0.0
+        if tuning is not None:
+            motion = tuned(motion, tuning)
         player = Player(sound, duration if sound is None else None, args.device)
     targets: list[VmcTarget] = []
     try:
@@ -116,6 +122,13 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
             states = [target.state for target in targets]
             lights = [str(state.light) for state in states]
             out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
+
+
+def _project_of(motion: Path) -> Path | None:
+    """The project that a take's folder or a file of a project lies in."""
+    from studio.project import is_project
+
+    return next((folder for folder in motion.absolute().parents if is_project(folder)), None)
 
 
 def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
