@@ -52,6 +52,25 @@ class Numbers:
         self._length += data.nbytes
         return len(self.accessors) - 1
 
+    def add_whole(self, values: NDArray[np.unsignedinteger]) -> int:
+        """Add whole numbers of 2 or 4 bytes, (T,) or (T, 4), as indices and joints are kept."""
+        data = np.ascontiguousarray(values)
+        kind = "SCALAR" if data.ndim == 1 else f"VEC{data.shape[1]}"
+        code = {2: 5123, 4: 5125}[data.itemsize]
+        self.accessors.append(
+            {"bufferView": len(self.views), "componentType": code, "count": len(data), "type": kind}
+        )
+        self.attach(data.tobytes())
+        return len(self.accessors) - 1
+
+    def attach(self, data: bytes) -> int:
+        """Add bytes as they are, e.g. a picture; gives the index of their view."""
+        self.views.append({"buffer": 0, "byteOffset": self._length, "byteLength": len(data)})
+        data += b"\0" * (-len(data) % 4)
+        self._parts.append(data)
+        self._length += len(data)
+        return len(self.views) - 1
+
     def data(self) -> bytes:
         """All of it, in order."""
         return b"".join(self._parts)

@@ -16,7 +16,9 @@ from studio.motion.avatar import Floats, Morph, Surface
 
 MOST_VERTICES = 1_500_000
 MOST_TRIANGLES = 3_000_000
-MOST_NUMBERS = 400_000_000
+MOST_TARGETS = 20_000
+"""Morph targets of all parts: a face has up to some hundred, and some ten parts."""
+MOST_NUMBERS = 150_000_000
 """Numbers that all arrays together may hold while being read: a small file can name one array often."""
 _TRIANGLES = 4
 
@@ -59,7 +61,7 @@ def too_large(path: Path) -> StudioError:
 class _Reader:
     def __init__(self, glb: Glb, nodes: Nodes, owners: NDArray[np.int32]) -> None:
         self._glb, self._nodes, self._owners = glb, nodes, owners
-        self._vertices = self._triangles = self._numbers = self._left_out = 0
+        self._vertices = self._triangles = self._targets = self._numbers = self._left_out = 0
         self._made: list[Surface] = []
 
     def read(self) -> Meshes:
@@ -87,7 +89,11 @@ class _Reader:
         used, triangles = np.unique(corners, return_inverse=True)
         self._vertices += len(used)
         self._triangles += len(corners) // 3
-        if self._vertices > MOST_VERTICES or self._triangles > MOST_TRIANGLES:
+        self._targets += len(primitive.get("targets", ()))
+        counted = (self._vertices, self._triangles, self._targets)
+        if any(
+            n > most for n, most in zip(counted, (MOST_VERTICES, MOST_TRIANGLES, MOST_TARGETS), strict=True)
+        ):
             raise too_large(self._glb.path)
         faces = triangles.reshape(-1, 3).astype(np.int32)
         at = at[used]

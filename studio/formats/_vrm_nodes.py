@@ -48,10 +48,10 @@ class Nodes:
             order += entries[i].get("children", ())
         if len(order) != count:
             raise ValueError("nodes hang in a circle")
-        world = np.zeros((count, 4, 4))
-        for i in order:
-            above = world[parents[i]] if parents[i] >= 0 else (_AROUND if turned else np.eye(4))
-            world[i] = above @ _local(entries[i])
+        world, root = np.zeros((count, 4, 4)), _AROUND if turned else np.eye(4)
+        with np.errstate(over="ignore", invalid="ignore"):  # of damaged files; looked at below
+            for i in order:
+                world[i] = (world[parents[i]] if parents[i] >= 0 else root) @ _local(entries[i])
         if not np.isfinite(world).all():
             raise ValueError("nodes stand nowhere")
         return cls(parents, world, order)

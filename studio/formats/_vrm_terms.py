@@ -43,8 +43,8 @@ def read(meta: Any, old: bool) -> Licence:
         who = _WHO.get(str(meta.get("avatarPermission", "onlyAuthor")))
         business = _BUSINESS.get(str(meta.get("commercialUsage", "personalNonProfit")))
         licence, title = _text(meta.get("licenseUrl")), _text(meta.get("name"))
-    terms = [f"Licence: {licence}"] if licence and licence != "Other" else []
-    terms += [sentence for sentence in (who, business) if sentence]
+    terms = [sentence for sentence in (who, business) if sentence]
+    terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))
 
 

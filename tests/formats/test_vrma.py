@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
-import shutil
 import struct
-import subprocess
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -20,56 +15,22 @@ from studio.formats import vrma
 from studio.motion import Motion, rotation
 from studio.motion.channels import vrm1_bone
 from tests.formats.examples import a_motion, assert_same_motion, needs_data
+from tests.formats.foreign_node import ask
 
-FOREIGN = Path(__file__).resolve().parent / "foreign"
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
 
 
-@pytest.fixture(scope="module")
-def node_folder() -> Path:
-    """A folder with three.js and three-vrm installed as the lock file says, kept between runs."""
-    if not shutil.which("node") or not shutil.which("npm"):
-        pytest.skip("node and npm are not installed")
-    lock = (FOREIGN / "package-lock.json").read_bytes()
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "saia-studio-tests"
-    folder = cache / f"node-{hashlib.sha256(lock).hexdigest()[:12]}"
-    if not folder.is_dir():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as scratch:
-            fresh = Path(scratch) / "node"
-            fresh.mkdir()
-            for name in ("package.json", "package-lock.json"):
-                shutil.copy(FOREIGN / name, fresh)
-            command = ["npm", "ci", "--no-audit", "--no-fund", "--ignore-scripts", "--fetch-retries=1"]
-            try:
-                done = subprocess.run(
-                    command, cwd=fresh, capture_output=True, text=True, timeout=180, check=False
-                )
-            except subprocess.TimeoutExpired:
-                pytest.skip("npm did not answer within 180 s")
-            if done.returncode:
-                pytest.skip(f"npm could not install the foreign readers: {done.stderr.strip()[-200:]}")
-            if not folder.is_dir():
-                fresh.rename(folder)
-    return folder
-
-
-def seen_by_three(folder: Path, file: Path, times: Any, *avatar: Path) -> dict[str, Any]:
+def seen_by_three(file: Path, times: Any, *avatar: Path) -> dict[str, Any]:
     """What three.js and three-vrm see in a VRMA."""
-    shutil.copy(FOREIGN / "read_vrma.mjs", folder)
-    words = ["node", "read_vrma.mjs", str(file), json.dumps(list(times)), *map(str, avatar)]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    seen: dict[str, Any] = json.loads(done.stdout)
-    return seen
+    return ask("read_vrma.mjs", str(file), json.dumps(list(times)), *map(str, avatar))
 
 
 @pytest.mark.slow
-def test_three_js_sees_every_bone_where_the_motion_has_it(tmp_path: Path, node_folder: Path) -> None:
+def test_three_js_sees_every_bone_where_the_motion_has_it(tmp_path: Path) -> None:
     motion = a_motion(40)
     (file,) = vrma.write(tmp_path / "x.vrma", motion)
-    seen = seen_by_three(node_folder, file, motion.times[:-1])
+    seen = seen_by_three(file, motion.times[:-1])
     assert seen["errors"] == []
     assert seen["duration"] == pytest.approx(motion.times[-1], abs=1e-5)
     positions, rotations = motion.world()
@@ -96,13 +57,11 @@ def test_three_js_sees_every_bone_where_the_motion_has_it(tmp_path: Path, node_f
         ("cryptovoxels.vrm", (-1, 1, -1, 1)),
     ],
 )
-def test_three_vrm_turns_an_avatars_bones_alike(
-    tmp_path: Path, node_folder: Path, avatar: str, mirror: tuple[int, ...]
-) -> None:
+def test_three_vrm_turns_an_avatars_bones_alike(tmp_path: Path, avatar: str, mirror: tuple[int, ...]) -> None:
     model = needs_data("vrm") / avatar
     motion = a_motion(20)
     (file,) = vrma.write(tmp_path / "x.vrma", motion)
-    seen = seen_by_three(node_folder, file, motion.times[:-1], model)["avatar"]
+    seen = seen_by_three(file, motion.times[:-1], model)["avatar"]
     assert len(seen["rotations"]) > 15
     by_name = {vrm1_bone(name): j for j, name in enumerate(motion.bone_names)}
     for name, there in seen["rotations"].items():
@@ -112,15 +71,15 @@ def test_three_vrm_turns_an_avatars_bones_alike(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["test.vrma", "idle_loop.vrma"])
-def test_real_files_are_read_as_three_vrm_plays_them(tmp_path: Path, node_folder: Path, name: str) -> None:
+def test_real_files_are_read_as_three_vrm_plays_them(tmp_path: Path, name: str) -> None:
     file = needs_data("vrm") / name
     motion = vrma.read(file).motion
     assert motion is not None
     (copy,) = vrma.write(tmp_path / "copy.vrma", motion)
     times = motion.times[1:-1:7]
     model = needs_data("vrm") / "VRMC_materials_mtoon_UV_Animation_Test.vrm"
-    first = seen_by_three(node_folder, file, times, model)
-    again = seen_by_three(node_folder, copy, times, model)
+    first = seen_by_three(file, times, model)
+    again = seen_by_three(copy, times, model)
     for bone, there in first["avatar"]["rotations"].items():
         same = rotation.angle_between(there, again["avatar"]["rotations"][bone])
         # The file's own keys are seldom where ours are: between keys a turn is a straight line.

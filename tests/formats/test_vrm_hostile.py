@@ -1,0 +1,238 @@
+"""Avatars that are broken or mean harm: one sentence, no crash, no fetching, no memory without bounds."""
+
+from __future__ import annotations
+
+import io
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studio import formats
+from studio.errors import StudioError
+from studio.formats import _glb
+from tests.formats.avatars import Maker
+from tests.formats.test_vrma import document_of, with_document
+
+Document = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Maker(1).write(tmp_path_factory.mktemp("avatar") / "good.vrm")
+
+
+def changed(good: Path, tmp_path: Path, change: Callable[[Document], None]) -> Path:
+    file = tmp_path / "x.vrm"
+    file.write_bytes(good.read_bytes())
+    document = document_of(file)
+    change(document)
+    with_document(file, document)
+    return file
+
+
+def positions_of(document: Document) -> Document:
+    index = document["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    found: Document = document["accessors"][index]
+    return found
+
+
+def claim_four_billion(document: Document) -> None:
+    positions_of(document)["count"] = 2**32
+
+
+def claim_four_billion_zeros(document: Document) -> None:
+    accessor = positions_of(document)
+    accessor["count"] = 2**32
+    del accessor["bufferView"]
+
+
+def reach_beyond_the_file(document: Document) -> None:
+    document["bufferViews"][positions_of(document)["bufferView"]]["byteOffset"] = 2**40
+
+
+def hang_in_a_circle(document: Document) -> None:
+    document["nodes"][2]["children"] = [1]
+
+
+def have_a_child_that_is_not_there(document: Document) -> None:
+    document["nodes"][0]["children"] = [10**9]
+
+
+def stand_nowhere(document: Document) -> None:
+    document["nodes"][1]["translation"] = [float("nan"), 0, 0]
+
+
+def scale_beyond_numbers(document: Document) -> None:
+    document["nodes"][1]["scale"] = [1e308, 1e308, 1e308]
+    document["nodes"][0]["scale"] = [1e308, 1e308, 1e308]
+
+
+def hold_text_for_numbers(document: Document) -> None:
+    document["nodes"][1]["translation"] = ["a", "b", "c"]
+
+
+def have_no_bones(document: Document) -> None:
+    document["extensions"]["VRMC_vrm"]["humanoid"]["humanBones"] = {}
+
+
+def have_bones_nowhere(document: Document) -> None:
+    document["extensions"]["VRMC_vrm"]["humanoid"]["humanBones"]["hips"]["node"] = 10**6
+
+
+def be_no_avatar(document: Document) -> None:
+    del document["extensions"]
+
+
+def lie_elsewhere(document: Document) -> None:
+    document["buffers"][0]["uri"] = "http://example.invalid/body.bin"
+
+
+def hang_from_no_joint(document: Document) -> None:
+    document["skins"][0]["joints"] = [1]
+
+
+def name_a_morph_by_text(document: Document) -> None:
+    document["extensions"]["VRMC_vrm"]["expressions"]["preset"]["aa"]["morphTargetBinds"][0]["index"] = "x"
+
+
+def name_one_array_often(document: Document) -> None:
+    primitive = document["meshes"][1]["primitives"][0]
+    del primitive["targets"]
+    document["meshes"][1]["primitives"] = [primitive] * 5000
+
+
+def name_one_morph_often(document: Document) -> None:
+    primitive = document["meshes"][1]["primitives"][0]
+    primitive["targets"] = primitive["targets"][:1] * 100_000
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        (claim_four_billion, "x.vrm is cut short or damaged."),
+        (claim_four_billion_zeros, "x.vrm is cut short or damaged."),
+        (reach_beyond_the_file, "x.vrm is cut short or damaged."),
+        (hang_in_a_circle, "x.vrm is damaged."),
+        (have_a_child_that_is_not_there, "x.vrm is damaged."),
+        (stand_nowhere, "x.vrm is damaged."),
+        (scale_beyond_numbers, "x.vrm is damaged."),
+        (hold_text_for_numbers, "x.vrm is damaged."),
+        (have_no_bones, "x.vrm has no humanoid skeleton."),
+        (have_bones_nowhere, "x.vrm is damaged."),
+        (be_no_avatar, "x.vrm is not a VRM avatar."),
+        (lie_elsewhere, "x.vrm keeps its numbers in a way that the studio does not read."),
+        (hang_from_no_joint, "x.vrm is damaged."),
+        (name_a_morph_by_text, "x.vrm is damaged."),
+        (name_one_array_often, "x.vrm is too large to show."),
+        (name_one_morph_often, "x.vrm is too large to show."),
+    ],
+)
+def test_a_hostile_avatar_is_one_sentence(
+    good: Path, tmp_path: Path, change: Callable[[Document], None], what: str
+) -> None:
+    file = changed(good, tmp_path, change)
+    with pytest.raises(StudioError) as error:
+        formats.read_avatar(file)
+    assert error.value.what == what
+    assert error.value.remedy.endswith(".")
+
+
+@pytest.mark.parametrize("change", [claim_four_billion, claim_four_billion_zeros, reach_beyond_the_file])
+def test_memory_follows_the_file_not_what_it_claims(
+    good: Path, tmp_path: Path, change: Callable[[Document], None]
+) -> None:
+    file = changed(good, tmp_path, change)
+    tracemalloc.start()
+    with pytest.raises(StudioError):
+        formats.read_avatar(file)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+
+
+@pytest.mark.parametrize("share", [0.0, 0.0001, 0.3, 0.9, 0.999])
+def test_a_file_cut_anywhere_is_one_sentence(good: Path, tmp_path: Path, share: float) -> None:
+    file = tmp_path / "x.vrm"
+    data = good.read_bytes()
+    file.write_bytes(data[: int(len(data) * share)])
+    with pytest.raises(StudioError) as error:
+        formats.read_avatar(file)
+    assert error.value.what in ("x.vrm is cut short or damaged.", "x.vrm is not a binary glTF file.")
+
+
+def test_numbers_that_are_none_are_one_sentence(good: Path, tmp_path: Path) -> None:
+    file = changed(good, tmp_path, lambda document: None)
+    view = document_of(file)["bufferViews"][positions_of(document_of(file))["bufferView"]]
+    data = bytearray(file.read_bytes())
+    start = len(data) - len(_glb.read(file)._data) + view["byteOffset"]
+    data[start : start + 4] = np.float32(np.nan).tobytes()
+    file.write_bytes(data)
+    with pytest.raises(StudioError) as error:
+        formats.read_avatar(file)
+    assert error.value.what == "x.vrm is damaged."
+
+
+def test_random_damage_never_gets_further_than_a_sentence(good: Path, tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    whole = good.read_bytes()
+    file, told = tmp_path / "x.vrm", ["x.vrm "]
+    for _ in range(60):
+        data = bytearray(whole)
+        for place in rng.integers(12, 30_000, size=6):
+            data[place] = rng.integers(256)
+        file.write_bytes(data)
+        try:
+            formats.read_avatar(file)
+        except StudioError as error:
+            told.append(error.what)
+    assert len(told) > 5
+    assert all(sentence.startswith("x.vrm ") for sentence in told)
+
+
+@pytest.mark.parametrize("uri", ["http://example.invalid/face.png", "file:///etc/passwd", "../face.png"])
+def test_pictures_that_lie_elsewhere_are_never_fetched(good: Path, tmp_path: Path, uri: str) -> None:
+    def point(document: Document) -> None:
+        document["images"] = [{"uri": uri}]
+
+    avatar = formats.read_avatar(changed(good, tmp_path, point))
+    assert all(material.picture is None for material in avatar.materials)
+    assert avatar.notes == ("Some of its textures cannot be shown; plain colours stand for them.",)
+
+
+def test_a_picture_that_claims_to_be_huge_is_left_out(tmp_path: Path) -> None:
+    class Huge(Maker):
+        def _picture(self) -> bytes:
+            from PIL import Image
+
+            data = io.BytesIO()
+            Image.new("1", (9000, 9000)).save(data, "PNG")  # small in the file, 324 MB in colour
+            return data.getvalue()
+
+    avatar = formats.read_avatar(Huge(0).write(tmp_path / "x.vrm"))
+    assert all(material.picture is None for material in avatar.materials)
+
+
+def test_a_picture_is_made_small(tmp_path: Path) -> None:
+    class Large(Maker):
+        def _picture(self) -> bytes:
+            from PIL import Image
+
+            data = io.BytesIO()
+            Image.new("RGB", (3000, 1500), "red").save(data, "JPEG")
+            return data.getvalue()
+
+    avatar = formats.read_avatar(Large(0).write(tmp_path / "x.vrm"))
+    pictures = [material.picture for material in avatar.materials if material.picture is not None]
+    assert [picture.shape for picture in pictures] == [(512, 1024, 4)]
+    assert pictures[0][0, 0, 0] > 240
+
+
+def test_what_the_file_allows_is_told(tmp_path: Path) -> None:
+    avatar = formats.read_avatar(Maker(0).write(tmp_path / "私の アバター.vrm"))
+    assert avatar.name == "小さな Test"
+    said = "By Saia Studio. Everyone may use it. Commercial use is allowed. Licence: CC0"
+    assert avatar.licence.line == said
