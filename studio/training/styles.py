@@ -21,7 +21,7 @@ MOST_TRIED = 16
 """Styles tried on the validation takes, those with most frames first; the menu offers all."""
 PARTS = 4
 """Pieces of each validation take in which a default style must do no worse than the average."""
-_CLEARLY, _NEARER, _MOSTLY, _SHARE = 0.9, 0.95, 0.75, 0.5
+_CLEARLY, _MOSTLY, _SHARE = 0.9, 0.75, 0.5
 
 
 def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
@@ -47,18 +47,18 @@ def choose(errors: NDArray[np.floating]) -> int:
 
     A style suits the validation takes where its error is 10 % lower over all and lower in three parts of
     four: one that suits a single moment would do harm elsewhere. The one that suits best is the default only
-    where at least half of the styles tried are nearer than the average, by 5 %: then the validation takes
-    move as most takes do, and so will the next one, probably. Where they are the exception, their style is
-    no guess for new sound.
+    where at least half of the styles tried are 10 % nearer than the average: then the validation takes move
+    as most takes do, and so will the next one, probably. Where they are the exception, their style is no
+    guess for new sound.
 
     Args:
         errors: mean squared errors (S + 1, P) of the average and each style tried on parts of the validation
             takes.
     """
     over_all = errors.mean(axis=1)
-    suits = ((errors < errors[:1]).mean(axis=1) >= _MOSTLY) & (over_all < _CLEARLY * over_all[0])
-    near = int((over_all < _NEARER * over_all[0]).sum())
-    if not suits.any() or near < _SHARE * (len(errors) - 1):
+    near = over_all < _CLEARLY * over_all[0]
+    suits = ((errors < errors[:1]).mean(axis=1) >= _MOSTLY) & near
+    if not suits.any() or near.sum() < _SHARE * (len(errors) - 1):
         return 0
     return int(np.where(suits, over_all, np.inf).argmin())
 

@@ -53,8 +53,10 @@ def test_a_style_that_suits_is_the_default_only_where_the_validation_takes_are_n
     average, suits, does_not = [1.0] * 4, [0.8] * 4, [1.2] * 4
     assert choose(np.array([average, suits, does_not, does_not])) == 0
     assert choose(np.array([average, does_not, suits, does_not, [0.7] * 4])) == 4
-    somewhat = [0.5, 0.9, 1.1, 1.2]  # 7 % nearer: no style to choose, but a witness
-    assert choose(np.array([average, does_not, somewhat, does_not, suits])) == 4
+    witness = [0.5, 0.8, 1.05, 1.05]  # 15 % nearer over all: no style to choose, but it speaks for the others
+    assert choose(np.array([average, does_not, witness, does_not, suits])) == 4
+    hardly = [0.9, 0.9, 0.95, 0.97]  # 7 % nearer
+    assert choose(np.array([average, does_not, hardly, does_not, suits])) == 0
 
 
 def test_an_unknown_style_is_a_sentence() -> None:
