@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 from studio.cli._clip import Clip, Report
+from studio.cli._draw import Look
 from studio.cli._queue import CancelledError, Entry
 from studio.cli._shape import Shape
 from studio.cli._target import check_free
@@ -112,6 +113,7 @@ def entries_of(
     modules: Sequence[ModuleType],
     folder: Path,
     shape: Shape,
+    look: Look,
     force: bool,
     project: Project | None = None,
 ) -> list[Entry]:
@@ -122,6 +124,7 @@ def entries_of(
         modules: the formats.
         folder: where to.
         shape: what is kept of each.
+        look: how films and stills are drawn.
         force: files that are there are written over.
         project: its takes and runs are never written over.
 
@@ -134,11 +137,12 @@ def entries_of(
         raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
     entries: list[Entry] = []
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):
-        shared = _Shared(source, shape)
+        shared = _Shared(source, shape, look)
         for number, module in enumerate(modules):
             target = (folder / f"{name}{formats.written_suffix(module)}").absolute()
             check_free(formats.targets(target), force, project)
-            weight = source.weight if number == 0 else source.weight * 0.05
+            share = 3.0 if getattr(module, "DRAWS", False) else 1.0 if number == 0 else 0.05
+            weight = source.weight * share
             entries.append(Entry(target.name, weight, _Writing(shared, module, target)))
     return entries
 
@@ -161,7 +165,14 @@ def distinct(names: Sequence[str]) -> list[str]:
 
 
 def write_clip(
-    module: ModuleType, target: Path, clip: Clip, shape: Shape, name: str, scratch: Path
+    module: ModuleType,
+    target: Path,
+    clip: Clip,
+    shape: Shape,
+    look: Look,
+    name: str,
+    scratch: Path,
+    report: Report,
 ) -> tuple[Path, ...]:
     """Write one file of a clip, read back by its format."""
     from studio.motion import Motion
@@ -169,17 +180,21 @@ def write_clip(
     motion = clip.motion
     if motion is None and module.SUFFIX != ".wav":
         raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
+    draws = getattr(module, "DRAWS", False)
+    if draws:  # a film has frames of its own, and a still none
+        shape, fps = replace(shape, fps=0.0), shape.fps
     shaped = shape.motion(motion, name) if motion is not None and len(motion) else motion
     audio = shape.sound(clip.audio, scratch) if clip.audio is not None else None
-    files: tuple[Path, ...] = module.write(target, shaped or Motion.build([]), audio)
+    more = {"drawing": look.drawing(fps, report)} if draws else {}
+    files: tuple[Path, ...] = module.write(target, shaped or Motion.build([]), audio, **more)
     return files
 
 
 class _Shared:
     """A source read once for all its formats; what went wrong with it goes wrong with each."""
 
-    def __init__(self, source: Source, shape: Shape) -> None:
-        self.source, self.shape = source, shape
+    def __init__(self, source: Source, shape: Shape, look: Look) -> None:
+        self.source, self.shape, self.look = source, shape, look
         self._clip: Clip | None = None
         self._error: StudioError | None = None
         self.left = 0  # formats that still need it
@@ -212,7 +227,11 @@ class _Writing:
     def __call__(self, report: Report) -> tuple[Path, ...]:
         import tempfile
 
-        clip = self._shared.clip(lambda fraction: report(0.95 * fraction))
-        name = self._shared.source.name
+        shared = self._shared
+        reading = 0.1 if getattr(self._module, "DRAWS", False) else 0.95
+        clip = shared.clip(lambda fraction: report(reading * fraction))
         with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
-            return write_clip(self._module, self._target, clip, self._shared.shape, name, Path(scratch))
+            return write_clip(
+                self._module, self._target, clip, shared.shape, shared.look, shared.source.name,
+                Path(scratch), lambda fraction: report(reading + (1 - reading) * fraction),
+            )  # fmt: skip

@@ -20,6 +20,7 @@ from studio.cli._clip import (
     selection_of,
     take_clip,
 )
+from studio.cli._draw import add_look, look_of
 from studio.cli._output import Output
 from studio.cli._outputs import Source, add_format, entries_of, formats_of, write_clip
 from studio.cli._queue import run_queue
@@ -55,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_force(parser)
     add_shape(parser)
     add_manner(parser)
+    add_look(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -74,7 +76,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if several:
             sources = [exporting.source(what) for what in args.what]
             modules = formats_of(args.format or "vrma")
-            run_queue(entries_of(sources, modules, target, shape, args.force, project), out, _note(modules))
+            entries = entries_of(sources, modules, target, shape, look_of(args), args.force, project)
+            run_queue(entries, out, _note(modules))
         else:
             _one(exporting, target, shape, out)
 
@@ -84,11 +87,12 @@ def _one(exporting: _Exporting, target: Path, shape: Shape, out: Output) -> None
 
     args, writer = exporting.args, writer_for(target)
     check_free(targets(target), args.force, exporting.project)
+    look = look_of(args)
     source = exporting.source(args.what[0])
     progress = _Progress(out)
     progress.report(0.0)
     clip = source.clip(progress.report)
-    files = write_clip(writer, target, clip, shape, source.name, exporting.folder)
+    files = write_clip(writer, target, clip, shape, look, source.name, exporting.folder, progress.report)
     progress.report(1.0)
     names = ", ".join(str(file) for file in files)
     out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)

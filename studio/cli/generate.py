@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._clip import Clip, Generator, Manner, Report
+from studio.cli._draw import add_look, look_of
 from studio.cli._output import Output
-from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of
+from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of, write_clip
 from studio.cli._queue import run_queue
 from studio.cli._shape import Shape, add_shape, shape_of
 from studio.cli._source import check_sound
@@ -40,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_force(parser)
     add_shape(parser)
     add_manner(parser)
+    add_look(parser)
     parser.add_argument(
         "--pieces", type=Path, metavar="FOLDER",
         help="also write each piece of motion into this folder as soon as it is made",
@@ -92,9 +95,14 @@ def _one(args: argparse.Namespace, out: Output, project: Project, generator: Gen
     writer = writer_for(target)
     check_free(targets(target.absolute()), args.force, project)
     check_sound(audio)
-    motion = _generated(generator, audio, _Reporter(out), args.pieces, out)
+    look, report = look_of(args), _Reporter(out)
+    motion = _generated(generator, audio, report, args.pieces, out)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
-    files = writer.write(target.absolute(), shape.motion(motion, audio.stem), audio)
+    clip = Clip(motion, audio)
+    with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
+        files = write_clip(
+            writer, target.absolute(), clip, shape, look, audio.stem, Path(scratch), lambda fraction: None
+        )
     text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
     out.done(
         text,
@@ -125,7 +133,7 @@ def _many(
         for sound in sounds
     ]
     modules = formats_of(args.format or "vrma")
-    run_queue(entries_of(sources, modules, folder, shape, args.force, project), out)
+    run_queue(entries_of(sources, modules, folder, shape, look_of(args), args.force, project), out)
 
 
 def _clip(generator: Generator, sound: Path, report: Report) -> Clip:

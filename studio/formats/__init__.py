@@ -7,10 +7,12 @@ read(path, audio=None) -> Imported          what was guessed stands in its notes
 read(path, audio=None, tables=None)         where joints have names of their own; tables: BoneTables | None
 joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
+write(path, motion, audio=None, drawing=None)   where it draws pictures (DRAWS); drawing: _drawing.Drawing
 recognises(path) -> bool                    only where several formats share a suffix
 WRITES: str                                 the suffix of what it writes, where another format owns SUFFIX
 targets(path) -> files                      only where it writes other files than `path`
 FPS: float                                  its one frame rate, where it has only one
+DRAWS: bool                                 it draws, and tells the drawing how far it is
 BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
 """
 

@@ -70,6 +70,11 @@ class Scene:
     ) -> None:
         self.close()
 
+    @property
+    def scale(self) -> float:
+        """How tall the body is, 1 for the built-in one; the camera stands as far away as that asks for."""
+        return self._scale
+
     def restyle(self, palette: Palette) -> None:
         """Take on other colours."""
         self._palette = palette

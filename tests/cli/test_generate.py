@@ -57,7 +57,7 @@ def test_the_motion_is_written_and_named(
     assert np.isfinite(motion.rotations).all()
 
 
-@pytest.mark.parametrize("name", ["out.csv", "out.bvh", "deep/er/out.arrow"])
+@pytest.mark.parametrize("name", ["out.csv", "out.bvh", "deep/er/out.arrow", "out.png"])
 def test_the_ending_says_the_format(
     project: Project, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from studio import formats
 from studio.errors import RequestError, StudioError
+from studio.formats._drawing import Drawing
+from studio.motion import Motion
 from tests.formats.examples import a_motion, a_sound
 
 ALL = formats.names()
@@ -20,6 +22,13 @@ BOTH = tuple(name for name in WRITERS if name in READERS)
 @pytest.fixture
 def module(request: pytest.FixtureRequest) -> ModuleType:
     return formats.load(request.param)
+
+
+def write(module: ModuleType, path: Path, motion: Motion, audio: Path) -> tuple[Path, ...]:
+    """What a format writes, drawn small where it draws."""
+    small = {"drawing": Drawing(96, 64)} if getattr(module, "DRAWS", False) else {}
+    files: tuple[Path, ...] = module.write(path, motion, audio, **small)
+    return files
 
 
 @pytest.mark.parametrize("module", ALL, indirect=True)
@@ -40,7 +49,7 @@ def test_every_suffix_has_one_writer() -> None:
 def test_what_is_written_is_there_and_nothing_beside_it(module: ModuleType, tmp_path: Path) -> None:
     audio = a_sound(tmp_path / "in" / "voice.wav")
     out = tmp_path / "名前 with space"
-    files = module.write(out / f"take{formats.written_suffix(module)}", a_motion(), audio)
+    files = write(module, out / f"take{formats.written_suffix(module)}", a_motion(), audio)
     assert files
     assert sorted(files) == sorted(path for path in out.rglob("*") if path.is_file())
 
@@ -49,7 +58,7 @@ def test_what_is_written_is_there_and_nothing_beside_it(module: ModuleType, tmp_
 def test_what_was_written_reads_back(module: ModuleType, tmp_path: Path) -> None:
     motion = a_motion()
     audio = a_sound(tmp_path / "in" / "voice.wav")
-    files = module.write(tmp_path / f"take{formats.written_suffix(module)}", motion, audio)
+    files = write(module, tmp_path / f"take{formats.written_suffix(module)}", motion, audio)
     back = module.read(files[0])
     assert back.name == "take"
     if back.motion is not None:
@@ -65,7 +74,7 @@ def test_what_was_written_reads_back(module: ModuleType, tmp_path: Path) -> None
 @pytest.mark.parametrize("module", WRITERS, indirect=True)
 def test_a_name_with_another_ending_is_refused(module: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(StudioError) as error:
-        module.write(tmp_path / "take.xyz", a_motion(), a_sound(tmp_path / "voice.wav"))
+        write(module, tmp_path / "take.xyz", a_motion(), a_sound(tmp_path / "voice.wav"))
     assert error.value.what == f"take.xyz does not end in {formats.written_suffix(module)}."
     assert not (tmp_path / "take.xyz").exists()
 
@@ -74,8 +83,8 @@ def test_a_name_with_another_ending_is_refused(module: ModuleType, tmp_path: Pat
 def test_writing_over_a_file_replaces_it_whole(module: ModuleType, tmp_path: Path) -> None:
     audio = a_sound(tmp_path / "in" / "voice.wav")
     path = tmp_path / f"take{formats.written_suffix(module)}"
-    module.write(path, a_motion(60), audio)
-    files = module.write(path, a_motion(20), audio)
+    write(module, path, a_motion(60), audio)
+    files = write(module, path, a_motion(20), audio)
     if hasattr(module, "read") and (back := module.read(files[0]).motion) is not None:
         assert len(back) == len(a_motion(20).resampled(getattr(module, "FPS", 60.0)))
 
@@ -95,7 +104,7 @@ def test_nonsense_is_one_sentence(module: ModuleType, tmp_path: Path, content: b
 @pytest.mark.parametrize("module", BOTH, indirect=True)
 def test_a_file_cut_short_is_one_sentence(module: ModuleType, tmp_path: Path) -> None:
     audio = a_sound(tmp_path / "in" / "voice.wav")
-    path = module.write(tmp_path / f"take{formats.written_suffix(module)}", a_motion(), audio)[0]
+    path = write(module, tmp_path / f"take{formats.written_suffix(module)}", a_motion(), audio)[0]
     data = path.read_bytes()
     path.write_bytes(data[: len(data) * 2 // 3])
     if path.suffix == ".wav":

@@ -1,0 +1,218 @@
+"""A film of the figure or the avatar with its sound, drawn without a window and read back frame by frame."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studio.errors import RequestError, StudioError
+from studio.formats._drawing import Drawing, Painter, Pixels
+from studio.formats._humanoid import not_read_back
+from studio.formats._table import check_suffix
+from studio.motion import Motion
+from studio.take import safe_file
+from studio.take.sound import sound_blocks, sound_info
+
+TITLE = "Film"
+SUFFIX = ".mp4"
+NOTE = "A film to watch and to share, picture and sound; other programs cannot take the motion out of it."
+DRAWS = True
+
+CODECS: tuple[tuple[str, dict[str, str]], ...] = (
+    ("libx264", {"preset": "veryfast", "crf": "20"}),
+    ("libopenh264", {"b": "6M"}),
+    ("mpeg4", {"q:v": "3"}),
+)
+"""Encoders in the order of our liking; none of them asks for a graphics card."""
+SOUND_RATE = 48_000
+BLOCK_SECONDS = 0.5
+WAITING = 6
+"""Pictures drawn ahead of the encoder."""
+ALIKE = 20.0
+"""Mean difference (of 255) within which a picture that was read back is the one that was drawn."""
+
+
+def write(
+    path: Path, motion: Motion, audio: Path | None = None, drawing: Drawing | None = None
+) -> tuple[Path, ...]:
+    """Draw and encode a film.
+
+    Args:
+        path: where to.
+        motion: what is drawn, from 0 on.
+        audio: the sound; the film is as long as the longer of the two.
+        drawing: how.
+
+    Returns:
+        The file, read back: its length, its size, its sound and its first picture.
+
+    Raises:
+        StudioError: it cannot be drawn or written; nothing is left of it then.
+    """
+    import av
+
+    check_suffix(path, SUFFIX)
+    drawing = drawing or Drawing()
+    if not len(motion):
+        raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
+    fps = _rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
+    seconds = sound_info(audio).duration if audio is not None else 0.0
+    count = max(math.ceil(max(seconds, float(motion.times[-1])) * fps - 1e-6), 1)
+    with Painter(motion, drawing) as painter, safe_file.written(path) as beside:
+        try:
+            film = _Film(beside, fps, drawing, audio)
+            with film:
+                first = film.draw(painter, count, drawing)
+        except av.FFmpegError as error:
+            raise OSError(error.errno, error.strerror) from error
+    _read_back(path, drawing, fps, count, seconds, first)
+    drawing.on_progress(1.0)
+    return (path,)
+
+
+def _rate(fps: float) -> Fraction:
+    if not 1 <= fps <= 120:
+        raise RequestError(f"A film of {fps:g} frames a second is not possible.", "Choose 1 to 120.")
+    return Fraction(fps).limit_denominator(1001)
+
+
+class _Film:
+    """The file while it is written: pictures are encoded on another thread while the next are drawn."""
+
+    def __init__(self, path: Path, fps: Fraction, drawing: Drawing, audio: Path | None) -> None:
+        import av
+
+        self._fps = fps
+        self._container: Any = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
+        self._video = self._stream(drawing)
+        self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
+        self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
+        self._samples = 0
+        self._worker = ThreadPoolExecutor(1, "film encoder")
+        self._waiting: deque[Future[None]] = deque()
+
+    def __enter__(self) -> _Film:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._worker.shutdown(wait=True, cancel_futures=True)
+        if kind is None:
+            self._container.close()
+            return
+        try:
+            self._container.close()
+        except (OSError, ValueError):
+            return  # what went wrong is on its way already
+
+    def draw(self, painter: Painter, count: int, drawing: Drawing) -> Pixels:
+        """All pictures and all sound; gives the first picture."""
+        first: Pixels | None = None
+        for number in range(count):
+            picture = painter.picture(float(number / self._fps))
+            first = picture if first is None else first
+            self._hand_over(picture, number)
+            drawing.on_progress(0.98 * (number + 1) / count)
+        self._settle(0)
+        self._worker.submit(self._finish).result()
+        assert first is not None
+        return first
+
+    def _hand_over(self, picture: Pixels, number: int) -> None:
+        self._settle(WAITING)
+        self._waiting.append(self._worker.submit(self._encode, picture, number))
+
+    def _settle(self, left: int) -> None:
+        """Wait until so many pictures are waiting; what went wrong with one is raised here."""
+        while len(self._waiting) > left:
+            self._waiting.popleft().result()
+
+    def _encode(self, picture: Pixels, number: int) -> None:
+        """Runs on the encoder's thread."""
+        import av
+
+        self._encode_sound(float((number + 1) / self._fps) + BLOCK_SECONDS)
+        frame = av.VideoFrame.from_ndarray(picture, format="rgba")
+        frame.pts, frame.time_base = number, 1 / self._fps
+        self._container.mux(self._video.encode(frame))
+
+    def _encode_sound(self, until: float) -> None:
+        import av
+
+        while self._sound is not None and self._samples < until * SOUND_RATE:
+            block = next(self._blocks, None)
+            if block is None:
+                return
+            if not len(block):
+                continue
+            frame = av.AudioFrame.from_ndarray(block[None], format="fltp", layout="mono")
+            frame.sample_rate, frame.pts = SOUND_RATE, self._samples
+            frame.time_base = Fraction(1, SOUND_RATE)
+            self._samples += len(block)
+            self._container.mux(self._sound.encode(frame))
+
+    def _finish(self) -> None:
+        """Runs on the encoder's thread."""
+        self._encode_sound(math.inf)
+        for stream in filter(None, (self._video, self._sound)):
+            self._container.mux(stream.encode(None))
+
+    def _stream(self, drawing: Drawing) -> Any:
+        """The best encoder there is."""
+        import av
+
+        for name, options in CODECS:
+            if name in av.codecs_available and _can_encode(name):
+                stream = self._container.add_stream(name, rate=self._fps, options=options)
+                # Colours are kept at half the size: both sides have to be even.
+                stream.width, stream.height = drawing.width // 2 * 2, drawing.height // 2 * 2
+                stream.pix_fmt = "yuv420p"
+                return stream
+        raise StudioError("No film can be encoded here.", "Install the studio again.")
+
+
+def _can_encode(name: str) -> bool:
+    import av
+
+    try:
+        return bool(av.Codec(name, "w").is_encoder)
+    except ValueError:
+        return False
+
+
+def _read_back(
+    path: Path, drawing: Drawing, fps: Fraction, count: int, seconds: float, first: Pixels
+) -> None:
+    """Whether the film is the one that was drawn; StudioError where it is not."""
+    import av
+
+    try:
+        with av.open(str(path)) as film:
+            video = film.streams.video[0]
+            size = (video.width, video.height) == (drawing.width // 2 * 2, drawing.height // 2 * 2)
+            pictures, sound = _counted(film)
+            film.seek(0)
+            shown = next(film.decode(video)).to_ndarray(format="rgb24")
+    except (av.FFmpegError, IndexError, StopIteration) as error:
+        raise not_read_back(path.name) from error
+    wanted = first[: shown.shape[0], : shown.shape[1], :3].astype(np.int16)
+    alike = shown.shape == wanted.shape and float(np.abs(shown - wanted).mean()) < ALIKE
+    whole = pictures == count and abs(sound - seconds) < 0.1
+    if not (size and whole and alike and abs(float(video.average_rate or 0) - float(fps)) < 0.01):
+        raise not_read_back(path.name)
+
+
+def _counted(film: Any) -> tuple[int, float]:
+    """Pictures, and seconds of sound, by looking at every packet."""
+    pictures, sound = 0, 0.0
+    for packet in film.demux():
+        if packet.size and packet.stream.type == "video":
+            pictures += 1
+        elif packet.size and packet.pts is not None:
+            sound = max(sound, float((packet.pts + (packet.duration or 0)) * packet.time_base))
+    return pictures, sound

@@ -1,0 +1,54 @@
+"""A still picture of one moment, with or without the room behind the figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from studio.errors import RequestError
+from studio.formats._drawing import Drawing, Painter
+from studio.formats._humanoid import not_read_back
+from studio.formats._table import check_suffix
+from studio.motion import Motion
+from studio.take import safe_file
+
+TITLE = "Still picture"
+SUFFIX = ".png"
+NOTE = "One moment as a picture; neither motion nor sound."
+DRAWS = True
+
+
+def write(
+    path: Path, motion: Motion, audio: Path | None = None, drawing: Drawing | None = None
+) -> tuple[Path, ...]:
+    """Draw one moment of a motion.
+
+    Args:
+        path: where to.
+        motion: what is drawn.
+        audio: no part of it.
+        drawing: how, and which moment.
+
+    Returns:
+        The file, read back and compared point by point.
+    """
+    from PIL import Image
+
+    check_suffix(path, SUFFIX)
+    drawing = drawing or Drawing()
+    if not len(motion):
+        raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
+    first, last = float(motion.times[0]), float(motion.times[-1])
+    at = (first + last) / 2 if drawing.at is None else min(max(drawing.at, first), last)
+    with Painter(motion, drawing) as painter:
+        picture = painter.picture(at)
+    if not drawing.clear:
+        picture = np.ascontiguousarray(picture[..., :3])
+    with safe_file.written(path) as beside:
+        Image.fromarray(picture).save(beside, format="PNG")
+    with Image.open(path) as back:
+        if not np.array_equal(np.asarray(back), picture):
+            raise not_read_back(path.name)
+    drawing.on_progress(1.0)
+    return (path,)

@@ -1,0 +1,170 @@
+"""Films and stills, looked at by PyAV and Pillow: length, frames, sound in time, and the points."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+import soundfile
+from PIL import Image
+
+from studio.errors import RequestError, StudioError
+from studio.formats import mp4, png
+from studio.formats._drawing import Drawing, Painter
+from studio.motion import Motion
+from studio.motion.channels import BONES
+from studio.picture.camera import Orbit
+from studio.picture.palette import DARK
+from tests.formats.examples import a_motion, a_sound
+
+SMALL = Drawing(192, 108, fps=20.0)
+CLICK_S = 1.0
+
+
+def frames_of(path: Path) -> np.ndarray:
+    with av.open(str(path)) as film:
+        return np.stack([frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)])
+
+
+def sound_of(path: Path) -> np.ndarray:
+    """Mono samples on the film's own clock, whose 0 is that of the picture."""
+    found = np.zeros(0, np.float32)
+    with av.open(str(path)) as film:
+        for frame in film.decode(audio=0):
+            assert frame.time is not None
+            first = round(frame.time * frame.sample_rate)
+            samples = frame.to_ndarray().mean(axis=0)
+            found = np.concatenate([found, np.zeros(max(first + len(samples) - len(found), 0), np.float32)])
+            keep = samples[max(-first, 0) :]
+            found[max(first, 0) : max(first, 0) + len(keep)] = keep
+    return found
+
+
+def mouth_opening_at(t: float, seconds: float = 2.0, fps: float = 60.0, bones: bool = True) -> Motion:
+    times = np.arange(round(seconds * fps)) / fps
+    names = BONES if bones else ()
+    return Motion.build(times, ("A",), (times >= t - 1e-6).astype(float)[:, None], names)
+
+
+@pytest.mark.parametrize("bones", [True, False])
+def test_a_click_is_heard_with_its_picture(tmp_path: Path, bones: bool) -> None:
+    rate = 44_100
+    sound = np.zeros((2 * rate, 2), np.float32)
+    sound[round(CLICK_S * rate) : round(CLICK_S * rate) + 200] = 0.8
+    soundfile.write(tmp_path / "click.wav", sound, rate)
+    path = tmp_path / "名前 a: film.mp4"
+    assert mp4.write(path, mouth_opening_at(CLICK_S, bones=bones), tmp_path / "click.wav", SMALL) == (path,)
+    with av.open(str(path)) as film:
+        video, audio = film.streams.video[0], film.streams.audio[0]
+        assert (video.width, video.height, float(video.average_rate or 0)) == (192, 108, 20.0)
+        assert float(video.duration * video.time_base) == pytest.approx(2.0, abs=0.051)
+        assert float(audio.duration * audio.time_base) == pytest.approx(2.0, abs=0.1)
+    frames = frames_of(path).astype(np.int16)
+    assert len(frames) == 40
+    change = np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2, 3))
+    opened = (int(change.argmax()) + 1) / 20.0
+    loud = np.abs(sound_of(path))
+    heard = int(np.flatnonzero(loud > 0.3 * loud.max())[0]) / 48_000
+    assert opened == pytest.approx(CLICK_S)
+    assert heard == pytest.approx(CLICK_S, abs=0.01)
+
+
+def test_a_film_without_sound_is_as_long_as_its_motion(tmp_path: Path) -> None:
+    motion = a_motion(30, 60.0)
+    seen: list[float] = []
+    path = tmp_path / "still.mp4"
+    mp4.write(path, motion, None, replace(SMALL, on_progress=seen.append))
+    with av.open(str(path)) as film:
+        assert not film.streams.audio
+    assert len(frames_of(path)) == 10
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+def test_an_ended_film_leaves_nothing_behind(tmp_path: Path) -> None:
+    class EndError(Exception):
+        pass
+
+    def end(fraction: float) -> None:
+        if fraction > 0.3:
+            raise EndError
+
+    sound = a_sound(tmp_path / "in" / "voice.wav", 1.0)
+    with pytest.raises(EndError):
+        mp4.write(tmp_path / "out" / "a.mp4", a_motion(60), sound, replace(SMALL, on_progress=end))
+    assert list((tmp_path / "out").iterdir()) == []
+    assert not [one for one in threading.enumerate() if one.name.startswith("film encoder")]
+
+
+def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) -> None:
+    path, fps = tmp_path / "a.mp4", mp4._rate(20.0)
+    mp4.write(path, a_motion(20), None, SMALL)
+    first = frames_of(path)[0]
+    mp4._read_back(path, SMALL, fps, 7, 0.0, first)
+    for count, seconds, picture in ((8, 0.0, first), (7, 1.0, first), (7, 0.0, 255 - first)):
+        with pytest.raises(StudioError) as error:
+            mp4._read_back(path, SMALL, fps, count, seconds, picture)
+        assert error.value.what == "a.mp4 did not read back as it was written."
+
+
+@pytest.mark.parametrize("codec", [name for name, _ in mp4.CODECS if name in av.codecs_available])
+def test_every_encoder_of_the_wheel_makes_a_film(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codec: str
+) -> None:
+    monkeypatch.setattr(mp4, "CODECS", tuple(one for one in mp4.CODECS if one[0] == codec))
+    mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL)
+    assert len(frames_of(tmp_path / "a.mp4")) == 8
+
+
+def test_a_still_holds_the_points_that_were_drawn(tmp_path: Path) -> None:
+    motion, drawing = a_motion(60), replace(SMALL, at=0.4)
+    png.write(tmp_path / "a.png", motion, None, drawing)
+    found = np.asarray(Image.open(tmp_path / "a.png"))
+    assert found.shape == (108, 192, 3)
+    with Painter(motion, drawing) as painter:
+        np.testing.assert_array_equal(found, painter.picture(0.4)[..., :3])
+        assert np.abs(found.astype(int) - painter.picture(0.0)[..., :3]).max() > 50, "another moment"
+
+
+def test_a_still_may_have_nothing_behind_the_figure(tmp_path: Path) -> None:
+    drawing = replace(SMALL, width=160, height=160, clear=True)
+    body = replace(a_motion(30), shape_names=(), shapes=np.zeros((30, 0), np.float32))
+    png.write(tmp_path / "a.png", body, None, drawing)
+    found = np.asarray(Image.open(tmp_path / "a.png"))
+    alpha = found[..., 3]
+    assert found.shape == (160, 160, 4)
+    assert alpha[0].max() == 0
+    assert (alpha == 255).mean() > 0.02
+    solid = found[alpha == 255][:, :3]
+    figure = np.array([int(DARK.figure[i : i + 2], 16) for i in (1, 3, 5)])
+    assert np.abs(solid.mean(axis=0) / solid.mean() - figure / figure.mean()).max() < 0.15, "its own colour"
+
+
+def test_only_the_middle_is_drawn_anew_and_nobody_sees_it() -> None:
+    drawing = Drawing(320, 180, Orbit.preset("side"))
+    motion = mouth_opening_at(0.1, 0.5)
+    with Painter(motion, drawing) as once, Painter(motion, drawing) as painter:
+        painter.picture(0.0)
+        painter.picture(0.05)
+        assert painter._empty is not None, "seen from the side a body fits a square"
+        apart = np.abs(painter.picture(0.2).astype(int) - once.picture(0.2))
+        assert apart.max() <= 2, "no more than how a gradient is rounded"
+
+
+@pytest.mark.parametrize(
+    ("drawing", "sentence"),
+    [
+        (Drawing(20, 100), "A picture of 20 pixels in width is not possible."),
+        (Drawing(100, 9000), "A picture of 9000 pixels in height is not possible."),
+        (Drawing(100, 100, fps=500.0), "A film of 500 frames a second is not possible."),
+    ],
+)
+def test_what_is_not_possible_is_a_sentence(tmp_path: Path, drawing: Drawing, sentence: str) -> None:
+    with pytest.raises(RequestError) as error:
+        mp4.write(tmp_path / "a.mp4", a_motion(10), None, drawing)
+    assert error.value.what == sentence
+    assert not list(tmp_path.iterdir())
