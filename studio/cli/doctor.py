@@ -71,6 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         lambda: check_port(args.port),
         check_torch,
         check_voice,
+        check_speech,
         check_disk,
     )
     checks = []
@@ -177,6 +178,16 @@ def check_voice() -> Check:
     return Check(
         "voice", True, "espeak-ng is not installed, so the practice performer uses its bundled speech."
     )
+
+
+def check_speech() -> Check:
+    """Whether runs can hear with Whisper; the studio does without unless one is told to."""
+    from studio.features.encoders import has_whisper, whisper_remedy
+
+    if has_whisper():
+        return Check("speech", True, "The speech encoder Whisper is installed.")
+    words = f"The speech encoder Whisper is not installed; only the speech forms need it. {whisper_remedy()}"
+    return Check("speech", True, words)
 
 
 def check_disk() -> Check:

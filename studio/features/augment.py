@@ -55,8 +55,10 @@ def cut(
     count = shape.frames * shape.steps_per_frame + shape.before + shape.after
     rows = _stretched_rows(example, first, count, shape, tempo)
     bands = shape.sound.mel_width if shape.sound.speaks else rows.shape[1]
-    if rng is not None and bands:  # an encoder's numbers are no dB
+    if rng is not None and bands:
         rows[:, :bands] = _varied(rows[:, :bands], vary, shape, rng)
+    if rng is not None and bands < rows.shape[1]:  # an encoder's numbers are no dB
+        rows[:, bands:] = _shaken(rows[:, bands:], vary, rng)
     return Crop(rows, values, weight.astype(np.float32))
 
 
@@ -121,6 +123,19 @@ def _varied(rows: Floats, vary: Variation, shape: CropShape, rng: np.random.Gene
         start = int(rng.integers(0, features - width + 1))
         rows[:, start : start + width] = quiet
     return rows
+
+
+def _shaken(tokens: Floats, vary: Variation, rng: np.random.Generator) -> Floats:
+    """An encoder's numbers (R, W) of a crop: all shifted, each shaken, some at their mean throughout."""
+    mean, width = tokens.mean(axis=0), tokens.shape[1]
+    if vary.token_noise:
+        share = np.float32(vary.token_noise) * tokens.std(axis=0)
+        shift = rng.standard_normal(width, dtype=np.float32) + rng.standard_normal(tokens.shape, np.float32)
+        tokens = tokens + share * shift
+    if vary.token_drop:
+        gone = rng.random(width) < vary.token_drop
+        tokens = np.where(gone, mean, tokens)
+    return tokens
 
 
 _NATURAL = np.float32(np.log(10.0) / 10.0)

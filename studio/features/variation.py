@@ -17,6 +17,8 @@ class Variation:
         noise_db: the noise floor rises up to this far above the take's quietest rows.
         time_masks, time_mask_frames: silenced spans and their longest length in motion frames.
         band_masks, band_mask_width: silenced bands and their largest width.
+        token_noise: what a speech encoder heard is shifted and shaken by this share of its deviation.
+        token_drop: this share of an encoder's numbers is not heard in a crop.
     """
 
     stretch: float = 0.0
@@ -28,3 +30,5 @@ class Variation:
     time_mask_frames: int = 0
     band_masks: int = 0
     band_mask_width: int = 0
+    token_noise: float = 0.0
+    token_drop: float = 0.0

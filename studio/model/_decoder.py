@@ -56,6 +56,21 @@ class Ear(nn.Module):
         return normed
 
 
+class Projection(nn.Module):
+    """A pretrained encoder's rows to the decoder's width, as published: one linear layer."""
+
+    reach = 0
+
+    def __init__(self, features: int, width: int) -> None:
+        super().__init__()
+        self.enter = nn.Linear(features, width)
+
+    def forward(self, rows: Tensor) -> Tensor:
+        """(B, R, F) -> (B, R, width)."""
+        projected: Tensor = self.enter(rows)
+        return projected
+
+
 def attended(query: Tensor, keys: Tensor, values: Tensor, bias: Tensor) -> Tensor:
     """softmax(q k^T / sqrt(d) + bias) v for one query each; for these few numbers torch's own takes longer.
 

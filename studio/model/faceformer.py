@@ -1,9 +1,10 @@
 """FaceFormer: a transformer that says each pose from the sound and from the poses it said before.
 
 Periodic positions, causal self-attention that prefers near periods, cross-attention of each frame to its own
-rows of sound, as published; speech is heard by a small convolutional encoder learnt from scratch. Unlike the
-published code, keys and values are kept instead of worked out again for every frame, and self-attention
-reaches back a fixed span, so that any length takes the same time and memory a frame.
+rows of sound, as published; speech is heard by a small convolutional encoder learnt from scratch, or by a
+pretrained one whose rows come in and are projected, as published. Unlike the published code, keys and values
+are kept instead of worked out again for every frame, and self-attention reaches back a fixed span, so that
+any length takes the same time and memory a frame.
 Source: Fan et al. 2022, FaceFormer: Speech-Driven 3D Facial Animation with Transformers, arXiv 2112.05329;
 the bias after Press et al. 2022 (ALiBi); learning from its own answers in a few parallel passes after
 Duckworth et al. 2019, Parallel Scheduled Sampling.
@@ -18,7 +19,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from studio.errors import RequestError
-from studio.model._decoder import Ear, Layer, Offer, Shape, attended, nearness, places
+from studio.model._decoder import Ear, Layer, Offer, Projection, Shape, attended, nearness, places
 from studio.model._network import Network, Sizes, State
 
 _STYLE_DEVIATION = 0.3
@@ -31,16 +32,16 @@ class FaceFormer(Network):
     Args:
         sizes: what it must fit.
         shape: of the decoder.
-        hearing: convolutions of the ear.
+        ear: hears what was said.
         passes: how often a crop is answered while learning; all but the last only make the poses that the
             last one is shown as its own past.
         told: share of frames whose past is the captured pose instead.
     """
 
-    def __init__(self, sizes: Sizes, shape: Shape, hearing: int, passes: int, told: float) -> None:
+    def __init__(self, sizes: Sizes, shape: Shape, ear: Ear | Projection, passes: int, told: float) -> None:
         super().__init__(sizes)
         self.shape, self.passes, self.told = shape, passes, told
-        self.ear = Ear(sizes.features, shape.width, hearing, shape.dropout)
+        self.ear = ear
         self.before = self.after = self.ear.reach
         self.past = nn.Linear(sizes.columns, shape.width)
         self.style = nn.Embedding(sizes.styles + 1, shape.width)
@@ -187,6 +188,7 @@ def build(
     period: int = 30,
     reach_s: float = 5.0,
     hearing: int = 5,
+    projected: bool = False,
     dropout: float = 0.1,
     passes: int = 3,
     told: float = 0.0,
@@ -201,6 +203,7 @@ def build(
         period: frames after which positions repeat; 25 or 30 in the paper.
         reach_s: seconds of its own past it looks back on.
         hearing: convolutions of the ear; it hears about 2^hearing rows to either side.
+        projected: rows are a pretrained encoder's, which has heard them already: no ear, one linear layer.
         dropout: share of values dropped while training.
         passes: how often a crop is answered while learning; 1 shows it the captured past alone.
         told: share of frames whose past is captured rather than its own.
@@ -209,7 +212,9 @@ def build(
     for name, value in (("layers", layers), ("hearing", hearing), ("passes", passes), ("reach_s", reach_s)):
         _must_be_within(name, value)
     reach = max(1, round(reach_s * sizes.fps))
-    return FaceFormer(sizes, Shape(width, heads, layers, period, reach, dropout), hearing, passes, told)
+    shape = Shape(width, heads, layers, period, reach, dropout)
+    ear = Projection(sizes.features, width) if projected else Ear(sizes.features, width, hearing, dropout)
+    return FaceFormer(sizes, shape, ear, passes, told)
 
 
 def _must_fit(width: int, heads: int) -> None:

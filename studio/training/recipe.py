@@ -6,7 +6,7 @@ A recipe is one file in resources/recipes; it may extend another and may offer n
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -105,6 +105,8 @@ class TrainingSettings:
         seed: of everything random.
         accelerator: "auto", "cpu", "cuda" or "mps".
         devices: how many of them on this machine; under torchrun its own count is used.
+        precision: of the arithmetic: "auto" mixes in 16 bits on NVIDIA graphics cards and is "32" elsewhere;
+            "bf16" and "fp16" mix anywhere. Weights, losses and validation stay 32 bits wide.
     """
 
     epochs: int = 40
@@ -125,6 +127,7 @@ class TrainingSettings:
     seed: int = 1
     accelerator: str = "auto"
     devices: int = 1
+    precision: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -260,17 +263,33 @@ def _info(path: Path) -> RecipeInfo:
     )
 
 
+def choices() -> tuple[RecipeInfo, ...]:
+    """All recipes, each followed by its forms, which are chosen by "recipe:form"."""
+    return tuple(choice for info in recipes() for choice in (info, *_forms(info)))
+
+
+def _forms(info: RecipeInfo) -> Iterator[RecipeInfo]:
+    content = _content(resource("recipes", f"{info.name}.toml"))
+    for form in info.forms:
+        facts = _merged(content, content["forms"][form])
+        title = content["forms"][form].get("title", f"{info.title}, {form}")
+        summary, minutes = str(facts["summary"]), float(facts.get("minutes", 0.0))
+        yield RecipeInfo(f"{info.name}:{form}", title, summary, "", minutes)
+
+
 def load_recipe(name: str) -> Recipe:
-    """A recipe by name.
+    """A recipe by name, or one of its forms by "recipe:form".
 
     Raises:
         RequestError: there is none of that name.
     """
+    name, _, form = name.partition(":")
     path = resource("recipes", f"{name}.toml")
     if Path(name).name != name or not path.is_file():
         known = ", ".join(info.name for info in recipes())
         raise RequestError(f"There is no recipe called {name}.", f"Choose one of: {known}.")
-    return _build(name, _content(path))
+    recipe = _build(name, _content(path))
+    return _with_form(recipe, form) if form else recipe
 
 
 def read_recipe(path: Path) -> Recipe:
@@ -388,6 +407,7 @@ _CHOICES = {
     "training.optimiser": ("adamw", "adam"),
     "training.schedule": ("one_cycle", "constant"),
     "training.accelerator": ("auto", "cpu", "cuda", "mps", "gpu"),
+    "training.precision": ("auto", "32", "bf16", "fp16"),
 }
 _LIMITS = {
     "channels.fps": (0, 240), "channels.most_fps": (1, 240), "training.epochs": (1, 100_000),
@@ -400,7 +420,7 @@ _LIMITS = {
     "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
     "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
     "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),
-    "augment.band_mask_width": (0, 1000),
+    "augment.band_mask_width": (0, 1000), "augment.token_noise": (0, 10), "augment.token_drop": (0, 0.95),
 }  # fmt: skip
 
 

@@ -9,7 +9,9 @@ import pytest
 from studio import cli
 from studio.cli import doctor
 
-NAMES = ["system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "disk"]
+NAMES = [
+    "system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "speech", "disk",
+]  # fmt: skip
 
 
 @pytest.mark.slow

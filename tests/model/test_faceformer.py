@@ -157,3 +157,14 @@ def test_settings_beyond_what_can_work_are_a_sentence(name: str, value: float, s
     with pytest.raises(RequestError) as caught:
         made(**{name: value})
     assert str(caught.value) == sentence
+
+
+def test_rows_of_a_pretrained_encoder_are_projected_and_pieces_equal_the_whole() -> None:
+    network = made(projected=True)
+    assert (network.before, network.after) == (0, 0)
+    rows = rows_for(network, 20)
+    whole, _ = network(rows)
+    half = 7 * SIZES.steps_per_frame
+    first, state = network(rows[:, :half])
+    second, _ = network(rows[:, half:], state)
+    torch.testing.assert_close(torch.cat([first, second], dim=1), whole, atol=1e-5, rtol=0)

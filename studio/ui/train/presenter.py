@@ -112,8 +112,9 @@ class TrainPresenter(QObject):
             for key, info in self._by_preset.items()
         ]
         view.show_presets(cards, "")
-        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
-        names = [info.name for info in self._infos]
+        choices = recipes.choices()
+        view.show_recipes([(info.name, info.title, info.summary) for info in choices])
+        names = [info.name for info in choices]
         last = self._session.settings.recipe
         self._on_recipe(last if last in names else recipes.DEFAULT)
 
