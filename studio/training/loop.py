@@ -249,7 +249,9 @@ class _Training:
 
     def _tell_start(self) -> None:
         data, progress = self.data, self.progress
-        for text in (*data.notes, *self.folder.notes):
+        crops, processes = self.recipe.training.crops, self.fabric.world_size
+        idle = (f"Only {crops} of {processes} processes have work: raise training.crops to {processes}.",)
+        for text in (*data.notes, *self.folder.notes, *(idle if crops < processes else ())):
             self.tell(Note(text))
         self.tell(
             Started(

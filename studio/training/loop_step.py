@@ -76,8 +76,9 @@ class Steps:
         mine, style = crops[share] or crops[:1], told[share] if len(told[share]) else told[:1]
         rows, values, weight = (self._tensor(mine, name) for name in ("rows", "values", "weight"))
         self._wrapped_optimiser.zero_grad()
-        predicted, own = self._wrapped.learn(rows, style.to(device), values, weight)
-        loss = self._loss(predicted, values, weight) + own
+        with self._fabric.autocast():  # which Fabric does by itself for forward alone
+            predicted, own = self._wrapped.learn(rows, style.to(device), values, weight)
+        loss = self._loss(predicted.float(), values, weight) + own.float()
         self._fabric.backward(loss)
         if settings.clip:
             self._fabric.clip_gradients(self._wrapped, self._wrapped_optimiser, max_norm=settings.clip)

@@ -90,8 +90,8 @@ class Loss:
     def shared(self, averaged: Callable[[Tensor], Tensor]) -> Loss:
         """The same for one of several processes, each with its own part of the crops.
 
-        The mean of their losses is then the loss of all the crops, however much counts in each part; only
-        `variance_over` = "batch" stays the spread of each part.
+        The mean of their losses is then the loss of all the crops, however much counts in each part, and the
+        mean of their gradients its gradient.
 
         Args:
             averaged: a number's mean over the processes; each of them must ask for it as often as the others.
@@ -120,10 +120,18 @@ class Loss:
 
     def _narrowness(self, y: Tensor, t: Tensor, weight: Tensor) -> Tensor:
         """How far deviations are apart, over each crop or over all of them as one."""
+        shared = _as_it_is
         if self._of_batch:
             y, t, weight = (v.flatten(0, 1)[None] for v in (y, t, weight))
-        apart = (_deviation(y, weight) - _deviation(t, weight)).square()
-        return self._mean(apart, weight.mean(dim=1))
+            shared = self._everyones
+        apart = (_deviation(y, weight, shared) - _deviation(t, weight, shared)).square()
+        counting = shared(weight.sum(dim=1)) / shared(weight.new_tensor(float(weight.shape[1])))
+        return self._mean(apart, counting)
+
+    def _everyones(self, numbers: Tensor) -> Tensor:
+        """Numbers' means over the processes, through which each learns from its own part."""
+        mean = self._averaged(numbers.detach().clone())
+        return mean + (numbers - numbers.detach())
 
     def _point(self, y: Tensor, t: Tensor) -> Tensor:
         if self.settings.point == "huber":
@@ -161,12 +169,17 @@ def column_weights(deviation: Tensor, groups: Tensor, settings: LossSettings) ->
     return weights
 
 
-def _deviation(values: Tensor, weight: Tensor) -> Tensor:
-    """Standard deviation over time of each column, (B, C)."""
-    count = weight.sum(dim=1).clamp(min=1.0)
-    mean = (values * weight).sum(dim=1) / count
-    variance = ((values - mean[:, None]).square() * weight).sum(dim=1) / count
-    return (variance + _TINY).sqrt()
+def _as_it_is(numbers: Tensor) -> Tensor:
+    return numbers
+
+
+def _deviation(values: Tensor, weight: Tensor, shared: Callable[[Tensor], Tensor] = _as_it_is) -> Tensor:
+    """Standard deviation over time of each column, (B, C); `shared` gives sums' means over the processes."""
+    count = shared(weight.sum(dim=1)).clamp(min=_TINY)
+    mean = shared((values * weight).sum(dim=1)) / count
+    # Moving the mean changes nothing here, and what a process learns of it would be wrong for the others.
+    apart = values - mean.detach()[:, None]
+    return (shared((apart.square() * weight).sum(dim=1)) / count + _TINY).sqrt()
 
 
 def _cosine(poses: Tensor, weight: Tensor) -> Tensor:

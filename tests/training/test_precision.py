@@ -1,0 +1,62 @@
+"""How wide the arithmetic of a training is: 32 bits on a processor, mixed where it is asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+import torch
+from safetensors.torch import load_file
+
+from studio.errors import RequestError
+from studio.project import Project
+from studio.training.events import Epoch, Event
+from studio.training.loop import train
+from studio.training.loop_setup import make_fabric, precision_for
+from studio.training.recipe import TrainingSettings, load_recipe
+
+MakeProject = Callable[..., Project]
+CARD = torch.cuda.is_available()
+
+
+def test_on_a_processor_and_on_apples_graphics_arithmetic_is_32_bits_wide() -> None:
+    assert precision_for("auto", "cpu") == "32-true"
+    assert precision_for("auto", "mps") == "32-true"
+    assert make_fabric(TrainingSettings(accelerator="cpu"))._precision.precision == "32-true"
+
+
+@pytest.mark.skipif(not CARD, reason="needs an NVIDIA graphics card")
+def test_on_a_graphics_card_it_is_mixed() -> None:
+    assert precision_for("auto", "cuda") in ("bf16-mixed", "16-mixed")
+    assert precision_for("32", "cuda") == "32-true"
+
+
+@pytest.mark.parametrize("name", ["balanced", "audio2face", "faceformer", "saia"])
+def test_mixed_arithmetic_learns_through_the_same_loop(make_toy_project: MakeProject, name: str) -> None:
+    small = {
+        "balanced": ["units=16"],
+        "audio2face": ["units=8", "dense=8"],
+        "faceformer": ["width=16", "hearing=2"],
+        "saia": ["units=8"],
+    }[name]
+    shared = ["steps=3", "crops=2", "crop_frames=60", "epochs=2", "accelerator=cpu"]
+    project = make_toy_project(("train", "val"))
+    told: dict[str, list[Epoch]] = {}
+    for precision in ("32", "bf16"):
+        events: list[Event] = []
+        recipe = load_recipe(name).with_overrides([*small, *shared, f"precision={precision}"])
+        run = train(project, recipe, on_event=events.append)
+        told[precision] = [event for event in events if isinstance(event, Epoch)]
+        kept = load_file(run.folder / "best.safetensors")
+        assert {tensor.dtype for tensor in kept.values() if tensor.is_floating_point()} == {torch.float32}
+    mixed, plain = (told[precision][-1].train_loss for precision in ("bf16", "32"))
+    assert math.isfinite(mixed)
+    assert mixed != plain  # it was computed otherwise
+    assert mixed == pytest.approx(plain, rel=0.05)
+
+
+def test_a_precision_there_is_not_is_a_sentence() -> None:
+    with pytest.raises(RequestError) as caught:
+        load_recipe("balanced").with_overrides(["precision=8"])
+    assert str(caught.value) == ("'8' is not possible for training.precision. Choose auto, 32, bf16 or fp16.")
