@@ -141,7 +141,7 @@ def cached_rows(
     digest = hashlib.blake2b(np.ascontiguousarray(samples).tobytes(), digest_size=16)
     digest.update(repr((spec, fps, first, count, "rows 1")).encode())
     if spec.speaks:
-        digest.update(repr((spec.encoder, spec.encoder_digest, "speech 1")).encode())
+        digest.update(repr((spec.encoder, spec.encoder_digest, "speech 2")).encode())
     path = cache / f"{digest.hexdigest()}.npy"
     with suppress(OSError, ValueError, EOFError):
         kept = np.load(path, allow_pickle=False)

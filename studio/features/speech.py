@@ -22,8 +22,10 @@ from studio.features.audio import AudioSpec, Floats, row_centres
 
 RATE = 16000
 """Samples a second that encoders want."""
-CORE_SECONDS = 20
-CONTEXT_SECONDS = 5
+CORE_SECONDS = 24
+CONTEXT_SECONDS = 3
+"""Together the 30 s Whisper was taught with. Where two windows meet, tokens differ by less than from one to
+the next (0.35 against 0.44 deviations on read speech); more context costs more than it changes."""
 AHEAD_SECONDS = CORE_SECONDS + CONTEXT_SECONDS
 """Sound after a row that it may depend on: too much to follow a microphone."""
 

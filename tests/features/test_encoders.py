@@ -65,8 +65,8 @@ def test_rows_are_exact_in_time_and_the_same_in_pieces(tmp_path: Path) -> None:
     change = np.abs(rows(click, spec, Fraction(30), 1740, 120) - rows(quiet, spec, Fraction(30), 1740, 120))
     # It is normalised over a window, so all of it changes; most where the click is.
     assert abs(int(change.sum(axis=1).argmax()) - 60) <= 2
-    whole = rows(example.voice(45.0), spec, Fraction(30), 1150, 100)
-    part = speech_rows(example.voice(45.0)[15 * RATE :], spec, Fraction(30), 1201, 49, 15 * RATE)
+    whole = rows(example.voice(45.0), spec, Fraction(30), 1390, 100)
+    part = speech_rows(example.voice(45.0)[21 * RATE :], spec, Fraction(30), 1441, 49, 21 * RATE)
     np.testing.assert_allclose(part, whole[51:], atol=1e-4)
     assert np.isfinite(rows(quiet, spec, Fraction(30), 0, 10)).all()
 

@@ -55,7 +55,7 @@ def test_what_a_row_needs_is_said() -> None:
     """A row is the same from exactly the samples that `span` names, for generating forgets the others."""
     sound, fps = np.random.default_rng(2).normal(0, 0.1, 70 * RATE).astype(np.float32), Fraction(30)
     hearing = Hearing(Echo())
-    for row in (0, 1199, 1200, 2500):
+    for row in (0, 1440, 1441, 2500):
         a, b = span(SPEC, fps, row)
         centres = row_centres(SPEC, fps, row, 1)
         low, high = max(a, 0), min(b, len(sound))
@@ -76,11 +76,11 @@ def test_whisper_hears_what_the_reference_hears() -> None:
 @pytest.mark.parametrize("kind", ["speech", "log_mel_speech"])
 def test_pieces_equal_the_whole(kind: str) -> None:
     spec = AudioSpec(kind=kind, steps_per_frame=2, window=2)
-    sound, fps = voice(22.0), Fraction(30)
-    whole = rows(sound, spec, fps, 1180, 60)  # over the border of two windows
-    a, b = span(spec, fps, 1190)[0], span(spec, fps, 1215)[1]
+    sound, fps = voice(26.0), Fraction(30)
+    whole = rows(sound, spec, fps, 1420, 60)  # over the border of two windows
+    a, b = span(spec, fps, 1430)[0], span(spec, fps, 1455)[1]
     low, high = max(a, 0), min(b, len(sound))
-    part = rows(sound[low:high], spec, fps, 1190, 26, low)
+    part = rows(sound[low:high], spec, fps, 1430, 26, low)
     np.testing.assert_allclose(part, whole[10:36], atol=1e-4)
     assert whole.shape == (60, spec.width)
 
