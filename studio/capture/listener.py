@@ -21,6 +21,7 @@ from collections import deque
 from typing import Any, BinaryIO
 
 from studio.capture import clock
+from studio.capture.priority import come_first
 from studio.capture.receiver import Receiver, batches
 from studio.capture.rows import Names
 
@@ -30,13 +31,12 @@ _TURN_S = 0.004
 _TELL_S = 0.05
 _UNTOLD = 20_000
 """Turns kept for a parent that is held up: minutes."""
-_HIGH_PRIORITY = 0x80
 
 
 def main() -> int:
     """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the parent, which ends the take well
-    _come_first()
+    come_first(before_all=True)
     given: list[Any] = pickle.load(sys.stdin.buffer)
     sockets = [_opened(one) for one in given]
     teller = Teller(os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0))
@@ -48,21 +48,6 @@ def main() -> int:
         _listen(receiver, teller, ended)
     receiver.close()
     return 0
-
-
-def _come_first() -> None:
-    """Run before everything else, as far as this user may."""
-    if sys.platform == "win32":
-        import ctypes
-
-        kernel = ctypes.windll.kernel32
-        kernel.SetPriorityClass(kernel.GetCurrentProcess(), _HIGH_PRIORITY)
-        return
-    with contextlib.suppress(OSError):
-        os.nice(-10)
-    if hasattr(os, "sched_setscheduler"):
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
 
 
 def _listen(receiver: Receiver, teller: Teller, ended: threading.Event) -> None:

@@ -63,9 +63,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     addresses = _addresses(args)
     if args.file is not None:
         check_sound(args.file)
+    from studio.capture.priority import come_first
     from studio.cli._project import opened
     from studio.live.build import Wanted, make
 
+    come_first()
     project = opened(args.project, out)
     chosen = project.run(args.run)
     wanted = Wanted(

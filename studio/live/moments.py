@@ -13,7 +13,11 @@ _PULL, _TILT = 0.02, 0.0001
 _STEEPEST = 500e-6
 REMEMBERED_S = 8.0
 SPARE_S = 0.002
-_QUICKER, _SLOWER = 0.01, 0.25
+GUESSED = 0.5
+"""Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in."""
+_NEARLY_ALL = 96
+"""Per cent of the poses that are there in time; the others are shown a little late, not waited for."""
+_QUICKER, _SLOWER = 0.04, 0.25
 """How fast the delay may fall and rise, seconds a second: motion runs that much faster or slower for it."""
 
 
@@ -61,7 +65,7 @@ class SampleClock:
 
 
 class Delay:
-    """How long after its moment a pose is shown: as late as nearly all poses are, and a frame to glide in.
+    """How long after its moment a pose is shown: as late as nearly all poses are, and half a frame to glide.
 
     Args:
         step: seconds between two poses.
@@ -87,8 +91,8 @@ class Delay:
         """The delay that would do for what was seen lately, seconds."""
         if not self._seen:
             return 0.0
-        late = np.percentile([lateness for _, lateness in self._seen], 98)
-        return max(float(late) + self._step + SPARE_S, 0.0)
+        late = np.percentile([lateness for _, lateness in self._seen], _NEARLY_ALL)
+        return max(float(late) + (1.0 - GUESSED) * self._step + SPARE_S, 0.0)
 
     @property
     def value(self) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -13,11 +14,12 @@ import torch
 from studio.capture import clock
 from studio.capture.meter import FLOOR_DBFS, LevelMeter
 from studio.errors import StudioError
+from studio.features.audio import Floats
 from studio.live.conditioning import Conditioning
-from studio.live.moments import Delay
+from studio.live.moments import GUESSED, Delay
 from studio.live.sources import Heard, Source
 from studio.live.stand import Stand
-from studio.live.steps import Hearing, Steps, silent_pose
+from studio.live.steps import Hearing, Steps, hearing, silent_pose
 from studio.model._network import Chance
 from studio.motion import Motion, Pose
 from studio.playback.neutral import between
@@ -28,6 +30,7 @@ LOOK_S = 0.003
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
+WARM_UP_S = 0.3
 STALLED_S = 0.25
 """Seconds without a pose after which the avatar goes over to idling."""
 
@@ -72,6 +75,8 @@ class Performance:
         sound: what makes it fit for the model.
         stand: what is laid over the poses.
         style, chance: as for generating.
+        now: the computer's clock, seconds.
+        awake: one that goes on while the computer sleeps.
     """
 
     def __init__(
@@ -83,7 +88,10 @@ class Performance:
         stand: Stand,
         style: int = 0,
         chance: Chance | None = None,
+        now: Callable[[], float] = clock.now,
+        awake: Callable[[], float] | None = None,
     ) -> None:
+        self._now, self._awake = now, awake or wakeful
         self.model, self.source, self.sound, self.stand = model, source, sound, stand
         self._style, self._chance = style, chance or Chance()
         self._hearing = heard
@@ -96,8 +104,8 @@ class Performance:
         self._meter = LevelMeter()
         self._late = self._frames = 0
         self._heard_s = 0.0
-        self._looked: tuple[float, float] | None = None
-        self._spent, self._spent_since, self._load = 0.0, clock.now(), 0.0
+        self._looked: float | None = None
+        self._spent, self._spent_since, self._load = 0.0, now(), 0.0
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
@@ -119,6 +127,9 @@ class Performance:
         Raises:
             StudioError: the source cannot be opened.
         """
+        torch.set_num_threads(1)
+        for _ in Steps(self.model, self._hearing, self._style).feed(_silence(self.model)):
+            pass  # the first poses of a process take longer, and must not hold up the ones that are seen
         self.source.start()
         self._thread = threading.Thread(target=self._run, name="live", daemon=True)
         self._thread.start()
@@ -170,7 +181,7 @@ class Performance:
 
     def position(self) -> float:
         """The moment whose pose is to be seen now, seconds of the computer's clock."""
-        return clock.now() - self._delay.value
+        return self._now() - self._delay.value
 
     def pose_at(self, moment: float) -> Pose:
         """The pose of a moment, everything laid over it. From any thread."""
@@ -190,6 +201,9 @@ class Performance:
             return poses[0][1], poses[0][2]
         t, pose, speaking = poses[after - 1]
         if after == len(poses):
+            guess = _guess((moment - t) * float(self.model.fps))
+            if guess and after > 1 and t - poses[-2][0] < STALLED_S:
+                pose = _beyond(poses[-2][1], pose, guess)
             return pose, speaking and moment - t < STALLED_S
         later, following, _ = poses[after]
         share = (moment - t) / max(later - t, 1e-6)
@@ -199,7 +213,6 @@ class Performance:
 
     def _run(self) -> None:
         """Runs on the live thread until stopped."""
-        torch.set_num_threads(1)
         try:
             while not self._stop.is_set():
                 self.look()
@@ -231,9 +244,16 @@ class Performance:
         fps = float(self.model.fps)
         times = self._base + (first + np.arange(len(values))) / fps
         motion = self.model.layout.motion(values, times)
-        now, speaking = clock.now(), self.sound.speaking and not self.sound.muted
-        for t in times:
-            self._add(self.sound.moment(float(t)), motion.pose(float(t)), speaking, now)
+        now, speaking = self._now(), self.sound.speaking and not self.sound.muted
+        parts = (
+            motion.shapes,
+            motion.positions,
+            motion.rotations,
+            motion.root_position,
+            motion.root_rotation,
+        )
+        for i, t in enumerate(times):
+            self._add(self.sound.moment(float(t)), Pose(*(part[i] for part in parts)), speaking, now)
 
     def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
         self._frames += 1
@@ -254,27 +274,44 @@ class Performance:
 
     def _notice_sleep(self) -> None:
         """A gap in the clock between two looks, or between a clock that sleeps and one that does not."""
-        now, awake = clock.now(), _wakeful()
+        awake = self._awake()
         if self._looked is not None:
-            gone = awake - self._looked[1]
+            gone = awake - self._looked
             if gone > SLEPT_S:
                 what = f"The computer slept or was held up for {gone:.0f} s."
                 self._said.append(StudioError(what, "It goes on; nothing needs to be done."))
                 self._delay.forget()
-        self._looked = now, awake
+        self._looked = awake
 
     def _spend(self, seconds: float) -> None:
         self._spent += seconds
-        passed = clock.now() - self._spent_since
+        passed = self._now() - self._spent_since
         if passed > 1.0:
             self._load = self._spent / passed
-            self._spent, self._spent_since = 0.0, clock.now()
+            self._spent, self._spent_since = 0.0, self._now()
 
 
-def _wakeful() -> float:
+def wakeful() -> float:
     """Seconds of a clock that goes on while the computer sleeps, where there is one."""
     boot = getattr(time, "CLOCK_BOOTTIME", None)
     return time.clock_gettime(boot) if boot is not None else clock.now()
+
+
+def _guess(frames: float) -> float:
+    """How much of the last step to go on with, so many frames after the newest pose; back if none comes."""
+    return max(min(frames, 2 * GUESSED - frames), 0.0)
+
+
+def _beyond(before: Pose, last: Pose, share: float) -> Pose:
+    """The pose that follows if everything goes on as between two poses, for a share of that step."""
+    pose = between(before, last, 1.0 + share)
+    return replace(pose, shapes=np.clip(pose.shapes, 0.0, 1.0))
+
+
+def _silence(model: Model) -> Floats:
+    return np.zeros(
+        round((WARM_UP_S + hearing(model).latency_ms / 1000) * model.recipe.sound.sample_rate), np.float32
+    )
 
 
 def rest_motion(model: Model, style: int = 0) -> Motion:

@@ -123,6 +123,7 @@ class Steps:
         self._first_row = -self._back * self._k - network.before
         self._rows = np.zeros((0, self._spec.width), dtype=np.float32)
         self._state: State | None = None
+        self._due = 0  # how many samples the next frames need
 
     @property
     def frame(self) -> int:
@@ -138,11 +139,15 @@ class Steps:
         if not np.isfinite(block).all():
             raise StudioError("The sound holds values that are not numbers.", "Check the microphone.")
         self._samples = np.concatenate([self._samples, block])
+        if self._start + len(self._samples) < self._due:
+            return
         self._hear()
         ready = self._known_until()
         while ready - self._frame >= self._hop:
             last = ready if self._hop == 1 else self._frame + self._hop
             yield self._frame, self._give(last)
+        row = (self._frame + self._hop + self._ahead) * self._k + self._network.after - 1
+        self._due = int(row_centres(self._spec, self._model.fps, row, 1)[0]) + self._behind
 
     def _hear(self) -> None:
         """Make the rows whose sound is all there."""
