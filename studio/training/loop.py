@@ -277,6 +277,7 @@ class _Training:
             "title": self.recipe.title,
             "form": self.recipe.form,
             "model": self.recipe.model,
+            "draws": self.model.network.draws,
             "seed": self.recipe.training.seed,
             "epochs": progress.epoch,
             "of": self.recipe.training.epochs,
