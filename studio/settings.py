@@ -75,6 +75,8 @@ class Settings:
     )
     recipe: str = _setting("balanced", "Recipe", "Recipe that training starts with.")
     recent_projects: tuple[str, ...] = ()
+    recent_avatars: tuple[str, ...] = ()
+    """Avatars that were opened, the latest first."""
     phone: str = ""
     """Address of the phone that is asked to send its face; "" for none."""
     sync_offsets: tuple[str, ...] = ()
@@ -108,6 +110,11 @@ class Settings:
         """With a project at the head of the recent ones."""
         names = dict.fromkeys((str(Path(project).absolute()), *self.recent_projects))
         return replace(self, recent_projects=tuple(names)[:RECENT_KEPT])
+
+    def with_recent_avatar(self, avatar: Path) -> Settings:
+        """With an avatar at the head of the recent ones."""
+        names = dict.fromkeys((str(Path(avatar).absolute()), *self.recent_avatars))
+        return replace(self, recent_avatars=tuple(names)[:RECENT_KEPT])
 
     def without_recent(self, project: Path | str) -> Settings:
         """Without a project among the recent ones."""

@@ -152,6 +152,11 @@ class Avatar:
         """Triangles of all surfaces."""
         return sum(len(surface.triangles) for surface in self.surfaces)
 
+    @property
+    def has_face(self) -> bool:
+        """Whether its expressions move anything."""
+        return any(one.binds for one in self.expressions)
+
     def worn(self, source: Skeleton, joints: Array, turns: Array) -> tuple[Array, Array]:
         """How this avatar stands where another skeleton stands so.
 

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.avatar import Avatar
 
+ARMS_DOWN = 72.0
+"""Degrees from a T-pose to arms that hang."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stance:
@@ -51,6 +54,17 @@ class Stance:
             return self
         joints, turns = avatar.worn(self.skeleton, self.joints, self.turns)
         return Stance(avatar.skeleton, joints, turns, self.shapes)
+
+    @classmethod
+    def at_ease(cls, skeleton: Skeleton) -> Stance:
+        """Standing with the arms down, for a face that comes without a body."""
+        turns = np.array(skeleton.rest_rotations)
+        for name, degrees in (("LeftUpperArm", ARMS_DOWN), ("RightUpperArm", -ARMS_DOWN)):
+            if name in skeleton.bone_names:
+                turns[skeleton.bone_names.index(name)] = rotation.from_euler_yxz(
+                    0.0, 0.0, np.radians(degrees)
+                )
+        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, turns))
 
     @property
     def usable(self) -> bool:

@@ -1,4 +1,4 @@
-"""What dropped files are: a project (packed or not), a run, a sound for Review, or material to import."""
+"""What dropped files are: a project (packed or not), a run, a sound or an avatar for Review, or material."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ SOUNDS = frozenset(
 
 @dataclass(frozen=True)
 class Drop:
-    """What to do with dropped paths; only one of the five is filled.
+    """What to do with dropped paths; only one of the six is filled.
 
     Args:
         project: a project folder to open.
         packed: a packed project to open.
         run: a run that was exported elsewhere.
         sound: a sound to generate motion for at once.
+        avatar: a .vrm to wear in Review.
         imports: files and folders to bring into the project.
     """
 
@@ -26,6 +27,7 @@ class Drop:
     packed: Path | None = None
     run: Path | None = None
     sound: Path | None = None
+    avatar: Path | None = None
     imports: tuple[Path, ...] = ()
 
 
@@ -45,6 +47,8 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
         return Drop(packed=first)
     if first is not None and first.suffix.lower() == RUN_SUFFIX:
         return Drop(run=first)
+    if first is not None and first.suffix.lower() == ".vrm":
+        return Drop(avatar=first)
     if first is not None and room == "review" and first.suffix.lower() in SOUNDS:
         return Drop(sound=first)
     return Drop(imports=paths)

@@ -197,6 +197,8 @@ class MainWindow(QMainWindow):
             self._take_run(drop.run)
         elif drop.sound is not None:
             self.session.sound_dropped.emit(drop.sound)
+        elif drop.avatar is not None:
+            self._take_avatar(drop.avatar)
         else:
             self.importer.start(drop.imports)
 
@@ -208,6 +210,15 @@ class MainWindow(QMainWindow):
             return
         self.show_room("train")
         self.session.run_dropped.emit(path)
+
+    def _take_avatar(self, path: Path) -> None:
+        """Show Review, which wears the avatar."""
+        if self.session.project is None:
+            what = self.tr("There is no project to bring {0} into.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            return
+        self.show_room("review")
+        self.session.avatar_dropped.emit(path)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

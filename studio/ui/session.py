@@ -30,6 +30,7 @@ class Session(QObject):
         status_changed: (key, text, health) for the status strip; health is "good", "warn", "bad" or "".
         rolling_changed: a recording began or ended.
         sound_dropped: a sound file was dropped on the window while Review was shown.
+        avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
         import_cancelled: end the import that is going on.
@@ -45,6 +46,7 @@ class Session(QObject):
     status_changed = Signal(str, str, str)
     rolling_changed = Signal(bool)
     sound_dropped = Signal(object)
+    avatar_dropped = Signal(object)
     run_dropped = Signal(object)
     import_requested = Signal(object)
     import_cancelled = Signal()

@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from studio.dataset import Selection
 from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
@@ -31,7 +29,7 @@ GENERATED = Path(".cache") / "generated"
 
 
 DRAWING_FORMS = frozenset({"mixture"})
-"""Forms of recipes whose networks draw their motion, so that a seed makes a difference."""
+"""Forms of recipes whose networks draw their motion, for runs that do not say whether they draw."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +217,7 @@ def run_choice(run: Run) -> RunChoice:
     report = run.report or {}
     found = report.get("styles")
     styles = tuple(str(name) for name in found) if isinstance(found, list) else ()
-    draws = report.get("form") in DRAWING_FORMS
+    draws = bool(report.get("draws", report.get("form") in DRAWING_FORMS))
     if not styles:
         return RunChoice(run.id, draws=draws)
     return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE), draws)
@@ -247,15 +245,3 @@ def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
 def generated_folder(run: Run) -> Path:
     """Where everything that a run made is kept."""
     return run.folder.parent.parent / GENERATED / run.id
-
-
-def world_of(motion: Motion, t: float) -> tuple[np.ndarray, dict[str, float]]:
-    """Joints in the world (J, 3) and shapes by name at a moment."""
-    frame = motion.at([t])
-    shapes = dict(zip(motion.shape_names, frame.shapes[0].tolist(), strict=True))
-    if not motion.bone_names:
-        return np.zeros((0, 3)), shapes
-    from studio.motion import rotation
-
-    local, _ = motion.skeleton.forward(frame.positions[0], frame.rotations[0])
-    return rotation.rotate(frame.root_rotation[0], local) + frame.root_position[0], shapes

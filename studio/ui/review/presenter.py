@@ -11,6 +11,7 @@ from studio.motion import Pose
 from studio.playback.vmc_target import PoseSource
 from studio.ui import background, messages
 from studio.ui.review import clip
+from studio.ui.review.avatars import Avatars
 from studio.ui.review.clip import Clip, Source, Wanted
 from studio.ui.review.exporting import Exhibit, Exporting
 from studio.ui.review.listing import Listing
@@ -39,6 +40,7 @@ class ReviewPresenter(QObject):
         self._making = Making(view, self.scene, self._listing, session)
         self._voting = Voting(view.bar, self.scene, lambda: session.project, self._show_motion)
         self._sending = Sending(view.send, session, self._pose_source)
+        self._avatars = Avatars(view.stage, session)
         self._exporting = Exporting(view.export, self._exhibit, session)
         self._connect()
         self._on_project()

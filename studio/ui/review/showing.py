@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
+from studio.picture.stance import Stance
 from studio.ui.review import clip
-from studio.ui.review.clip import world_of
 from studio.ui.review.comparing import Comparison
 from studio.ui.review.scene import Scene
 from studio.ui.review.view import ReviewView
@@ -96,17 +96,19 @@ class Showing(QObject):
         truth = predicted = None
         shown = scene.predicted is not None
         captured = scene.captured.motion if shown else scene.tuned
-        world = None
+        recorded = None
         if captured is not None and len(captured):
-            world, truth = world_of(captured, t)
+            recorded = Stance.of(captured, t)
+            truth = recorded.shapes
             if stage.captured.isVisible():
-                stage.captured.show_pose(captured.skeleton, world, truth)
+                stage.captured.show_stance(recorded)
         tuned = scene.tuned
         if shown and tuned is not None and len(tuned):
-            guess, predicted = world_of(tuned, t)
-            stage.predicted.show_pose(tuned.skeleton, guess, predicted)
-            if stage.ghost and captured is not None and world is not None:
-                stage.predicted.figure.show_ghost(world, captured.skeleton)
+            guess = Stance.of(tuned, t)
+            predicted = guess.shapes
+            stage.predicted.show_stance(guess)
+            if stage.ghost:
+                stage.predicted.figure.show_ghost_stance(recorded)
         self._view.meters.show_values(predicted, truth)
 
     def _why(self) -> str:

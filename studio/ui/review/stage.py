@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
+from studio.motion.avatar import Avatar
+from studio.ui import theme
+from studio.ui.review.avatar_button import AvatarButton
 from studio.ui.widgets.pane import Pane
 
 
 class Stage(QWidget):
-    """Two panes that share one camera; `set_ghost` lays the captured figure over the predicted one."""
+    """Two panes that share one camera and one avatar; `set_layout` lays one figure over the other.
+
+    Signals:
+        avatar_too_slow: the avatar is left away from now on, since drawing it takes too long.
+    """
+
+    avatar_too_slow = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -28,15 +37,31 @@ class Stage(QWidget):
             "mdi6.human-greeting",
             "figure",
         )
-        row = QHBoxLayout(self)
+        self.avatar = AvatarButton()
+        self.worn: Avatar | None = None
+        row = QHBoxLayout()
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(2)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.INSIDE)
+        column.addLayout(row, 1)
+        column.addWidget(self.avatar)
         row.addWidget(self.captured, 1)
         row.addWidget(self.predicted, 1)
         self._ghost = False
         self.captured.figure.view_changed.connect(self.predicted.figure.set_orbit)
         self.predicted.figure.view_changed.connect(self.captured.figure.set_orbit)
+        for pane in (self.predicted, self.captured):
+            pane.figure.avatar_too_slow.connect(self.avatar_too_slow)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Wear an avatar in both panes; None for the stick figure."""
+        self.worn = avatar
+        self.avatar.show_avatar(avatar)
+        for pane in (self.predicted, self.captured):
+            pane.set_avatar(avatar)
 
     @property
     def ghost(self) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-import threading
+import statistics
 import time
+from collections import deque
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +25,13 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.picture.camera import VIEWS, Orbit
 from studio.picture.scene import BODY, GHOST, Scene
 from studio.picture.stance import Stance
 from studio.ui import theme
-from studio.ui.widgets import figure_sketch
+from studio.ui.widgets import figure_loading, figure_sketch
 
 World = NDArray[np.floating]
 
@@ -37,6 +39,9 @@ FRAME_PX = 4
 SLOWEST_SHARE = 0.5
 """The largest share of the GUI thread's time spent on pictures; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
+TOO_SLOW = 0.4
+"""Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
+_COSTS_KEPT = 12
 
 
 class StickFigure(QWidget):
@@ -48,10 +53,12 @@ class StickFigure(QWidget):
     Signals:
         view_changed: the camera moved; carries an Orbit.
         empty_clicked: the button of the empty room.
+        avatar_too_slow: the avatar's surfaces are left away from now on.
     """
 
     view_changed = Signal(object)
     empty_clicked = Signal()
+    avatar_too_slow = Signal()
 
     def __init__(
         self,
@@ -73,9 +80,10 @@ class StickFigure(QWidget):
         """Pictures made so far; for measuring."""
         self._scene: Scene | None = None
         self._scene_failed = self._disposed = False
-        self._skeleton: Skeleton | None = None
-        self._world: World | None = None
-        self._ghost: tuple[Skeleton, World] | None = None
+        self._stance: Stance | None = None
+        self._ghost: Stance | None = None
+        self._avatar: Avatar | None = None
+        self._costs: deque[float] = deque(maxlen=_COSTS_KEPT)
         self._image: QImage | None = None
         self._empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
         self._rolling = self._ring = False
@@ -97,30 +105,43 @@ class StickFigure(QWidget):
 
     def show_pose(self, skeleton: Skeleton, world: World) -> None:
         """Show joints at Unity-space world positions (J, 3), metres; J is the skeleton's."""
-        if len(world) == 0 or not np.isfinite(world).all():
-            return
-        self._skeleton, self._world = skeleton, world
-        self._request()
+        self.show_stance(Stance(skeleton, world))
+
+    def show_stance(self, stance: Stance) -> None:
+        """Show a performer, as the avatar where the stance has turns and an avatar is worn."""
+        if stance.usable:
+            self._stance = stance
+            self._request()
 
     def show_ghost(self, world: World | None, skeleton: Skeleton | None = None) -> None:
         """Show a second figure in another colour, of the same skeleton where none is given; None hides it."""
-        bones = skeleton or self._skeleton
-        usable = world is not None and bones is not None and len(world) == len(bones.bone_names)
-        self._ghost = (bones, world) if usable and bones is not None and world is not None else None
+        bones = skeleton or (self._stance.skeleton if self._stance else None)
+        self.show_ghost_stance(Stance(bones, world) if world is not None and bones is not None else None)
+
+    def show_ghost_stance(self, stance: Stance | None) -> None:
+        """Show a second performer in another colour; None hides it."""
+        self._ghost = stance if stance is not None and stance.usable else None
         self._request()
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Draw an avatar instead of the stick figure; None for the stick figure."""
+        if avatar is not self._avatar:
+            self._avatar = avatar
+            self._costs.clear()
+            self._request()
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
         self._empty_text = sentence or self._empty_text
         self._empty_icon = icon or self._empty_icon
-        self._skeleton = self._world = self._ghost = self._image = None
+        self._stance = self._ghost = self._image = None
         self._update_buttons()
         self.update()
 
     @property
     def empty(self) -> bool:
         """Whether no pose is shown."""
-        return self._world is None
+        return self._stance is None
 
     def set_rolling(self, rolling: bool) -> None:
         """Put the red frame around the picture, or take it away."""
@@ -169,11 +190,7 @@ class StickFigure(QWidget):
         """
         if self._scene is not None or self._scene_failed or self._disposed:
             return
-        if "pyvista" not in sys.modules:
-            _load_pyvista()
-            QTimer.singleShot(100, self, self.warm_up)
-            return
-        if not _pyvista_loaded.is_set() and _loading is not None and _loading.is_alive():
+        if not figure_loading.loaded():
             QTimer.singleShot(100, self, self.warm_up)
             return
         try:
@@ -251,7 +268,7 @@ class StickFigure(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         rect = QRectF(self.rect())
-        if self._world is None:
+        if self._stance is None:
             figure_sketch.draw_ground(painter, rect)
             self._paint_empty(painter, rect)
         elif self._image is not None:
@@ -282,11 +299,10 @@ class StickFigure(QWidget):
 
     def _paint_sketch(self, painter: QPainter, rect: QRectF) -> None:
         figure_sketch.draw_ground(painter, rect)
-        if self._ghost is not None:
-            figure_sketch.draw_figure(painter, rect, self.orbit, *self._ghost, token="ghost")
-        assert self._skeleton is not None
-        assert self._world is not None
-        figure_sketch.draw_figure(painter, rect, self.orbit, self._skeleton, self._world)
+        for stance, token in ((self._ghost, "ghost"), (self._stance, "figure")):
+            if stance is not None:
+                worn = stance.worn_by(self._avatar) if self._avatar is not None else stance
+                figure_sketch.draw_figure(painter, rect, self.orbit, worn.skeleton, worn.joints, token)
 
     def _paint_empty(self, painter: QPainter, rect: QRectF) -> None:
         side = self._symbol_side()
@@ -320,16 +336,14 @@ class StickFigure(QWidget):
 
     def _draw_picture(self) -> None:
         self._update_buttons()
-        if self._world is None or self._skeleton is None or not self.isVisible():
-            self.update()
-            return
-        if self._scene is None:
+        if self._stance is None or self._scene is None or not self.isVisible():
             self.update()
             return
         started = time.perf_counter()
-        self._scene.place(BODY, Stance(self._skeleton, self._world))
+        self._scene.dress(self._avatar)
+        self._scene.place(BODY, self._stance)
         if self._ghost is not None:
-            self._scene.place(GHOST, Stance(*self._ghost))
+            self._scene.place(GHOST, self._ghost)
         else:
             self._scene.hide(GHOST)
         ratio = self.devicePixelRatioF()
@@ -340,7 +354,17 @@ class StickFigure(QWidget):
         self._last_drawn = time.perf_counter()
         self._last_cost = self._last_drawn - started
         self.renders += 1
+        self._watch_cost()
         self.update()
+
+    def _watch_cost(self) -> None:
+        """Fall back to a stick figure of the avatar's proportions where drawing all of it takes too long."""
+        if self._avatar is None or not self._avatar.surfaces:
+            return
+        self._costs.append(self._last_cost)
+        if len(self._costs) == _COSTS_KEPT and statistics.median(self._costs) > TOO_SLOW:
+            self.set_avatar(replace(self._avatar, surfaces=(), expressions=()))
+            self.avatar_too_slow.emit()
 
     # Buttons over the picture
 
@@ -380,8 +404,8 @@ class StickFigure(QWidget):
 
     def _update_buttons(self) -> None:
         for button in self._view_buttons.values():
-            button.setVisible(self._world is not None and self.view_buttons_shown)
-        self.empty_button.setVisible(self._world is None and bool(self.empty_button.text()))
+            button.setVisible(self._stance is not None and self.view_buttons_shown)
+        self.empty_button.setVisible(self._stance is None and bool(self.empty_button.text()))
 
 
 def _image_of(pixels: NDArray[np.uint8]) -> QImage:
@@ -389,25 +413,3 @@ def _image_of(pixels: NDArray[np.uint8]) -> QImage:
     height, width = pixels.shape[:2]
     lowest_first = pixels[::-1].ravel().data
     return QImage(lowest_first, width, height, width * 4, QImage.Format.Format_RGBX8888).flipped()
-
-
-_loading: threading.Thread | None = None
-_pyvista_loaded = threading.Event()
-
-
-def _load_pyvista() -> None:
-    """Import pyvista on a thread of its own, once: the GUI goes on meanwhile."""
-    global _loading
-    if _loading is None:
-        # No daemon: a thread left in the midst of VTK's loading would abort a program that ends.
-        _loading = threading.Thread(target=_import_pyvista, name="load pyvista")
-        _loading.start()
-
-
-def _import_pyvista() -> None:
-    try:
-        import pyvista  # noqa: F401
-    except (ImportError, OSError):
-        return  # warm_up meets the same error and says so
-    finally:
-        _pyvista_loaded.set()

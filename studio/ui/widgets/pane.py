@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QRectF
@@ -10,6 +11,8 @@ from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QWidget
 
 from studio.motion import Skeleton
+from studio.motion.avatar import Avatar
+from studio.picture.stance import Stance
 from studio.ui import theme
 from studio.ui.widgets.drawn_face import DrawnFace
 from studio.ui.widgets.figure import StickFigure
@@ -61,6 +64,7 @@ class Pane(QWidget):
         self.face.resize(FACE_SIDE, FACE_SIDE)
         self.room = _FaceRoom(caption, token)
         self._caption = caption
+        self._avatar: Avatar | None = None
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.figure)
         self._stack.addWidget(self.room)
@@ -86,15 +90,27 @@ class Pane(QWidget):
 
     def show_pose(self, skeleton: Skeleton, world: np.ndarray, shapes: Mapping[str, float]) -> None:
         """Show joints (J, 3) and shapes by name; either may be empty."""
-        if len(world):
+        self.show_stance(Stance(skeleton, world, None, shapes))
+
+    def show_stance(self, stance: Stance) -> None:
+        """Show a performer, as the avatar where one is worn; bones or shapes may be missing."""
+        if self._avatar is not None and not len(stance.joints):
+            stance = replace(Stance.at_ease(self._avatar.skeleton), shapes=stance.shapes)
+        if len(stance.joints):
             self._stack.setCurrentIndex(0)
-            self.figure.show_pose(skeleton, world)
+            self.figure.show_stance(stance)
             self.figure.set_caption(self._caption)
-            self.face.show_values(shapes if shapes else None)
+            own = self._avatar is not None and self._avatar.has_face
+            self.face.show_values(stance.shapes if stance.shapes and not own else None)
             self._place_face()
         else:
             self._stack.setCurrentIndex(1)
-            self.room.face.show_values(shapes)
+            self.room.face.show_values(stance.shapes)
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Wear an avatar, which shows its own face where its file has one; None for the stick figure."""
+        self._avatar = avatar
+        self.figure.set_avatar(avatar)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

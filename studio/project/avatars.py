@@ -1,0 +1,62 @@
+"""Avatars of a project: copies of .vrm files in its folder, and which of them is worn."""
+
+from __future__ import annotations
+
+import filecmp
+from pathlib import Path
+
+from studio.errors import StudioError
+from studio.take import safe_file
+
+FOLDER = "avatars"
+SUFFIX = ".vrm"
+_CHOICE = "chosen.json"
+_VERSION = 1
+
+
+def kept(project: Path) -> tuple[Path, ...]:
+    """The avatars in a project's folder, by name."""
+    folder = project / FOLDER
+    if not folder.is_dir():
+        return ()
+    found = (path for path in folder.iterdir() if path.suffix.lower() == SUFFIX and path.is_file())
+    return tuple(sorted(path for path in found if not path.name.startswith(".")))
+
+
+def chosen(project: Path) -> Path | None:
+    """The avatar that is worn in a project; None for the stick figure, and where the file is gone."""
+    try:
+        name = safe_file.read_json(project / FOLDER / _CHOICE).get("avatar")
+    except (OSError, StudioError):
+        return None
+    return next((path for path in kept(project) if path.name == name), None)
+
+
+def choose(project: Path, avatar: Path | None) -> None:
+    """Remember which of its avatars a project wears; None for the stick figure.
+
+    Raises:
+        StudioError: the folder cannot be written.
+    """
+    name = avatar.name if avatar is not None else None
+    safe_file.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, "avatar": name})
+
+
+def adopt(project: Path, source: Path) -> Path:
+    """Copy an avatar into a project, which can then go elsewhere; one that is there is not copied twice.
+
+    Returns:
+        The copy.
+
+    Raises:
+        StudioError: it cannot be read, or the folder cannot be written.
+    """
+    stem, number = safe_file.safe_name(source.stem), 1
+    if source.parent == project / FOLDER:
+        return source
+    while (target := project / FOLDER / f"{stem}{'' if number == 1 else f' {number}'}{SUFFIX}").exists():
+        if filecmp.cmp(source, target, shallow=False):
+            return target
+        number += 1
+    safe_file.copied(source, target)
+    return target

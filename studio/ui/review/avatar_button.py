@@ -1,0 +1,93 @@
+"""The button in the corner of Review's stage that chooses an avatar, and what its file allows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
+
+from studio.motion.avatar import Avatar
+from studio.ui import theme
+from studio.ui.widgets.card import label
+
+
+class AvatarButton(QWidget):
+    """A menu button: no avatar, those of the project, those used lately, and any other file.
+
+    Signals:
+        wanted: a Path, or None for the stick figure.
+        browse_requested: choose a file.
+        menu_opening: the menu is about to be seen; fill it by `show_choices`.
+    """
+
+    wanted = Signal(object)
+    browse_requested = Signal()
+    menu_opening = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.button = QToolButton()
+        self.button.setObjectName("avatar_button")
+        self.button.setText(self.tr("Avatar"))
+        self.button.setToolTip(self.tr("Show your own avatar (.vrm) instead of the stick figure"))
+        self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        theme.set_icon(self.button, "mdi6.account-box-outline", "muted")
+        theme.as_role(self.button, "chip")
+        self.menu = QMenu(self.button)
+        self.menu.setToolTipsVisible(True)
+        self.button.setMenu(self.menu)
+        self.menu.aboutToShow.connect(self.menu_opening)
+        self.terms: QLabel = label("", "muted", "avatar_terms")
+        self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.terms.setTextFormat(Qt.TextFormat.PlainText)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme.INSIDE)
+        row.addWidget(self.button)
+        row.addWidget(self.terms, 1)
+
+    def show_choices(self, own: Sequence[Path], recent: Sequence[Path], chosen: Path | None) -> None:
+        """Fill the menu.
+
+        Args:
+            own: avatars of the project.
+            recent: avatars elsewhere that were used lately.
+            chosen: which of the project's is worn, None for the stick figure.
+        """
+        self.menu.clear()
+        group = QActionGroup(self.menu)
+        self._choice(group, self.tr("None: stick figure"), None, chosen is None)
+        for path in own:
+            self._choice(group, path.stem, path, path == chosen)
+        if recent:
+            self.menu.addSection(self.tr("Used lately"))
+        for path in recent:
+            action = self.menu.addAction(path.stem)
+            action.setToolTip(str(path))
+            action.triggered.connect(lambda _=False, p=path: self.wanted.emit(p))
+        self.menu.addSeparator()
+        browse = self.menu.addAction(self.tr("Open a VRM avatar…"))
+        browse.setObjectName("avatar_browse")
+        browse.triggered.connect(lambda _=False: self.browse_requested.emit())
+
+    def show_avatar(self, avatar: Avatar | None) -> None:
+        """Name what is worn and what its file allows."""
+        self.button.setText(self.tr("Avatar: {0}").format(avatar.name) if avatar else self.tr("Avatar"))
+        said = " ".join((avatar.licence.line, *avatar.notes)) if avatar else ""
+        self.terms.setText(said)
+        self.terms.setToolTip(said)
+
+    def show_busy(self, name: str) -> None:
+        """An avatar is being opened."""
+        self.terms.setText(self.tr("Opening {0}…").format(name))
+
+    def _choice(self, group: QActionGroup, text: str, path: Path | None, checked: bool) -> None:
+        action = QAction(text.replace("&", "&&"), group)
+        action.setCheckable(True)
+        action.setChecked(checked)
+        action.triggered.connect(lambda _=False: self.wanted.emit(path))
+        self.menu.addAction(action)
