@@ -26,6 +26,7 @@ from studio.errors import RequestError
 if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.training.events import Epoch, Event, Started, Step
+    from studio.training.loop_board import Board
     from studio.training.recipe import Recipe
 
 HELP = "train a network on the takes marked for training"
@@ -51,6 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--resume", metavar="RUN", help="go on with a run where it was")
     parser.add_argument(
+        "--tensorboard", action="store_true", help="write the curves for TensorBoard, into the run's folder"
+    )
+    parser.add_argument(
         "--list", action="store_true", help="only show the recipes, and the values of one that can be --set"
     )
 
@@ -58,18 +62,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Train until done, or until a line "stop" on standard input; Ctrl+C keeps what there is, too."""
     from studio.cli._project import opened
+    from studio.training.loop_board import Board, must_be_installed
 
     if args.list:
         _list(args, out)
         return
     if args.project is None:
         raise RequestError("The command lacks PROJECT.", "Run `saia train --help` to see how it is written.")
+    if args.tensorboard:
+        must_be_installed()
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
     stop = StopWish(read=out.as_json or not sys.stdin.isatty())
     out.passing("preparing", "Reading the takes ...")
-    finished = _trained(project, recipe, resume, out, stop)
+    board = Board() if args.tensorboard else None
+    finished = _trained(project, recipe, resume, out, stop, board)
     # Torch takes seconds to load: what was wrong with the request was said before.
     from studio.training.loop_setup import is_first_process
 
@@ -90,7 +98,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _trained(project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopWish) -> Run:
+def _trained(
+    project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopWish, board: Board | None
+) -> Run:
     from studio.training.events import Started
     from studio.training.loop import train
 
@@ -99,6 +109,8 @@ def _trained(project: Project, recipe: Recipe, resume: Run | None, out: Output, 
     def on_event(event: Event) -> None:
         nonlocal name
         name = event.run if isinstance(event, Started) else name
+        if board is not None:
+            board(event)
         _tell(event, out, stop)
 
     try:
@@ -107,6 +119,9 @@ def _trained(project: Project, recipe: Recipe, resume: Run | None, out: Output, 
     except KeyboardInterrupt as error:
         again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
         raise KeyboardInterrupt(f"`{again}` goes on where it was." if name else "") from error
+    finally:
+        if board is not None:
+            board.close()
 
 
 @contextmanager
