@@ -80,10 +80,14 @@ def _goes_on(report: dict[str, Any]) -> bool:
 
 def list_runs(folder: Path) -> tuple[Run, ...]:
     """All runs in a folder by id; hidden folders are none."""
+    return tuple(Run.load(path) for path in list_run_folders(folder))
+
+
+def list_run_folders(folder: Path) -> list[Path]:
+    """The folders of all runs in a folder, by id."""
     if not folder.is_dir():
-        return ()
-    found = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
-    return tuple(Run.load(path) for path in found)
+        return []
+    return sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
 
 
 def new_run_folder(folder: Path, recipe: str) -> Path:

@@ -31,6 +31,7 @@ class CardDialog(QDialog):
     def __init__(self, run: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("card_dialog")
+        self._locked = ""
         self.setWindowTitle(self.tr("Model card of {0}").format(run))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(720, 700)
@@ -47,7 +48,7 @@ class CardDialog(QDialog):
         )  # fmt: skip
         self.licence.setMaximumHeight(90)
         self.licence.setTabChangesFocus(True)
-        self.licence.textChanged.connect(lambda: self.save.setEnabled(True))
+        self.licence.textChanged.connect(lambda: self.save.setEnabled(not self._locked))
         self._saved = label("", "good", "card_saved")
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
@@ -72,6 +73,15 @@ class CardDialog(QDialog):
             self.licence.setPlainText(licence)
         self.save.setEnabled(False)
         self._saved.setText(self.tr("The card says so now.") if saved else "")
+
+    def show_locked(self, reason: str) -> None:
+        """Why the note cannot be changed here; "" where it can."""
+        self._locked = reason
+        self.licence.setReadOnly(bool(reason))
+        for part in (self.licence, self.save):
+            part.setToolTip(reason)
+        self._saved.setText(reason)
+        theme.as_role(self._saved, "muted" if reason else "good")
 
     def _buttons(self) -> QHBoxLayout:
         self.save = QPushButton(self.tr("Save the note"))

@@ -38,13 +38,14 @@ class Carrying(QObject):
         for job in self._jobs:
             job.close()
 
-    def show_card(self, project: Project, run_id: str) -> None:
-        """Show a run's card, written anew from what is known of it."""
+    def show_card(self, project: Project, run_id: str, locked: str = "") -> None:
+        """Show a run's card, written anew from what is known of it; `locked` says why its note stays."""
         folder = project.run(run_id).folder
         dialog = self.dialog = CardDialog(run_id, self._parent)
         dialog.licence_written.connect(lambda text: self._keep(folder, dialog, text))
         dialog.browser_wanted.connect(lambda: self._browse(folder))
         dialog.show_card(model_card.card_html(folder), model_card.licence_of(folder))
+        dialog.show_locked(locked)
         dialog.finished.connect(lambda _: self._on_closed(dialog))
         dialog.show()
 

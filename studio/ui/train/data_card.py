@@ -28,6 +28,7 @@ class DataCard(Card):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(self.tr("Data"), parent)
+        self._locked = ""
         self._data_total = label("", "", "data_total")
         self._data_total.setFont(theme.figures_font(theme.TITLE_PX, semibold=True))
         self.body.addWidget(self._data_total)
@@ -73,6 +74,16 @@ class DataCard(Card):
         self._channels.setText(self.tr("{0} shapes, {1} bones").format(facts.shapes, facts.bones))
         self._show_warnings(facts.warnings)
 
+    def show_locked(self, reason: str) -> None:
+        """Why takes cannot be set aside here; "" where they can."""
+        self._locked = reason
+        for button in self.findChildren(QPushButton, "set_validation"):
+            self._lock(button)
+
+    def _lock(self, button: QPushButton) -> None:
+        button.setEnabled(not self._locked)
+        button.setToolTip(self._locked or self.tr("One take is kept to check the learning"))
+
     def _show_warnings(self, warnings: Sequence[Warning]) -> None:
         while (item := self._warnings.takeAt(0)) is not None:
             widget = item.widget()
@@ -99,6 +110,7 @@ class DataCard(Card):
             mend.setObjectName("set_validation")
             theme.as_role(mend, "chip")
             mend.clicked.connect(self.mend_requested)
+            self._lock(mend)
             row.addWidget(mend, 0, Qt.AlignmentFlag.AlignTop)
         return line
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +9,18 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.dataset import edits
 from studio.errors import StudioError
+from studio.project import Run
 from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
 from studio.ui import background, messages
 from studio.ui.jobs import Job
 from studio.ui.session import Session
+from studio.ui.train.advanced import forms_or_none
 from studio.ui.train.data_facts import data_facts, one_for_validation
+from studio.ui.train.ending import Ending, ask_how_to_end
+from studio.ui.train.heard import Heard, smaller_again
 from studio.ui.train.previewing import Previewing
+from studio.ui.train.removing import Removing
 from studio.ui.train.run_facts import RunFacts, curves, run_facts
 from studio.ui.train.run_keeping import Live, RunKeeping
 from studio.ui.train.view import Preset, TrainView, Wish
@@ -38,9 +42,11 @@ class TrainPresenter(QObject):
         self._folder: Path | None = None
         self._runs_folder: Path | None = None
         """Where the runs of its project lie, which need not be the one that is open."""
-        self._events: list[dict[str, Any]] = []
-        self._notes: list[str] = []
-        self._preparing = ""  # what is done before the first epoch, where that takes long
+        self._words: list[str] = []  # of the command it runs, or ran last
+        self._heard = Heard()
+        self._resuming = False
+        self._offered_run = ""  # the one whose memory ran out
+        self._closing = False  # the window goes once the training has ended
         self._shown = ""  # the run whose curves are seen
         self._stopping = False
         self._active = False
@@ -51,14 +57,17 @@ class TrainPresenter(QObject):
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
         self._previewing = Previewing(view.progress.preview)
-        self._keeping = RunKeeping(view, session, self._live)
-        self._keeping.deleted.connect(self._on_deleted)
+        self._removing = Removing(view)
+        self._removing.removed.connect(self._on_removed)
+        self._removing.returned.connect(self._on_returned)
+        self._keeping = RunKeeping(view, session, self._live, self._removing)
         self._keeping.cancel_wished.connect(self._on_cancel)
         self._show_choices()
         view.start_requested.connect(self._on_start)
         view.stop_requested.connect(self._on_stop)
         view.cancel_requested.connect(self._on_cancel)
         view.mend_requested.connect(self._on_mend)
+        view.progress.offer_taken.connect(self._on_smaller)
         view.record_requested.connect(lambda: session.tab_requested.emit("record"))
         view.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
         view.resume_requested.connect(self._on_resume)
@@ -94,6 +103,24 @@ class TrainPresenter(QObject):
     def deactivate(self) -> None:
         """Another tab is shown; the training goes on."""
         self._active = False
+
+    def may_close(self) -> bool:
+        """Whether the window may close; a training under way asks what becomes of it."""
+        if not self.training:
+            return True
+        chosen = ask_how_to_end(self._view, self._run_id, self._resuming)
+        job = self._job
+        if job is None:  # it ended while the question stood
+            return chosen is not Ending.GO_ON
+        if chosen is Ending.KEEP:
+            self._closing = True
+            self._on_stop()
+        elif chosen is Ending.DISCARD:
+            folder = self._folder
+            self.close()
+            if folder is not None and folder.is_dir():
+                self._removing.remove(folder, self.tr("Removed {0}.").format(folder.name))
+        return chosen is Ending.DISCARD
 
     def close(self) -> None:
         """The window closes: the child ends, keeping what it has."""
@@ -134,17 +161,12 @@ class TrainPresenter(QObject):
 
             def found(result: Devices) -> None:
                 self._devices = result
-                self._view.show_devices(result.names, result.reason)
+                self._view.drawer.show_devices(result.names, result.reason)
 
             background.run(devices, found, owner=self)
 
     def _choose(self, preset: str, name: str) -> None:
-        try:
-            epochs = recipes.load_recipe(name).training.epochs
-        except StudioError as error:
-            messages.show_error(self._view, error)
-            return
-        self._view.choose(preset, name, epochs)
+        self._view.choose(preset, name, forms_or_none(name))
 
     # -- training ----------------------------------------------------------------------------------
 
@@ -156,11 +178,8 @@ class TrainPresenter(QObject):
             self._session.change_settings(recipe=wish.recipe)
         self._runs_folder = project.runs_folder
         words = ["train", str(project.folder), "--recipe", wish.recipe]
-        for key, value in (("training.epochs", wish.epochs), ("training.seed", wish.seed)):
-            if value is not None:
-                words += ["--set", f"{key}={value}"]
-        if wish.device != "auto":
-            words += ["--set", f"training.accelerator={wish.device}"]
+        for changed in wish.changed:
+            words += ["--set", changed]
         self._begin(words, [])
 
     def _on_resume(self, run_id: str) -> None:
@@ -168,10 +187,23 @@ class TrainPresenter(QObject):
         if project is None or self._job is not None or not run_id:
             return
         self._runs_folder = project.runs_folder
-        run = project.run(run_id)
-        words = ["train", str(project.folder), "--recipe", run.recipe, "--resume", run_id]
-        self._run_id, self._folder = run_id, run.folder
-        self._begin(words, run.epochs(), run_id)
+        self._go_on(["train", str(project.folder), "--resume", run_id], project.run(run_id))
+
+    def _go_on(self, words: list[str], run: Run) -> None:
+        self._folder = run.folder
+        self._begin(words, run.epochs(), run.id)
+
+    def _on_smaller(self) -> None:
+        """Train on with the smaller batch that was offered when memory ran out."""
+        project, smaller = self._session.project, self._heard.smaller
+        if project is None or self._job is not None or not smaller:
+            return
+        run = next((run for run in project.runs if run.id == self._offered_run), None)
+        words = smaller_again(self._words, run.id if run is not None else "", smaller)
+        if run is None:
+            self._begin(words, [])
+        else:
+            self._go_on(words, run)
 
     def _begin(self, words: list[str], events: list[dict[str, Any]], run_id: str = "") -> None:
         job = Job(self)
@@ -180,12 +212,13 @@ class TrainPresenter(QObject):
         job.failed.connect(self._on_failed)
         job.cancelled.connect(self._on_cancelled)
         job.ended.connect(self._on_ended)
-        self._job, self._events, self._stopping = job, list(events), False
-        self._run_id, self._shown = run_id, run_id
+        self._job, self._heard, self._stopping = job, Heard(list(events)), False
+        self._run_id, self._shown, self._words = run_id, run_id, words
         self._folder = self._folder if run_id else None
-        self._resuming, self._notes, self._preparing = bool(run_id), [], ""
+        self._resuming, self._closing = bool(run_id), False
         job.start(words)
         self._view.progress.show_alarm("")
+        self._view.progress.show_offer("", "")
         self._view.show_running(True)
         self._timer.start()
         self._follow()
@@ -203,7 +236,7 @@ class TrainPresenter(QObject):
         details = self.tr("The run and what it has learnt so far are removed.")
         if self._resuming:
             details = self.tr("What it learnt before it was resumed stays.")
-        if not self._events or messages.ask(
+        if not self._heard.events or messages.ask(
             self._view, question, details, self.tr("Cancel training"), self.tr("Go on training")
         ):
             self.cancel()
@@ -222,15 +255,7 @@ class TrainPresenter(QObject):
             if self._here:
                 self._shown = self._run_id
                 self._view.runs.choose(self._run_id)
-        if event.get("event") == "epoch":
-            self._events.append(event)
-        elif event.get("event") == "cleaning":
-            done = round(100 * float(event.get("fraction") or 0.0))
-            self._preparing = self.tr("cleaning the sound of {0}: {1} %").format(event.get("take"), done)
-        elif event.get("event") == "started":
-            self._preparing = ""
-        elif event.get("text"):
-            self._notes.append(str(event["text"]))
+        self._heard.take(event)
 
     def _on_done(self, facts: dict[str, Any]) -> None:
         run = str(facts.get("run") or self._run_id)
@@ -240,6 +265,13 @@ class TrainPresenter(QObject):
         messages.show_note(self._view, text.format(run), action=action if self._here else None)
 
     def _on_failed(self, what: str, remedy: str) -> None:
+        smaller = self._heard.smaller
+        self._offered_run = self._run_id
+        if smaller:
+            remedy = self.tr("What was learnt is kept; a smaller batch may fit.")
+            button = self.tr("Train with a smaller batch ({0})").format(smaller.rpartition(".")[2])
+            self._view.progress.show_offer(f"{what} {remedy}", button)
+        self._closing = False  # who closed the window must see what became of the training
         messages.show_failure(self._view, what, remedy)
 
     def _on_cancelled(self) -> None:
@@ -249,10 +281,12 @@ class TrainPresenter(QObject):
             return
         if folder is None and self._runs_folder is not None and self._run_id:
             folder = self._runs_folder / self._run_id
-        if folder is not None and folder.parent == self._runs_folder:
-            shutil.rmtree(folder, ignore_errors=True)
-        self._shown, self._events = "" if self._here else self._shown, []
-        messages.show_note(self._view, self.tr("The training was cancelled and its run removed."))
+        self._shown, self._heard = "" if self._here else self._shown, Heard()
+        told = self.tr("The training was cancelled and its run removed.")
+        if folder is not None and folder.parent == self._runs_folder and folder.is_dir():
+            self._removing.remove(folder, told)
+        else:
+            messages.show_note(self._view, told)
 
     def _on_ended(self) -> None:
         job = self._job
@@ -268,6 +302,8 @@ class TrainPresenter(QObject):
         if self._shown == finished:
             self._view.runs.choose(finished)  # the list shows whose curves are seen
         self._show_shown()
+        if self._closing:
+            QTimer.singleShot(0, self._view.window(), self._view.window().close)
 
     # -- what is seen ------------------------------------------------------------------------------
 
@@ -275,15 +311,16 @@ class TrainPresenter(QObject):
         """Bring the display up to the training under way."""
         if self._job is None:
             return
-        facts = run_facts(self._events)
+        facts = self._heard.facts
         self._session.status_changed.emit("train", self._strip_text(facts), "")
         if not self._active:
             return
-        self._view.progress.show_log("\n".join([*self._notes, self._job.log]).strip())
+        self._view.progress.show_log("\n".join([*self._heard.notes, self._job.log]).strip())
         if self._here and self._shown in (self._run_id, ""):
-            self._show_run_facts(self._run_id or self.tr("Preparing"), facts, self._events, live=True)
+            title = self._run_id or self.tr("Preparing")
+            self._show_run_facts(title, facts, self._heard.events, live=True)
             self._previewing.follow(self._folder, live=True)
-        self._keeping.show()
+        self._keeping.show_live()
 
     def _strip_text(self, facts: RunFacts) -> str:
         if not facts.of:
@@ -305,9 +342,7 @@ class TrainPresenter(QObject):
         self._show_run_facts(run.id, run_facts(events), events, live=False)
 
     def _show_run_facts(self, title: str, facts: RunFacts, events: list[dict[str, Any]], live: bool) -> None:
-        fraction: float | None = None
-        if live:
-            fraction = facts.epochs / facts.of if facts.of else -1.0
+        fraction = self._heard.fraction if live else None
         self._view.progress.show_progress(title, self._line(facts, live), fraction)
         self._view.progress.show_curves(curves(events), facts.best)
         alarm = facts.advice if live else ""
@@ -316,17 +351,27 @@ class TrainPresenter(QObject):
         self._view.progress.show_alarm(alarm)
 
     def _line(self, facts: RunFacts, live: bool) -> str:
-        if not facts.epochs:
-            reading = self._preparing or self.tr("reading the takes; the first epoch follows")
-            return reading if live else ""
+        step = self._heard.step if live else None
+        if not facts.epochs and step is None:
+            return self._preparing() if live else ""
         parts = [self.tr("epoch {0} of {1}").format(facts.epochs, facts.of or facts.epochs)]
+        if step is not None:
+            words = self.tr("epoch {0} of {1}, step {2} of {3}")
+            parts = [words.format(*(step.get(key) for key in ("epoch", "of", "step", "steps")))]
         if facts.best is not None:
             parts.append(self.tr("best {0}").format(facts.best))
         if facts.seconds is not None:
             parts.append(self.tr("{0} s each").format(f"{facts.seconds:.1f}"))
-        if live and facts.eta is not None and not self._stopping:
-            parts.append(self.tr("{0} left").format(minutes(facts.eta)))
+        eta = self._heard.eta
+        if live and eta is not None and not self._stopping:
+            parts.append(self.tr("{0} left").format(minutes(eta)))
         return "   ".join(parts)
+
+    def _preparing(self) -> str:
+        """What is done before the first epoch."""
+        if self._heard.cleaning is not None:
+            return self.tr("cleaning the sound of {0}: {1} %").format(*self._heard.cleaning)
+        return self.tr("reading the takes; the first epoch follows")
 
     def _show_data(self) -> None:
         project = self._session.project
@@ -362,12 +407,17 @@ class TrainPresenter(QObject):
     # -- runs --------------------------------------------------------------------------------------
 
     def _live(self) -> Live | None:
-        return Live(self._run_id, self._events) if self._job is not None and self._here else None
+        return Live(self._run_id, self._heard.events) if self._job is not None and self._here else None
 
-    def _on_deleted(self, run_id: str) -> None:
+    def _on_removed(self, run_id: str) -> None:
         if self._shown == run_id:
             self._shown = ""
             self._show_shown()
+        self._session.runs_changed.emit()
+
+    def _on_returned(self, run_id: str) -> None:
+        self._session.runs_changed.emit()
+        self._view.runs.choose(run_id)
 
     def _on_mend(self) -> None:
         project = self._session.project

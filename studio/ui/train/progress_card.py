@@ -27,10 +27,12 @@ class ProgressCard(Card):
 
     Signals:
         stop_requested, cancel_requested: end the training, keeping or removing the run.
+        offer_taken: what `show_offer` offers is wanted.
     """
 
     stop_requested = Signal()
     cancel_requested = Signal()
+    offer_taken = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -66,6 +68,7 @@ class ProgressCard(Card):
         self._alarm.setWordWrap(True)
         self._alarm.hide()
         self.body.addWidget(self._alarm)
+        self.body.addLayout(self._offer_row())
         self.body.addLayout(self._curve_area(), 1)
         self._log = QPlainTextEdit()
         self._log.setObjectName("train_log")
@@ -113,11 +116,32 @@ class ProgressCard(Card):
         self._alarm.setText(text)
         self._alarm.setVisible(bool(text))
 
+    def show_offer(self, text: str, button: str) -> None:
+        """A way on after a failure: what happened, and what the button does; "" for none."""
+        self._offer.setText(text)
+        self.offer.setText(button)
+        for part in (self._offer, self.offer):
+            part.setVisible(bool(text))
+
     def show_log(self, text: str) -> None:
         """The last lines of the training's own messages."""
         if text != self._log.toPlainText():
             self._log.setPlainText(text)
             self._log.verticalScrollBar().setValue(self._log.verticalScrollBar().maximum())
+
+    def _offer_row(self) -> QHBoxLayout:
+        self._offer = label("", "warn", "offer_text")
+        self._offer.setWordWrap(True)
+        self.offer = QPushButton()
+        self.offer.setObjectName("take_offer")
+        theme.as_role(self.offer, "primary")
+        self.offer.clicked.connect(self.offer_taken)
+        row = QHBoxLayout()
+        row.setSpacing(theme.BETWEEN)
+        row.addWidget(self._offer, 1)
+        row.addWidget(self.offer)
+        self.show_offer("", "")
+        return row
 
     def _curve_area(self) -> QStackedLayout:
         plots = QWidget()

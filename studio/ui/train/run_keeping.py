@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,15 +14,14 @@ from studio.errors import StudioError
 from studio.project import Run
 from studio.take import safe_file
 from studio.ui import messages
-from studio.ui.review.clip import generated_folder
 from studio.ui.session import Session
 from studio.ui.train.carrying import Carrying
 from studio.ui.train.comparing import Comparing
+from studio.ui.train.removing import Removing
 from studio.ui.train.run_facts import RunFacts, run_facts
+from studio.ui.train.run_reading import NOTE_FILE, RunReading, has_state, note_of
 from studio.ui.train.runs_table import RunRow
 from studio.ui.train.view import TrainView
-
-NOTE_FILE = "note.txt"
 
 
 @dataclass(frozen=True)
@@ -41,25 +39,28 @@ class RunKeeping(QObject):
         view: the tab.
         session: the open project.
         live: gives the training under way, None where there is none.
+        removing: puts runs away.
 
     Signals:
-        deleted: id of a run that is gone.
         cancel_wished: the run under way was to be deleted.
     """
 
-    deleted = Signal(str)
     cancel_wished = Signal()
 
-    def __init__(self, view: TrainView, session: Session, live: Callable[[], Live | None]) -> None:
+    def __init__(
+        self, view: TrainView, session: Session, live: Callable[[], Live | None], removing: Removing
+    ) -> None:
         super().__init__(view)
-        self._view, self._session, self._live = view, session, live
-        self._known: dict[Path, tuple[tuple[int, int], RunFacts]] = {}
+        self._view, self._session, self._live, self._removing = view, session, live, removing
+        self._reading = RunReading()
         self._comparing = Comparing(view)
         view.review_requested.connect(self.review)
         view.compare_requested.connect(self._on_compare)
         self._carrying = Carrying(view)
         self._carrying.arrived.connect(self._on_arrived)
-        view.card_requested.connect(lambda run: self._with_project(self._carrying.show_card, run))
+        view.card_requested.connect(
+            lambda run: self._with_project(self._carrying.show_card, run, locked=session.locked_reason)
+        )
         view.export_requested.connect(lambda run: self._with_project(self._carrying.ask_export, run))
         view.import_requested.connect(lambda: self._with_project(self._carrying.ask_import))
         session.run_dropped.connect(self._on_dropped)
@@ -79,15 +80,21 @@ class RunKeeping(QObject):
             self._view.show_runs([], set(), set())
             return
         runs = self.newest_first()
-        rows = [RunRow(run.id, self._status(run, live), self._facts(run, live), _note(run)) for run in runs]
+        rows = [RunRow(run.id, self._status(run, live), self._facts(run, live), note_of(run)) for run in runs]
         idle = {run.id for run in runs if live is None or run.id != live.run}
-        resumable = {r.id for r in runs if r.id in idle and r.status != "done" and _has_state(r)}
+        resumable = {r.id for r in runs if r.id in idle and r.status != "done" and has_state(r)}
         self._view.show_runs(rows, resumable, {r.id for r in runs if r.has_weights})
+
+    def show_live(self) -> None:
+        """Bring the line of the training under way up to what it said; the disk is left alone."""
+        live = self._live()
+        if live is not None and not self._view.runs.show_facts(live.run, run_facts(live.events)):
+            self.show()
 
     def newest_first(self) -> list[Run]:
         """The project's runs."""
         project = self._session.project
-        return sorted(project.runs, key=_age, reverse=True) if project is not None else []
+        return self._reading.newest_first(project.runs_folder) if project is not None else []
 
     def review(self, run_id: str) -> None:
         """Show a run in Review."""
@@ -96,18 +103,7 @@ class RunKeeping(QObject):
             self._session.tab_requested.emit("review")
 
     def _facts(self, run: Run, live: Live | None) -> RunFacts:
-        """A run's figures; its epochs are read again only when they changed."""
-        if live is not None and run.id == live.run:
-            return run_facts(live.events)
-        try:
-            stat = (run.folder / "metrics.jsonl").stat()
-        except OSError:
-            return RunFacts()
-        state = (stat.st_mtime_ns, stat.st_size)
-        known = self._known.get(run.folder)
-        if known is None or known[0] != state:
-            known = self._known[run.folder] = (state, run_facts(run.epochs()))
-        return known[1]
+        return run_facts(live.events) if live is not None and run.id == live.run else self._reading.facts(run)
 
     def _status(self, run: Run, live: Live | None) -> str:
         if live is not None and run.id == live.run:
@@ -119,9 +115,9 @@ class RunKeeping(QObject):
         if self._session.project is not None and runs:
             self._comparing.open(self._session.project, runs)
 
-    def _with_project(self, work: Callable[..., None], *words: str | Path) -> None:
+    def _with_project(self, work: Callable[..., None], *words: str | Path, **more: str) -> None:
         if self._session.project is not None and all(words):
-            work(self._session.project, *words)
+            work(self._session.project, *words, **more)
 
     def _on_dropped(self, path: Path) -> None:
         project = self._session.project
@@ -141,14 +137,7 @@ class RunKeeping(QObject):
         if live is not None and run_id == live.run:
             self.cancel_wished.emit()
             return
-        question = self.tr("Delete {0}?").format(run_id)
-        details = self.tr("Its weights, figures and generated motions are removed for good.")
-        if messages.ask(self._view, question, details, self.tr("Delete")):
-            run = project.run(run_id)
-            for folder in (generated_folder(run), run.folder):
-                shutil.rmtree(folder, ignore_errors=True)
-            self.deleted.emit(run_id)
-            self._session.runs_changed.emit()
+        self._removing.remove(project.run(run_id).folder, self.tr("Removed {0}.").format(run_id))
 
     def _on_folder(self, run_id: str) -> None:
         if self._session.project is not None and run_id:
@@ -164,21 +153,3 @@ class RunKeeping(QObject):
                 beside.write_text(text.strip(), encoding="utf-8")
         except StudioError as error:
             messages.show_error(self._view, error)
-
-
-def _age(run: Run) -> float:
-    try:
-        return run.folder.stat().st_ctime
-    except OSError:
-        return 0.0
-
-
-def _note(run: Run) -> str:
-    try:
-        return (run.folder / NOTE_FILE).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return ""
-
-
-def _has_state(run: Run) -> bool:
-    return any((run.folder / name).is_file() for name in ("last.safetensors", "last.pt", "state.safetensors"))

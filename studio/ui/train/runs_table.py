@@ -107,6 +107,17 @@ class RunsTable(QTableWidget):
         if self.chosen != chosen:
             self.run_chosen.emit(self.chosen)
 
+    def show_facts(self, run_id: str, facts: RunFacts) -> bool:
+        """Bring the figures of a run's line up to date; whether there is such a line."""
+        for y in range(self.rowCount()):
+            item = self.item(y, RUN)
+            if item is not None and item.text() == run_id:
+                with QSignalBlocker(self):
+                    for x, (text, colour) in enumerate(self._figures(facts), EPOCHS):
+                        self._show_cell(y, x, text, colour)
+                return True
+        return False
+
     def _select(self, rows: Sequence[int]) -> None:
         selection = QItemSelection()
         for y in rows:
@@ -126,26 +137,34 @@ class RunsTable(QTableWidget):
                 self.selectRow(y)
 
     def _show_row(self, y: int, row: RunRow) -> None:
-        facts = row.facts
         status, token = self._status(row.status)
+        cells = ((row.id, ""), (status, token), *self._figures(row.facts), (row.note, ""))
+        for x, (text, colour) in enumerate(cells):
+            self._show_cell(y, x, text, colour)
+
+    def _figures(self, facts: RunFacts) -> tuple[tuple[str, str], ...]:
+        """Texts and colours of the cells from EPOCHS to MOTION."""
         life, life_token = self._life(facts.life)
         motion = "" if facts.motion_ratio is None else f"{facts.motion_ratio:.2f} {life}"
         of = f" / {facts.of}" if facts.of else ""
-        cells: tuple[tuple[str, str], ...] = (
-            (row.id, ""), (status, token), (f"{facts.epochs}{of}" if facts.epochs else "", ""),
-            ("" if facts.best is None else str(facts.best), ""), (_text(facts.rmse, 4), ""),
-            (_text(facts.pearson, 2), ""), (motion, life_token), (row.note, ""),
-        )  # fmt: skip
-        for x, (text, colour) in enumerate(cells):
-            item = QTableWidgetItem(text)
-            flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-            item.setFlags(flags | Qt.ItemFlag.ItemIsEditable if x == NOTE else flags)
-            item.setFont(theme.figures_font())
-            if colour:
-                item.setForeground(QColor(getattr(theme.colours(), colour)))
-            if x == NOTE:
-                item.setToolTip(self.tr("Double-click to write a note"))
-            self.setItem(y, x, item)
+        return (
+            (f"{facts.epochs}{of}" if facts.epochs else "", ""),
+            ("" if facts.best is None else str(facts.best), ""),
+            (_text(facts.rmse, 4), ""),
+            (_text(facts.pearson, 2), ""),
+            (motion, life_token),
+        )
+
+    def _show_cell(self, y: int, x: int, text: str, colour: str) -> None:
+        item = QTableWidgetItem(text)
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        item.setFlags(flags | Qt.ItemFlag.ItemIsEditable if x == NOTE else flags)
+        item.setFont(theme.figures_font())
+        if colour:
+            item.setForeground(QColor(getattr(theme.colours(), colour)))
+        if x == NOTE:
+            item.setToolTip(self.tr("Double-click to write a note"))
+        self.setItem(y, x, item)
 
     def _status(self, status: str) -> tuple[str, str]:
         words = {
@@ -168,7 +187,9 @@ class RunsTable(QTableWidget):
 
     def _explain_columns(self) -> None:
         told = {
-            BEST: self.tr("The epoch with the lowest error on validation; its weights are used"),
+            STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
+            EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
+            BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
             RMSE: self.tr("Root mean square error on validation at the best epoch; smaller is better"),
             PEARSON: self.tr("How well the curves follow the captured ones; 1 is perfect"),
             MOTION: self.tr("How much it moves against the captured motion; 1.0 moves as much"),

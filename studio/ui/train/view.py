@@ -11,13 +11,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QPushButton,
     QSizePolicy,
-    QSpinBox,
     QStackedLayout,
     QVBoxLayout,
     QWidget,
 )
 
 from studio.ui import theme
+from studio.ui.train.advanced import AdvancedDrawer, Form
 from studio.ui.train.data_card import DataCard
 from studio.ui.train.data_facts import DataFacts
 from studio.ui.train.preset_card import PresetCard
@@ -44,17 +44,12 @@ class Wish:
     """What Start training asks for.
 
     Args:
-        preset: key of the chosen preset, "" where a recipe is chosen by hand.
         recipe: the recipe's name.
-        epochs, seed: None leaves the recipe's own.
-        device: "auto", "cpu", "cuda" or "mps".
+        changed: its values that are to be others, as --set takes them.
     """
 
-    preset: str
     recipe: str
-    epochs: int | None
-    seed: int | None
-    device: str
+    changed: tuple[str, ...] = ()
 
 
 class TrainView(QWidget):
@@ -148,6 +143,7 @@ class TrainView(QWidget):
         """Why nothing can be changed here; "" where it can."""
         self._locked = reason
         self.runs.set_editable(not reason)
+        self._data.show_locked(reason)
         self._bring.setEnabled(not reason)
         self._bring.setToolTip(reason or self.tr("A run exported on another computer needs no takes here"))
         self._show_buttons()
@@ -181,27 +177,8 @@ class TrainView(QWidget):
                 self.recipe.addItem(title, name)
                 self.recipe.setItemData(self.recipe.count() - 1, summary, Qt.ItemDataRole.ToolTipRole)
 
-    def show_devices(self, names: Sequence[str], reason: str) -> None:
-        """Offer what there is to compute on, and say why the rest is not.
-
-        Args:
-            names: "cpu", "cuda" or "mps".
-            reason: one sentence, "" for none.
-        """
-        words = {
-            "cpu": self.tr("Processor"),
-            "cuda": self.tr("NVIDIA graphics card"),
-            "mps": self.tr("Apple graphics"),
-        }
-        wanted = self.device.currentData()
-        self.device.clear()
-        for name in ("auto", *names):
-            self.device.addItem(words.get(name, self.tr("Automatic")), name)
-        self.device.setCurrentIndex(max(self.device.findData(wanted), 0))
-        self._device_note.setText(reason)
-
-    def choose(self, preset: str, recipe: str, epochs: int | None) -> None:
-        """Mark a preset ("" for none) and its recipe, and show its epochs in the drawer."""
+    def choose(self, preset: str, recipe: str, forms: Sequence[Form]) -> None:
+        """Mark a preset ("" for none) and its recipe, and show its forms in the drawer."""
         for card in self._presets:
             card.setAutoExclusive(False)
             card.setChecked(card.property("key") == preset)
@@ -209,8 +186,7 @@ class TrainView(QWidget):
         with QSignalBlocker(self.recipe):
             self.recipe.setCurrentIndex(max(self.recipe.findData(recipe), 0))
         self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
-        if epochs is not None:
-            self.epochs.setValue(epochs)
+        self.drawer.show_forms(forms)
 
     def show_running(self, running: bool, stopping: bool = False) -> None:
         """Switch between the states of the buttons."""
@@ -257,44 +233,12 @@ class TrainView(QWidget):
         row.addWidget(self.advanced)
         row.addStretch(1)
         row.addWidget(self.start)
-        self._drawer = self._advanced_drawer()
-        self._drawer.hide()
-        self.advanced.toggled.connect(self._drawer.setVisible)
-        card.body.addWidget(self._drawer)
+        self.drawer = AdvancedDrawer()
+        self.drawer.hide()
+        self.advanced.toggled.connect(self.drawer.setVisible)
+        card.body.addWidget(self.drawer)
         card.body.addLayout(row)
         return card
-
-    def _advanced_drawer(self) -> QWidget:
-        drawer = QWidget()
-        drawer.setObjectName("advanced_drawer")
-        row = QHBoxLayout(drawer)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(theme.INSIDE)
-        self.epochs = _spin("epochs", 1, 10_000, 50)
-        self.epochs.setToolTip(self.tr("How often the training goes through all takes"))
-        self.seed = _spin("seed", 0, 999_999, 0)
-        self.seed.setToolTip(self.tr("The same seed on the same takes gives the same result"))
-        self.device = QComboBox()
-        self.device.setObjectName("device")
-        self.device.setToolTip(
-            self.tr("Where to compute; automatic takes a graphics card where there is one")
-        )
-        self._device_note = label("", "caption", "device_note")
-        self._device_note.setWordWrap(True)
-        self.show_devices(("cpu",), "")
-        for words, widget in (
-            (self.tr("Epochs"), self.epochs),
-            (self.tr("Seed"), self.seed),
-            (self.tr("Compute on"), self.device),
-        ):
-            caption = label(words, "muted")
-            caption.setBuddy(widget)
-            widget.setAccessibleName(words)
-            row.addWidget(caption)
-            row.addWidget(widget)
-            row.addSpacing(theme.INSIDE)
-        row.addWidget(self._device_note, 1)
-        return drawer
 
     def _runs_card(self) -> Card:
         card = Card(self.tr("Runs"))
@@ -337,6 +281,15 @@ class TrainView(QWidget):
         self._runs_stack.addWidget(none)
         self._runs_stack.addWidget(self.runs)
         card.body.addLayout(self._runs_stack, 1)
+        legend = label(
+            self.tr(
+                "Error: how far off, less is better.   Pearson r: 1 follows exactly.   "
+                "Motion: 1 moves as much as you do."
+            ),
+            "caption",
+            "runs_legend",
+        )
+        card.body.addWidget(legend)
         card.setMinimumHeight(150)
         return card
 
@@ -365,24 +318,6 @@ class TrainView(QWidget):
         return tuple(run for run in self.runs.all_chosen if run in self._reviewable)[:MOST_COMPARED]
 
     def _wish(self) -> Wish:
-        preset = next((str(card.property("key")) for card in self._presets if card.isChecked()), "")
         # Values of a drawer that was never opened are the recipe's own.
-        opened = self.advanced.isChecked()
-        return Wish(
-            preset,
-            str(self.recipe.currentData() or ""),
-            self.epochs.value() if opened else None,
-            self.seed.value() if opened else None,
-            str(self.device.currentData()) if opened else "auto",
-        )
-
-
-def _spin(name: str, low: int, high: int, value: int) -> QSpinBox:
-    spin = QSpinBox()
-    spin.setObjectName(name)
-    spin.setRange(low, high)
-    spin.setValue(value)
-    spin.setFont(theme.figures_font())
-    spin.setAlignment(Qt.AlignmentFlag.AlignRight)
-    spin.setMinimumWidth(84)
-    return spin
+        changed = self.drawer.overrides() if self.advanced.isChecked() else ()
+        return Wish(str(self.recipe.currentData() or ""), changed)

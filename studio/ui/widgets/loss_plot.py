@@ -143,7 +143,7 @@ class LossPlot(QWidget):
         self._best_line = pg.InfiniteLine(
             angle=90,
             pen=pg.mkPen(theme.colours().accent, width=1, style=pg.QtCore.Qt.PenStyle.DashLine),
-            label=self.tr("best"),
+            label=self.tr("kept"),
             labelOpts={"position": 0.92, "color": theme.colours().accent, "anchors": [(0, 0.5), (1, 0.5)]},
         )
         self._best_line.hide()
@@ -163,6 +163,8 @@ class LossPlot(QWidget):
         self._best_line.setVisible(self._best is not None)
         if self._best is not None:
             self._best_line.setValue(self._best)
+            told = self.tr("Epoch {0} has the lowest loss on validation: its weights are kept")
+            self._plot.setToolTip(told.format(self._best))
         self._set_range()
 
     def _set_range(self) -> None:

@@ -46,7 +46,7 @@ def _start(qtbot: QtBot, view: TrainView, epochs: int) -> None:
     assert button is not None
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     view.advanced.setChecked(True)
-    view.epochs.setValue(epochs)
+    view.drawer.epochs.setValue(epochs)
     qtbot.mouseClick(view.start, Qt.MouseButton.LeftButton)
 
 
@@ -70,7 +70,7 @@ def test_only_what_there_is_to_compute_on_is_offered(
     found = devices()
     view.advanced.click()
     qtbot.waitUntil(lambda: _text(view, "device_note") == found.reason, timeout=MINUTE)
-    names = [view.device.itemData(i) for i in range(view.device.count())]
+    names = [view.drawer.device.itemData(i) for i in range(view.drawer.device.count())]
     assert names == ["auto", *found.names]
 
 

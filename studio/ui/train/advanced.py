@@ -1,0 +1,204 @@
+"""Train's advanced drawer: a recipe's forms, look-ahead, epochs, seed, and what to compute on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QSpinBox, QWidget
+
+from studio.errors import StudioError
+from studio.training import recipe as recipes
+from studio.ui import theme
+from studio.ui.widgets.card import label
+
+LOOK_AHEAD = "network.look_ahead_ms"
+MOST_AHEAD_MS = 1000
+
+
+@dataclass(frozen=True)
+class Form:
+    """One of a recipe's forms, "" for the plain one: what it is, and the values the drawer offers.
+
+    Args:
+        name: as `--set form=` takes it.
+        summary: one sentence.
+        epochs: the recipe's own.
+        look_ahead_ms: None where the network has no such setting.
+    """
+
+    name: str
+    summary: str
+    epochs: int
+    look_ahead_ms: int | None
+
+
+def forms_of(recipe: str) -> tuple[Form, ...]:
+    """All forms of a recipe, the plain one first, as its file has them.
+
+    Raises:
+        StudioError: the recipe cannot be read.
+    """
+    names = next((info.forms for info in recipes.recipes() if info.name == recipe), ())
+    found = []
+    for name in ("", *names):
+        made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
+        ahead = made.settings().get(LOOK_AHEAD)
+        ahead_ms = round(ahead) if isinstance(ahead, int | float) else None
+        found.append(Form(name, made.summary, made.training.epochs, ahead_ms))
+    return tuple(found)
+
+
+class AdvancedDrawer(QWidget):
+    """What may be changed of a recipe.
+
+    Signals:
+        form_chosen: another form was chosen by hand.
+    """
+
+    form_chosen = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("advanced_drawer")
+        self._forms: tuple[Form, ...] = ()
+        self.form = QComboBox()
+        self.form.setObjectName("form")
+        self.form.setMinimumWidth(140)
+        self.form.currentIndexChanged.connect(self._on_form)
+        self.look_ahead = _spin("look_ahead", 0, MOST_AHEAD_MS, 100)
+        self.look_ahead.setSuffix(self.tr(" ms"))
+        self.look_ahead.setSingleStep(10)
+        self.epochs = _spin("epochs", 1, 10_000, 50)
+        self.epochs.setToolTip(self.tr("How often the training goes through all takes"))
+        self.seed = _spin("seed", 0, 999_999, 1)
+        self.seed.setToolTip(self.tr("The same seed on the same takes gives the same result"))
+        self.device = QComboBox()
+        self.device.setObjectName("device")
+        self.device.setToolTip(
+            self.tr("Where to compute; automatic takes a graphics card where there is one")
+        )
+        self._device_note = label("", "caption", "device_note")
+        self._device_note.setWordWrap(True)
+        self._form_note = label("", "caption", "form_note")
+        self._form_note.setWordWrap(True)
+        self.show_devices(("cpu",), "")
+        self._lay_out()
+
+    def show_forms(self, forms: Sequence[Form]) -> None:
+        """Offer a recipe's forms; the plain one is chosen."""
+        self._forms = tuple(forms)
+        with QSignalBlocker(self.form):
+            self.form.clear()
+            for form in self._forms:
+                self.form.addItem(form.name or self.tr("Plain"), form.name)
+                self.form.setItemData(self.form.count() - 1, form.summary, Qt.ItemDataRole.ToolTipRole)
+        self.form.setEnabled(len(self._forms) > 1)
+        self._show_form()
+
+    def show_devices(self, names: Sequence[str], reason: str) -> None:
+        """Offer what there is to compute on, and say why the rest is not.
+
+        Args:
+            names: "cpu", "cuda" or "mps".
+            reason: one sentence, "" for none.
+        """
+        words = {
+            "cpu": self.tr("Processor"),
+            "cuda": self.tr("NVIDIA graphics card"),
+            "mps": self.tr("Apple graphics"),
+        }
+        wanted = self.device.currentData()
+        self.device.clear()
+        for name in ("auto", *names):
+            self.device.addItem(words.get(name, self.tr("Automatic")), name)
+        self.device.setCurrentIndex(max(self.device.findData(wanted), 0))
+        self._device_note.setText(reason)
+
+    def overrides(self) -> tuple[str, ...]:
+        """What differs from the recipe, as --set takes it."""
+        form = self._chosen()
+        if form is None:
+            return ()
+        found = [f"form={form.name}"] if form.name else []
+        if form.look_ahead_ms is not None and self.look_ahead.value() != form.look_ahead_ms:
+            found.append(f"{LOOK_AHEAD}={self.look_ahead.value()}")
+        found += [f"training.epochs={self.epochs.value()}", f"training.seed={self.seed.value()}"]
+        if self.device.currentData() != "auto":
+            found.append(f"training.accelerator={self.device.currentData()}")
+        return tuple(found)
+
+    def _chosen(self) -> Form | None:
+        index = self.form.currentIndex()
+        return self._forms[index] if 0 <= index < len(self._forms) else None
+
+    def _on_form(self) -> None:
+        self._show_form()
+        self.form_chosen.emit()
+
+    def _show_form(self) -> None:
+        form = self._chosen()
+        if form is None:
+            return
+        self.epochs.setValue(form.epochs)
+        ahead = form.look_ahead_ms
+        self.look_ahead.setEnabled(ahead is not None)
+        self.look_ahead.setValue(ahead or 0)
+        hears = self.tr("How far the network hears ahead of each frame; a live avatar is late by as much")
+        self.look_ahead.setToolTip(hears if ahead is not None else self.tr("This recipe has no such setting"))
+        only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
+        self.form.setToolTip(only)
+        self._form_note.setText(form.summary if form.name else "")
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setVerticalSpacing(theme.TIGHT)
+        first, second = QHBoxLayout(), QHBoxLayout()
+        for row, captioned in (
+            (first, ((self.tr("Form"), self.form), (self.tr("Look-ahead"), self.look_ahead))),
+            (
+                second,
+                (
+                    (self.tr("Epochs"), self.epochs),
+                    (self.tr("Seed"), self.seed),
+                    (self.tr("Compute on"), self.device),
+                ),
+            ),
+        ):
+            row.setSpacing(theme.INSIDE)
+            for words, widget in captioned:
+                row.addWidget(_caption(words, widget))
+                row.addWidget(widget)
+                row.addSpacing(theme.INSIDE)
+        first.addWidget(self._form_note, 1)
+        second.addWidget(self._device_note, 1)
+        grid.addLayout(first, 0, 0)
+        grid.addLayout(second, 1, 0)
+
+
+def _caption(words: str, widget: QWidget) -> QLabel:
+    caption = label(words, "muted")
+    caption.setBuddy(widget)
+    widget.setAccessibleName(words)
+    return caption
+
+
+def _spin(name: str, low: int, high: int, value: int) -> QSpinBox:
+    spin = QSpinBox()
+    spin.setObjectName(name)
+    spin.setRange(low, high)
+    spin.setValue(value)
+    spin.setFont(theme.figures_font())
+    spin.setAlignment(Qt.AlignmentFlag.AlignRight)
+    spin.setMinimumWidth(84)
+    return spin
+
+
+def forms_or_none(recipe: str) -> tuple[Form, ...]:
+    """The forms of a recipe, none where its file cannot be read; starting it then says why."""
+    try:
+        return forms_of(recipe)
+    except StudioError:
+        return ()
