@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from studio.errors import RequestError
 
-SWITCHES = ("mute", "freeze", "neutral", "gain", "gate")
+SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
 WORDS = (*SWITCHES, "look-ahead", "tune", "send", "unsend", "wave", "clip", "stop")
 
 

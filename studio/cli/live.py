@@ -85,7 +85,7 @@ class _Stage:
     def __init__(self, args: argparse.Namespace, out: Output, live: Live, addresses: list[str]) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
         self._targets = Targets(live.pose_source, _usual(args))
-        self._stopped = False
+        self._stopped, self._poses = False, bool(args.poses)
         self._told = self._shown = 0.0
         self._last = ""
         self._answers: dict[str, Callable[[Wish], None]] = {
@@ -99,6 +99,7 @@ class _Stage:
             "send": lambda wish: self._targets.send(wish.rest),
             "unsend": lambda wish: self._targets.unsend(wish.rest),
             "wave": lambda wish: self._targets.wave(wish.rest),
+            "poses": lambda wish: self._show_poses(wish.turned(self._poses)),
             "clip": lambda _: live.performance.reset_clip(),
             "stop": lambda _: self._end(),
         }
@@ -140,6 +141,9 @@ class _Stage:
         except StudioError as error:
             self._say(error)
 
+    def _show_poses(self, on: bool) -> None:
+        self._poses = on and self._out.as_json
+
     def _look_ahead(self, text: str) -> None:
         if not text.isdigit():
             raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
@@ -158,7 +162,7 @@ class _Stage:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
-        if self._args.poses and now - self._shown >= SHOW_S:
+        if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.event("pose", **self._live.pose_facts())
         if now - self._told >= (TELL_S if self._out.as_json else WORDS_S):

@@ -19,7 +19,7 @@ from studio.live.performance import Performance, rest_motion
 from studio.live.sources import LEAD_S, Microphone, SoundFile, Source
 from studio.live.stand import Stand
 from studio.live.steps import Hearing, hearing, look_aheads
-from studio.playback.layers import Tuning
+from studio.playback.layers import Tuning, presets
 from studio.playback.lip_sync import seen, sound_delay_ms
 from studio.playback.vmc_target import PoseSource
 from studio.training import styles
@@ -209,10 +209,12 @@ def tuning_of(text: str) -> Tuning:
     """A tuning from JSON.
 
     Raises:
-        RequestError: it is none.
+        StudioError: it is none, or asks for what there is not.
     """
     try:
         facts = json.loads(text)
-        return Tuning(**facts)
-    except (ValueError, TypeError) as error:
-        raise RequestError("The tuning was not understood.", "Choose it again in Review.") from error
+    except ValueError:
+        facts = None
+    if not isinstance(facts, dict):
+        raise RequestError("The tuning was not understood.", "Choose another preset.")
+    return presets.from_plain(facts, "The tuning")

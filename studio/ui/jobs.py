@@ -81,6 +81,11 @@ class Job(QObject):
         if self.running:
             self._process.write(b"stop\n")
 
+    def tell(self, line: str) -> None:
+        """Say something to the child, one line on its standard input."""
+        if self.running:
+            self._process.write(line.encode() + b"\n")
+
     def cancel(self) -> None:
         """End the child now: terminate, then kill."""
         if not self.running:

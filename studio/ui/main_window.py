@@ -1,4 +1,4 @@
-"""The frame around the four rooms: tabs, status, menus, keys, drag and drop."""
+"""The frame around the five rooms: tabs, status, menus, keys, drag and drop."""
 
 from __future__ import annotations
 
@@ -254,7 +254,8 @@ class MainWindow(QMainWindow):
         self.tabs.setUsesScrollButtons(False)
         self.tabs.setIconSize(theme.icon_size(big=True))
         self.tabs.setAccessibleName(self.tr("Rooms"))
-        for text in (self.tr("Record"), self.tr("Curate"), self.tr("Train"), self.tr("Review")):
+        capture, train = (self.tr("Record"), self.tr("Curate")), (self.tr("Train"), self.tr("Review"))
+        for text in (*capture, *train, self.tr("Live")):
             self.tabs.addTab(text)
         self._style_tabs()
         row.addWidget(self.tabs)
@@ -371,7 +372,7 @@ class MainWindow(QMainWindow):
     def _on_status_clicked(self, key: str) -> None:
         home = {
             "rolling": "record", "motion": "record", "sound": "record", "job": "curate", "train": "train",
-            "sending": "review",
+            "sending": "review", "live": "live",
         }  # fmt: skip
         if key in home:
             self.show_room(home[key])

@@ -81,7 +81,8 @@ class Menus(QObject):
         self._needs_project += [self.undo, self.redo]
 
     def _build_view(self, menu: QMenu) -> None:
-        names = (self.tr("Record"), self.tr("Curate"), self.tr("Train"), self.tr("Review"))
+        first = (self.tr("Record"), self.tr("Curate"), self.tr("Train"))
+        names = (*first, self.tr("Review"), self.tr("Live"))
         for index, (room, text) in enumerate(zip(rooms.NAMES, names, strict=True)):
             show = partial(self._window.show_room, room)
             action = self._add(menu, text, show, f"Ctrl+{index + 1}", rooms.ICONS[room])

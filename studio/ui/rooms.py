@@ -1,4 +1,4 @@
-"""The four rooms: which there are, and how each is built when it is first needed."""
+"""The five rooms: which there are, and how each is built when it is first needed."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from PySide6.QtWidgets import QWidget
 
 from studio.ui.session import Session
 
-NAMES = ("record", "curate", "train", "review")
+NAMES = ("record", "curate", "train", "review", "live")
 ICONS = {
     "record": "mdi6.record-circle-outline",
     "curate": "mdi6.playlist-edit",
     "train": "mdi6.chart-bell-curve-cumulative",
     "review": "mdi6.play-circle-outline",
+    "live": "mdi6.account-voice",
 }
 
 
@@ -70,6 +71,15 @@ def _review(session: Session) -> tuple[QWidget, Presenter]:
     return view, ReviewPresenter(view, session)
 
 
+def _live(session: Session) -> tuple[QWidget, Presenter]:
+    from studio.ui.live.presenter import LivePresenter
+    from studio.ui.live.view import LiveView
+
+    view = LiveView()
+    return view, LivePresenter(view, session)
+
+
 _BUILDERS: dict[str, Callable[[Session], tuple[QWidget, Presenter]]] = {
     "record": _record, "curate": _curate, "train": _train, "review": _review,
+    "live": _live,
 }  # fmt: skip

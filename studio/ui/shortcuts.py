@@ -16,7 +16,7 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
         (
             tr("Everywhere"),
             (
-                ("Ctrl+1 … 4", tr("Record, Curate, Train, Review")),
+                ("Ctrl+1 … 5", tr("Record, Curate, Train, Review, Live")),
                 ("Ctrl+N, Ctrl+O", tr("New project, open a project")),
                 ("Ctrl+I", tr("Import sound and motion")),
                 ("Ctrl+Z, Ctrl+Shift+Z", tr("Undo, redo")),
@@ -59,6 +59,14 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
                 ("G", tr("Captured figure over the predicted one")),
                 ("B", tr("Switch between A and B")),
                 ("Del", tr("Remove a dropped sound from the list")),
+            ),
+        ),
+        (
+            tr("Live"),
+            (
+                ("M", tr("Mute the microphone")),
+                ("F", tr("Freeze the avatar")),
+                ("N", tr("Neutral pose, the panic key")),
             ),
         ),
         (

@@ -1,0 +1,1 @@
+"""Live: speak, and the avatar moves now."""

@@ -1,0 +1,204 @@
+"""Who performs and what is heard: a run, its style and layers, a microphone or a file, and Start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+)
+
+from studio.ui import theme
+from studio.ui.review.clip import RunChoice, Wanted
+from studio.ui.review.run_bar import RunChooser
+from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.level_meter import LevelMeterBar
+
+FILE = "\0file"
+"""The list's value for choosing a file; a chosen one is its path behind this."""
+
+
+class SourceCard(Card):
+    """The card's layout.
+
+    Signals:
+        start_toggled: Start, or Stop.
+        run_chosen: a Wanted.
+        source_chosen: what `source` is now.
+        file_requested: choose a file to perform.
+        refresh_requested: list the microphones anew.
+        tuning_chosen: a preset's title, "" for none.
+        clip_reset_requested: put the clip lamp out.
+        option_changed: automatic gain, idling or noise was switched.
+    """
+
+    start_toggled = Signal()
+    run_chosen = Signal(object)
+    source_chosen = Signal()
+    file_requested = Signal()
+    refresh_requested = Signal()
+    tuning_chosen = Signal(str)
+    clip_reset_requested = Signal()
+    option_changed = Signal(str, bool)
+
+    def __init__(self) -> None:
+        super().__init__(self.tr("Performer"))
+        self._file: Path | None = None
+        self.run = RunChooser(self.tr("Run"), "_live", self.tr("Choose a run"))
+        self.run.chosen.connect(self.run_chosen)
+        self.body.addLayout(self._choices())
+        self.meter = LevelMeterBar()
+        self.meter.setObjectName("live_meter")
+        self.meter.reset_requested.connect(self.clip_reset_requested)
+        self.body.addWidget(self.meter)
+        for check in self._options():
+            self.body.addWidget(check)
+        self.start = QPushButton()
+        self.start.setObjectName("live_start")
+        self.start.clicked.connect(self.start_toggled)
+        self.body.addSpacing(theme.TIGHT)
+        self.body.addWidget(self.start)
+        self.show_running("idle")
+
+    @property
+    def device(self) -> str:
+        """The microphone chosen, "" for the system's own."""
+        return "" if self.file is not None else str(self.source.currentData() or "")
+
+    @property
+    def file(self) -> Path | None:
+        """The file to perform, None for a microphone."""
+        return self._file if str(self.source.currentData() or "").startswith(FILE) else None
+
+    @property
+    def suppress(self) -> bool:
+        """Whether noise is to be taken out."""
+        return self.noise.isChecked()
+
+    def show_runs(self, choices: Sequence[RunChoice], wanted: Wanted) -> None:
+        """Fill the run chooser."""
+        self.run.show_runs(choices, wanted)
+        self._show_style()
+
+    def show_devices(self, names: Sequence[tuple[str, str]], chosen: str) -> None:
+        """List microphones as (value, words), and the file where one is chosen."""
+        keep = self.file is not None
+        with QSignalBlocker(self.source):
+            self.source.clear()
+            for value, words in names:
+                self.source.addItem(words, value)
+            if self._file is not None:
+                self.source.addItem(self.tr("File: {0}").format(self._file.name), FILE + str(self._file))
+            self.source.addItem(self.tr("Perform a file…"), FILE)
+            place = self.source.count() - 2 if keep else self.source.findData(chosen)
+            self.source.setCurrentIndex(max(place, 0))
+        self._shown = self.source.currentIndex()
+
+    def show_file(self, path: Path | None) -> None:
+        """Choose a file to perform; None goes back to what was chosen before."""
+        with QSignalBlocker(self.source):
+            if path is not None:
+                self._file = path
+                for i in reversed(range(self.source.count())):
+                    if str(self.source.itemData(i)).startswith(FILE) and self.source.itemData(i) != FILE:
+                        self.source.removeItem(i)
+                self.source.insertItem(
+                    self.source.count() - 1, self.tr("File: {0}").format(path.name), FILE + str(path)
+                )
+                self._shown = self.source.count() - 2
+            self.source.setCurrentIndex(self._shown)
+
+    def show_tunings(self, titles: Sequence[str], chosen: str) -> None:
+        """List presets of the Tune panel."""
+        with QSignalBlocker(self.tuning):
+            self.tuning.clear()
+            self.tuning.addItem(self.tr("As predicted"), "")
+            for title in titles:
+                self.tuning.addItem(title, title)
+            self.tuning.setCurrentIndex(max(self.tuning.findData(chosen), 0))
+
+    def show_running(self, state: str) -> None:
+        """Show whether it is "idle", "starting" or "live"."""
+        words = {"idle": self.tr("Go live"), "starting": self.tr("Starting…"), "live": self.tr("Stop")}[state]
+        self.start.setText(words)
+        icon = {"idle": "mdi6.account-voice", "starting": "mdi6.timer-sand", "live": "mdi6.stop"}[state]
+        theme.set_icon(self.start, icon, "muted" if state == "live" else "on_accent")
+        theme.as_role(self.start, "" if state == "live" else "primary")
+        run = self.run
+        for control in (run.run, run.styles, run.another, self.source, self.refresh, self.noise):
+            control.setEnabled(state == "idle")
+
+    def show_ready(self, ready: bool) -> None:
+        """Enable Start where a run is chosen."""
+        self.start.setEnabled(ready)
+
+    def _choices(self) -> QGridLayout:
+        self.source, self.tuning = QComboBox(), QComboBox()
+        self.source.setObjectName("live_source")
+        self.source.setAccessibleName(self.tr("Microphone or file"))
+        self.source.activated.connect(self._on_source)
+        self._shown = 0
+        self.tuning.setObjectName("live_tuning")
+        self.tuning.setAccessibleName(self.tr("Tuning"))
+        self.tuning.setToolTip(self.tr("A preset of Review's Tune panel, laid over the live motion"))
+        self.tuning.activated.connect(lambda _: self.tuning_chosen.emit(str(self.tuning.currentData() or "")))
+        self.refresh = QToolButton()
+        self.refresh.setObjectName("live_refresh")
+        self.refresh.setToolTip(self.tr("Look for microphones again"))
+        self.refresh.setAccessibleName(self.tr("Look for microphones again"))
+        theme.set_icon(self.refresh, "mdi6.refresh", "muted")
+        self.refresh.clicked.connect(self.refresh_requested)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        self._style_caption = label(self.tr("Style"), "muted")
+        self.run.chosen.connect(lambda _: self._show_style())
+        rows = (
+            (self.run.caption, self.run.run, None),
+            (self._style_caption, self.run.styles, self.run.another),
+            (label(self.tr("Sound"), "muted"), self.source, self.refresh),
+            (label(self.tr("Tuning"), "muted"), self.tuning, None),
+        )
+        for row, (caption, box, button) in enumerate(rows):
+            # A narrow column elides what a box holds, and does not cut it.
+            box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            caption.setBuddy(box)
+            grid.addWidget(caption, row, 0)
+            grid.addWidget(box, row, 1, 1, 1 if button else 2)
+            if button is not None:
+                grid.addWidget(button, row, 2)
+        grid.setColumnStretch(1, 1)
+        return grid
+
+    def _show_style(self) -> None:
+        several = self.run.styles.count() > 1
+        self._style_caption.setVisible(several)
+        self.run.styles.setVisible(several)
+
+    def _options(self) -> tuple[QCheckBox, ...]:
+        self.gain, self.gate = QCheckBox(self.tr("Match the level")), QCheckBox(self.tr("Idle in silence"))
+        self.noise = QCheckBox(self.tr("Take noise out"))
+        for check, name, tip in (
+            (self.gain, "gain", self.tr("Brings your voice to the level the run has learnt from")),
+            (self.gate, "gate", self.tr("While nobody speaks, the avatar breathes, blinks and looks about")),
+            (self.noise, "noise", self.tr("Keeps the voice alone; the avatar follows 30 ms later")),
+        ):
+            check.setObjectName(f"live_{name}")
+            check.setToolTip(tip)
+            check.setChecked(check is not self.noise)
+            check.toggled.connect(lambda on, name=name: self.option_changed.emit(name, on))
+        return self.gain, self.gate, self.noise
+
+    def _on_source(self, index: int) -> None:
+        if self.source.itemData(index) == FILE:
+            self.file_requested.emit()
+            return
+        self._shown = index
+        self.source_chosen.emit()
