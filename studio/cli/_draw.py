@@ -60,7 +60,7 @@ class Look:
 
 def add_look(parser: argparse.ArgumentParser) -> None:
     """--size, --view, --turn, --at, --clear, --light and --avatar."""
-    group = parser.add_argument_group("films (.mp4) and stills (.png)")
+    group = parser.add_argument_group("films (.mp4), stills (.png) and bodies (.glb)")
     group.add_argument("--size", default="1280x720", metavar="WxH", help="pixels (1280x720)")
     group.add_argument(
         "--view", default="front", metavar="NAME",
@@ -72,7 +72,7 @@ def add_look(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--at", type=float, metavar="S", help="the moment of a still (the middle)")
     group.add_argument("--clear", action="store_true", help="a still without the room behind the figure")
     group.add_argument("--light", action="store_true", help="in light colours")
-    group.add_argument("--avatar", type=Path, metavar="VRM", help="draw this avatar, not the stick figure")
+    group.add_argument("--avatar", type=Path, metavar="VRM", help="this avatar, not the stick figure")
 
 
 def look_of(args: argparse.Namespace) -> Look:

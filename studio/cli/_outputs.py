@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from studio.cli._clip import Clip, Report
 from studio.cli._draw import Look
@@ -185,7 +185,9 @@ def write_clip(
         shape, fps = replace(shape, fps=0.0), shape.fps
     shaped = shape.motion(motion, name) if motion is not None and len(motion) else motion
     audio = shape.sound(clip.audio, scratch) if clip.audio is not None else None
-    more = {"drawing": look.drawing(fps, report)} if draws else {}
+    more: dict[str, Any] = {"drawing": look.drawing(fps, report)} if draws else {}
+    if getattr(module, "WEARS", False):
+        more["avatar"] = look.avatar
     files: tuple[Path, ...] = module.write(target, shaped or Motion.build([]), audio, **more)
     return files
 

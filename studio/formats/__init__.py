@@ -8,10 +8,12 @@ read(path, audio=None, tables=None)         where joints have names of their own
 joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
 write(path, motion, audio=None, drawing=None)   where it draws pictures (DRAWS); drawing: _drawing.Drawing
+write(path, motion, audio=None, avatar=None)    where it writes a body (WEARS); avatar: a .vrm's Path | None
 recognises(path) -> bool                    only where several formats share a suffix
 WRITES: str                                 the suffix of what it writes, where another format owns SUFFIX
 targets(path) -> files                      only where it writes other files than `path`
 FPS: float                                  its one frame rate, where it has only one
+WEARS: bool                                 it writes a body, an avatar's where one is given
 DRAWS: bool                                 it draws, and tells the drawing how far it is
 BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
 """

@@ -157,7 +157,9 @@ class Avatar:
         """Whether its expressions move anything."""
         return any(one.binds for one in self.expressions)
 
-    def worn(self, source: Skeleton, joints: Array, turns: Array) -> tuple[Array, Array]:
+    def worn(
+        self, source: Skeleton, joints: Array, turns: Array, scale: float | None = None
+    ) -> tuple[Array, Array]:
         """How this avatar stands where another skeleton stands so.
 
         A bone that the source lacks follows its parent; one that the avatar lacks is in its children's turns.
@@ -167,11 +169,13 @@ class Avatar:
             source: S bones.
             joints: world positions (..., S, 3).
             turns: world rotations, each the change from the T-pose (..., S, 4).
+            scale: by how much the hips' moves grow; worked out by `scale_from` where None.
 
         Returns:
             World positions (..., J, 3) and changes from the T-pose (..., J, 4), Unity's axes.
         """
         own, lead = self.skeleton, joints.shape[:-2]
+        scale = self.scale_from(source) if scale is None else scale
         p = np.broadcast_to(self.rest_joints, (*lead, len(own.bone_names), 3)).copy()
         q = np.broadcast_to(rotation.IDENTITY, (*lead, len(own.bone_names), 4)).copy()
         index = {name: j for j, name in enumerate(source.bone_names)}
@@ -183,7 +187,7 @@ class Avatar:
                 q[..., bone, :] = q[..., parent, :]
             if own.bone_names[bone] == "Hips":
                 if there is not None:
-                    p[..., bone, :] = joints[..., there, :] * self.scale_from(source)
+                    p[..., bone, :] = joints[..., there, :] * scale
             elif parent >= 0:
                 offset = np.broadcast_to(own.rest_positions[bone], (*lead, 3))
                 p[..., bone, :] = p[..., parent, :] + rotation.rotate(q[..., parent, :], offset)

@@ -160,6 +160,11 @@ def faces(kind: str, count: int) -> NDArray[np.int64]:
     return np.concatenate([np.full((len(stacked), 1), 3), stacked], axis=1).astype(np.int64).ravel()
 
 
+def sphere() -> tuple[Points, NDArray[np.int64]]:
+    """A ball of radius 1: vertices, which are their own normals (V, 3), and triangles (F, 3)."""
+    return _sphere()
+
+
 def vertex_count(kind: str) -> int:
     """Vertices of one capsule ("limb") or sphere ("ball")."""
     return len(_capsule()[1]) if kind == "limb" else len(_sphere()[0])

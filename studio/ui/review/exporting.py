@@ -14,6 +14,7 @@ from PySide6.QtGui import QDesktopServices
 
 from studio import formats
 from studio.motion import Motion
+from studio.project import avatars
 from studio.take.motion_file import write_motion
 from studio.take.sound import read_span, write_sound
 from studio.ui import background, messages
@@ -84,6 +85,8 @@ class Exporting(QObject):
             words += ["-o", str(wish.path)]
             words += ["--audio", str(sound)] if sound else []
             words += ["--fps", f"{wish.fps:g}"] if wish.fps else []
+            worn = avatars.chosen(project.folder)  # films and bodies are of whom Review shows
+            words += ["--avatar", str(worn)] if worn is not None else []
             words += ["--force"] if replaces else []
             self._start(words)
 

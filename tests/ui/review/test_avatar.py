@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
+from studio.formats import _glb
 from studio.project import Project, avatars
 from studio.settings import Settings
 from studio.ui.drops import sort_drop
@@ -163,3 +164,20 @@ def test_the_avatar_is_what_is_drawn(qtbot: QtBot, tab: Tab, file: Path) -> None
     qtbot.waitUntil(lambda: blue() > 200 + 2 * stick)
     view.stage.avatar.wanted.emit(None)
     qtbot.waitUntil(lambda: blue() == stick)
+
+
+@pytest.mark.slow
+def test_an_exported_body_is_the_one_review_wears(
+    qtbot: QtBot, tab: Tab, session: Session, file: Path
+) -> None:
+    view, presenter = tab
+    wear(qtbot, view, file)
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
+    assert session.project is not None
+    view.export.format.setCurrentIndex(view.export.format.findData("glb"))
+    view.export.export.click()
+    qtbot.waitUntil(lambda: len(view.export.result.text()) > 0)
+    (target,) = session.project.exports_folder.glob("*.glb")
+    assert view.export.result.text() == f"Exported and read back: {target.name}."
+    meshes = {mesh["name"] for mesh in _glb.read(target).document["meshes"]}
+    assert meshes == {"からだ", "Face 顔"}
