@@ -4,6 +4,7 @@ An encoder looks at a whole window before it says anything, so the sound is cut 
 places: window k is CORE_SECONDS long and begins at k CORE_SECONDS, with CONTEXT_SECONDS more on both sides.
 Rows take the encoder's tokens by straight lines between the two nearest ones. As the windows lie where they
 lie whatever is asked for, sound in pieces gives the same rows as sound in one piece, in memory of one window.
+A row depends on 3 to 27 seconds of sound after it: too much to follow a microphone.
 """
 
 from __future__ import annotations
@@ -26,8 +27,6 @@ CORE_SECONDS = 24
 CONTEXT_SECONDS = 3
 """Together the 30 s Whisper was taught with. Where two windows meet, tokens differ by less than from one to
 the next (0.35 against 0.44 deviations on read speech); more context costs more than it changes."""
-AHEAD_SECONDS = CORE_SECONDS + CONTEXT_SECONDS
-"""Sound after a row that it may depend on: too much to follow a microphone."""
 
 _CORE, _CONTEXT = CORE_SECONDS * RATE, CONTEXT_SECONDS * RATE
 _WINDOWS_KEPT = 3

@@ -1,0 +1,69 @@
+"""Runs that hear with a speech encoder: learnt, used in any pieces, told of where the encoder is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.errors import StudioError
+from studio.features import speech
+from studio.features.encoders import WHISPER_SHA256, settled
+from studio.generate import load_predictor
+from studio.motion import concatenate
+from studio.project import Project
+from studio.training.loop import train
+from studio.training.recipe import load_recipe
+from tests.features import wav2vec2_example as example
+
+MakeProject = Callable[..., Project]
+TINY = ["steps=2", "crops=2", "crop_frames=45", "epochs=1"]
+
+
+def run_of(project: Project, name: str, *changes: str) -> Path:
+    recipe = load_recipe(name).with_overrides([*TINY, *changes])
+    recipe = replace(recipe, sound=settled(recipe.sound))
+    return train(project, recipe, on_event=lambda event: None).folder
+
+
+@pytest.mark.slow
+def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
+    make_toy_project: MakeProject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = run_of(make_toy_project(), "balanced:speech", "units=8")
+    predictor = load_predictor(folder)
+    assert predictor.model.recipe.sound.encoder_digest == WHISPER_SHA256
+    sound = example.voice(3.0)
+    whole = predictor.generate_samples(sound)
+    blocks = (sound[first : first + 7000] for first in range(0, len(sound), 7000))
+    parts = concatenate(list(predictor.stream(blocks, 0.7)))
+    np.testing.assert_allclose(parts.shapes, whole.shapes, atol=1e-4)
+    speech._hearing.cache_clear()
+    monkeypatch.setattr("sys.path", [str(tmp_path)])
+    monkeypatch.setattr("sys.path_importer_cache", {})
+    with pytest.raises(StudioError) as caught:
+        load_predictor(folder).generate_samples(sound)
+    assert caught.value.what == "The speech encoder Whisper, which this hears with, is not installed."
+
+
+@pytest.mark.slow
+def test_faceformer_hears_with_a_wav2vec_and_any_length(
+    make_toy_project: MakeProject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SAIA_ENCODERS", str(tmp_path / "encoders"))
+    encoder = f"encoder={example.write(tmp_path / 'tiny')}"
+    folder = run_of(make_toy_project(), "faceformer:pretrained", encoder, "width=16", "heads=2")
+    predictor = load_predictor(folder)
+    assert predictor.model.recipe.sound.encoder == "tiny"
+    sound = example.voice(29.0)  # over the border of two windows
+    whole = predictor.generate_samples(sound)
+    parts = concatenate(list(predictor.stream([sound[:200_000], sound[200_000:]], 2.0)))
+    assert len(whole) == 29 * 30
+    np.testing.assert_allclose(parts.shapes, whole.shapes, atol=1e-4)
+    (tmp_path / "encoders").rename(tmp_path / "gone")
+    speech._hearing.cache_clear()
+    with pytest.raises(StudioError, match=r"^The speech encoder tiny is not on this computer\."):
+        load_predictor(folder).generate_samples(sound)
