@@ -7,6 +7,7 @@ from functools import partial
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.motion import Motion
+from studio.playback.layers import Tuning
 from studio.ui import background, messages
 from studio.ui.review import clip
 from studio.ui.review.clip import Tuned, Wanted
@@ -39,16 +40,19 @@ class Making(QObject):
         super().__init__(view)
         self._view, self._scene, self._listing, self._session = view, scene, listing, session
         self.captured_only = False
-        self._turn = 0  # the newest tuning wins
+        self._turn = 0  # what was tuned for another stage is dropped
+        self._tuning = self._again = False
+        self._calm: tuple[Motion, Tuning, Tuned] | None = None  # the captured motion, tuned before
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(TUNE_MS)
         self._timer.timeout.connect(self.tune)
         self._children = (Predicting(self), Predicting(self))
         for side, child in enumerate(self._children):
+            child.grown.connect(partial(self._on_grown, side))
             child.predicted.connect(partial(self._on_predicted, side))
             child.progressed.connect(view.bar.show_generating)
-            child.failed.connect(self._on_failed)
+            child.failed.connect(partial(self._on_failed, side))
         view.tune.tuning_changed.connect(lambda _: self._timer.start())
         view.bar.chosen.connect(self._on_chosen)
         view.bar.two_toggled.connect(self._on_two)
@@ -63,6 +67,7 @@ class Making(QObject):
     def forget(self) -> None:
         """The sound goes from the stage: make nothing of it any more."""
         self._turn += 1
+        self._calm = None
         for child in self._children:
             child.cancel()
 
@@ -86,6 +91,7 @@ class Making(QObject):
     def ask(self, *sides: int) -> None:
         """Make the motions of some sides anew, and meanwhile show what there is."""
         self.spoilt.emit()
+        self._turn += 1
         self._scene.front = A
         for side in sides:
             self._scene.sides[side].clear()
@@ -94,23 +100,40 @@ class Making(QObject):
         self.tune()
 
     def tune(self) -> None:
-        """Lay the sliders over all motions, and compare them with the captured one."""
-        self._turn += 1
+        """Lay the sliders over all motions, and compare them with the captured one.
+
+        One after another: what is wished for meanwhile is done once more afterwards, so that a motion that
+        grows, and a slider that is drawn along, are seen on their way.
+        """
+        if self._tuning:
+            self._again = True
+            return
+        self._tuning, self._again = True, False
         turn, tuning, scene = self._turn, self._view.tune.tuning, self._scene
-        truth, motions = scene.captured.motion, [side.motion for side in scene.sides]
+        truth = scene.captured.motion
+        wanted = [(side.motion, truth if side.whole else None) for side in scene.sides]
+        calm = self._calm if self._calm and self._calm[0] is truth and self._calm[1] == tuning else None
 
         def work() -> Result:
-            calm = clip.tune(truth, None, tuning) if truth is not None else None
-            return calm, [clip.tune(one, truth, tuning) if one is not None else None for one in motions]
+            mine = calm[2] if calm else clip.tune(truth, None, tuning) if truth is not None else None
+            return mine, [clip.tune(one, other, tuning) if one is not None else None for one, other in wanted]
 
         def show(result: Result) -> None:
+            self._tuning = False
             if turn == self._turn:
                 scene.calm = result[0]
+                self._calm = (truth, tuning, result[0]) if truth is not None and result[0] else None
                 for side, tuned in zip(scene.sides, result[1], strict=True):
                     side.tuned = tuned
                 self.changed.emit()
+            if self._again:
+                self.tune()
 
-        background.run(work, show, owner=self)
+        def failed(error: BaseException) -> None:
+            self._tuning = False
+            messages.show_error(self._view, error)
+
+        background.run(work, show, failed, owner=self)
 
     def _next(self) -> None:
         """Ask for what is wanted and not there; B after A, since one child fills the machine."""
@@ -155,12 +178,20 @@ class Making(QObject):
             self._scene.front = side
             self.changed.emit()
 
+    def _on_grown(self, side: int, motion: Motion) -> None:
+        """The beginning is there: it can be seen, and played."""
+        self._scene.sides[side].motion = motion
+        self.tune()
+
     def _on_predicted(self, side: int, motion: Motion) -> None:
         self._scene.sides[side].motion = motion
+        self._scene.sides[side].whole = True
         self._next()
         self.tune()
 
-    def _on_failed(self, error: BaseException) -> None:
+    def _on_failed(self, side: int, error: BaseException) -> None:
+        self._turn += 1
+        self._scene.sides[side].motion = self._scene.sides[side].tuned = None
         messages.show_error(self._view, error)
         self._next()
         self.tune()
@@ -168,6 +199,8 @@ class Making(QObject):
     def _on_cancelled(self) -> None:
         side = A if self._children[A].busy else B
         self._children[side].cancel()
+        self._turn += 1
+        self._scene.sides[side].clear()
         self._scene.sides[side].wanted = Wanted()
         self.captured_only = self.captured_only or side == A
         self.show_runs()

@@ -1,7 +1,12 @@
-"""The motion a run makes of a sound: read where it was made before, else made by a child process."""
+"""The motion a run makes of a sound: read where it was made before, else made by a child process.
+
+A child writes it piece by piece; what is there is handed on at once, while the rest is made.
+"""
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +15,7 @@ from PySide6.QtCore import QObject, Signal
 
 from studio.errors import StudioError
 from studio.motion import Motion
+from studio.motion.clip import concatenate
 from studio.project import Project, Run
 from studio.take.motion_file import read_motion
 from studio.ui import background
@@ -21,11 +27,13 @@ class Predicting(QObject):
     """One wish at a time; a new one ends that before.
 
     Signals:
-        predicted: the motion, a Motion.
+        grown: the beginning of the motion, as far as it is made, a Motion.
+        predicted: the whole motion, a Motion.
         progressed: (words, fraction) while it is made; ("", None) when that is over, below 0 where unknown.
         failed: a StudioError or another exception; no motion comes.
     """
 
+    grown = Signal(object)
     predicted = Signal(object)
     progressed = Signal(str, object)
     failed = Signal(object)
@@ -34,6 +42,7 @@ class Predicting(QObject):
         super().__init__(parent)
         self._job: Job | None = None
         self._wish = 0  # the newest wins
+        self._pieces = _Pieces()
 
     @property
     def busy(self) -> bool:
@@ -59,6 +68,7 @@ class Predicting(QObject):
         """Ask for nothing any more; a child process is ended."""
         self._wish += 1
         job, self._job = self._job, None
+        self._pieces.drop()
         if job is not None:
             job.cancel()
             self.progressed.emit("", None)
@@ -66,6 +76,7 @@ class Predicting(QObject):
     def close(self) -> None:
         """The window closes."""
         self._wish += 1
+        self._pieces.drop()
         if self._job is not None:
             self._job.close()
 
@@ -85,16 +96,59 @@ class Predicting(QObject):
 
     def _generate(self, words: list[str], run_id: str, path: Path) -> None:
         job = self._job = Job(self)
+        pieces = self._pieces = _Pieces.begin()
         job.event_received.connect(lambda event: self._on_event(job, event))
         job.done.connect(lambda _: self._on_generated(job, path))
         job.failed.connect(lambda what, remedy: self._on_failed(job, what, remedy))
         job.ended.connect(lambda: self._on_ended(job))
-        job.start(["generate", *words, "--force", "-o", str(path)])
+        more = ["--pieces", str(pieces.folder)] if pieces.folder is not None else []
+        job.start(["generate", *words, "--force", "-o", str(path), *more])
         self.progressed.emit(self.tr("{0} listens").format(run_id), -1.0)
 
+    def _grow(self) -> None:
+        """Read the pieces that came meanwhile, and hand on what there is; one reading at a time."""
+        wish, pieces = self._wish, self._pieces
+        waiting = pieces.waiting
+        if pieces.reading or not waiting:
+            return
+        pieces.reading = True
+        before = pieces.motion
+
+        def work() -> Motion:
+            parts = [read_motion(file) for file in waiting]
+            return concatenate([before, *parts] if before is not None else parts)
+
+        def done(motion: Motion) -> None:
+            if wish != self._wish:
+                return
+            pieces.reading = False
+            pieces.motion, pieces.read = motion, pieces.read + len(waiting)
+            if pieces.complete:
+                self._complete()
+            else:
+                self.grown.emit(motion)
+                self._grow()
+
+        def failed(_error: BaseException) -> None:
+            pieces.reading = False  # the whole file is read at the end
+
+        background.run(work, done, failed, owner=self)
+
+    def _complete(self) -> None:
+        """The last piece is there: all of it together is the whole."""
+        motion = self._pieces.motion
+        self._pieces.drop()
+        if motion is not None:
+            self.predicted.emit(motion)
+
     def _on_event(self, job: Job, event: dict[str, Any]) -> None:
-        if job is not self._job or event.get("event") != "progress":
+        if job is not self._job:
             return  # a child that was cancelled may still speak
+        if event.get("event") == "piece":
+            self._pieces.files.append(Path(str(event.get("file"))))
+            self._grow()
+        if event.get("event") != "progress":
+            return
         fraction, eta = float(event.get("fraction") or 0.0), event.get("eta_s")
         words = self.tr("{0} %").format(round(100 * fraction))
         if isinstance(eta, int | float) and eta >= 1:
@@ -102,11 +156,20 @@ class Predicting(QObject):
         self.progressed.emit(words, fraction)
 
     def _on_generated(self, job: Job, path: Path) -> None:
-        if job is self._job and path.is_file():
+        pieces = self._pieces
+        if job is not self._job or not path.is_file():
+            return
+        pieces.over = True
+        if pieces.complete:
+            self._complete()
+        elif not pieces.reading:
+            pieces.drop()
             self._read(path)
 
     def _on_failed(self, job: Job, what: str, remedy: str) -> None:
         if job is self._job:
+            self._wish += 1  # a piece on its way is of no use
+            self._pieces.drop()
             self.failed.emit(StudioError(what, remedy))
 
     def _on_ended(self, job: Job) -> None:
@@ -114,3 +177,48 @@ class Predicting(QObject):
         if job is self._job:
             self._job = None
             self.progressed.emit("", None)
+
+
+class _Pieces:
+    """What a child has written so far.
+
+    Attributes:
+        folder: where it writes to, None where there is no room for it.
+        files: the pieces there are, in their order.
+        read: how many of them are part of the motion.
+        motion: the beginning, None before the first piece.
+        reading: a pool thread is at it.
+        over: the child has ended, no more pieces come.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self.files: list[Path] = []
+        self.read = 0
+        self.motion: Motion | None = None
+        self.reading = self.over = False
+
+    @classmethod
+    def begin(cls) -> _Pieces:
+        """A new folder; without one the motion is seen when all of it is there."""
+        try:
+            return cls(Path(tempfile.mkdtemp(prefix="saia-pieces-")))
+        except OSError:
+            return cls()
+
+    @property
+    def waiting(self) -> list[Path]:
+        """What was not read yet."""
+        return self.files[self.read :]
+
+    @property
+    def complete(self) -> bool:
+        """Whether the motion is all of it."""
+        return self.over and self.motion is not None and not self.waiting
+
+    def drop(self) -> None:
+        """Forget all of it."""
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder, self.files, self.read, self.motion = None, [], 0, None
+        self.reading = self.over = False

@@ -205,7 +205,7 @@ class ReviewPresenter(QObject):
         main = scene.tuned
         folder = project.exports_folder if project else None
         body = main is not None and bool(main.bone_names)
-        view.export.show_target(scene.name, folder, main is not None, body)
+        view.export.show_target(scene.name, folder, scene.whole, body)
         view.export.show_what(scene.predicted is not None)
 
     def _warm_up(self) -> None:
@@ -226,7 +226,7 @@ class ReviewPresenter(QObject):
 
     def _exhibit(self) -> Exhibit | None:
         scene = self.scene
-        if scene.tuned is None or scene.source is None or scene.player is None:
+        if scene.tuned is None or not scene.whole or scene.source is None or scene.player is None:
             return None
         start, end = scene.used
         whole = start <= 0.0 and end >= scene.player.duration - 1e-3

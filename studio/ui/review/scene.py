@@ -21,17 +21,19 @@ class Side:
         motion: what it made, None until it is there.
         tuned: the same with the sliders laid over it.
         asked: it was asked for, whether it came or not.
+        whole: all of it is there, and not only the beginning.
     """
 
     wanted: Wanted = field(default_factory=Wanted)
     motion: Motion | None = None
     tuned: Tuned | None = None
     asked: bool = False
+    whole: bool = False
 
     def clear(self) -> None:
         """Forget the motion, not what is wanted."""
         self.motion = self.tuned = None
-        self.asked = False
+        self.asked = self.whole = False
 
 
 @dataclass
@@ -75,6 +77,19 @@ class Scene:
         return found.motion if found is not None else None
 
     @property
+    def unmade(self) -> tuple[float, float] | None:
+        """The part of the sound whose motion is still being made, seconds; None where all of it is there."""
+        motion, player = self.side.motion, self.player
+        if motion is None or self.side.whole or player is None or not len(motion):
+            return None
+        return min(float(motion.times[-1]), player.duration), player.duration
+
+    @property
+    def whole(self) -> bool:
+        """Whether the motion that is seen is all there."""
+        return self.tuned is not None and (self.predicted is None or self.side.whole)
+
+    @property
     def comparison(self) -> Comparison | None:
         """How it compares with the captured one."""
         found = self.side.tuned if self.predicted is not None else None
@@ -83,7 +98,7 @@ class Scene:
     @property
     def both_ready(self) -> bool:
         """Whether A and B can be switched."""
-        return self.two and all(side.tuned is not None for side in self.sides)
+        return self.two and all(side.tuned is not None and side.whole for side in self.sides)
 
     @property
     def used(self) -> tuple[float, float]:

@@ -31,6 +31,7 @@ class Showing(QObject):
         """Nothing is on the stage."""
         view = self._view
         view.timeline.set_duration(0.0)
+        view.timeline.set_unmade(None)
         view.show_metrics("", "")
         view.meters.set_names(())
         view.export.show_target("", None, False)
@@ -51,6 +52,7 @@ class Showing(QObject):
             comparison.times if comparison else None, comparison.heat if comparison else None
         )
         view.show_metrics(*self._metrics(comparison))
+        view.timeline.set_unmade(scene.unmade)
         main = scene.tuned
         view.tune.show_available(
             face=main is not None and bool(main.shape_names), bones=main is not None and bool(main.bone_names)

@@ -136,6 +136,12 @@ class Timeline(QWidget):
         self.content.excluded = tuple(spans)
         self._repaint_all()
 
+    def set_unmade(self, span: Span | None) -> None:
+        """The span whose motion is still being made; None where all of it is there."""
+        if span != self.content.unmade:
+            self.content.unmade = span
+            self.update()
+
     def set_in_out(self, in_out: Span | None) -> None:
         """In and out points in seconds, with their handles; None takes the handles away."""
         self.content.handles = in_out is not None

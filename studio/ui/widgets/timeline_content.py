@@ -137,6 +137,7 @@ class Content:
         problems: what is wrong, by time.
         heat: times in seconds and values 0..1 of a strip of colour.
         excluded: spans left out.
+        unmade: the span whose motion is still being made.
         in_out, handles: in and out points, and whether they can be dragged.
         span, loop: what is selected and what is repeated.
         parts: what a cut would keep, a preview.
@@ -154,6 +155,7 @@ class Content:
     problems: tuple[Mark, ...] = ()
     heat: tuple[NDArray[np.float64], Floats] | None = None
     excluded: tuple[Span, ...] = ()
+    unmade: Span | None = None
     in_out: Span = (0.0, 0.0)
     handles: bool = False
     span: Span | None = None

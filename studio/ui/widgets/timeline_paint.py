@@ -194,6 +194,22 @@ def paint_excluded(
         painter.drawLine(rect.topRight(), rect.bottomRight())
 
 
+def paint_unmade(
+    painter: QPainter, spread: Span, left: float, view: TimeView, span: Span, words: str
+) -> None:
+    """A shade over what is still being made, with the line that it moves along."""
+    rect = _box(spread, left, view, span)
+    if rect.width() <= 0:
+        return
+    painter.fillRect(rect, theme.colour("accent_soft", 150))
+    painter.setPen(QPen(theme.colour("accent"), 2))
+    painter.drawLine(rect.topLeft(), rect.bottomLeft())
+    painter.setFont(theme.ui_font(theme.CAPTION_PX))
+    painter.setPen(theme.colour("text"))
+    if painter.fontMetrics().horizontalAdvance(words) + 16 < rect.width():
+        painter.drawText(QPointF(rect.left() + 8, rect.bottom() - 8), words)
+
+
 def paint_outside(painter: QPainter, spread: Span, left: float, view: TimeView, in_out: Span) -> None:
     """Shade what lies before the in point and after the out point."""
     shade = theme.colour("ground", 165)

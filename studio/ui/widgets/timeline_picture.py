@@ -42,6 +42,8 @@ def paint_above(painter: QPainter, content: Content, lanes: tuple[Lane, ...], vi
     whole = spread(lanes)
     if content.handles:
         paint.paint_outside(painter, whole, GUTTER, view, content.in_out)
+    if content.unmade is not None:
+        paint.paint_unmade(painter, whole, GUTTER, view, content.unmade, _tr("being made"))
     if content.span is not None:
         paint.paint_span(painter, whole, GUTTER, view, content.span, 50)
     if content.loop is not None:

@@ -381,10 +381,15 @@ def test_a_run_is_shown_beside_the_capture_and_kept(
     view.bar.ghost.click()
     assert not view.stage.captured.isVisible()
     sound = tmp_path / "другой звук.flac"
-    soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 32_000).astype(np.float32), 16_000)
+    soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 50 * 16_000).astype(np.float32), 16_000)
     presenter.add_sounds([sound])
-    qtbot.waitUntil(
-        lambda: presenter.scene.tuned is not None and presenter.scene.captured.motion is None, timeout=MINUTE
-    )
-    assert presenter.scene.tuned.duration == pytest.approx(2.0, abs=0.2)
+    qtbot.waitUntil(lambda: presenter.scene.captured.motion is None and presenter.scene.whole, timeout=MINUTE)
+    assert presenter.scene.tuned.duration == pytest.approx(50.0, abs=0.2)
     assert _text(view, "review_metrics") == ""
+    qtbot.waitUntil(lambda: not presenter._making.busy)
+    made = max((project.folder / ".cache" / "generated" / "quick_001").glob("*.arrow"), key=_changed)
+    np.testing.assert_array_equal(read_motion(made).shapes, presenter.scene.predicted.shapes)
+
+
+def _changed(path: Path) -> float:
+    return path.stat().st_mtime

@@ -1,0 +1,120 @@
+"""Motion that is seen while the rest of it is still being made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.motion import Motion
+from studio.project import Project
+from studio.settings import Settings
+from studio.take.motion_file import write_motion
+from studio.ui.jobs import Job
+from studio.ui.review.clip import Wanted
+from studio.ui.review.predicting import Predicting, _Pieces
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.scene import A
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+
+def _piece(folder: Path, number: int, seconds: float = 2.0) -> dict[str, str]:
+    times = number * seconds + np.arange(round(seconds * 30)) / 30
+    file = folder / f"piece_{number}.arrow"
+    write_motion(file, Motion.build(times, ("A",), np.full((len(times), 1), 0.1 * (number + 1))))
+    return {"event": "piece", "file": str(file)}
+
+
+@pytest.fixture
+def predicting(qtbot: QtBot) -> Predicting:
+    """One whose child is only told of: the pieces come when the test says so."""
+    made = Predicting()
+    made._job, made._pieces = Job(made), _Pieces.begin()
+    return made
+
+
+def test_the_beginning_is_handed_on_before_the_end_is_there(
+    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+) -> None:
+    job, folder = predicting._job, predicting._pieces.folder
+    assert job is not None
+    assert folder is not None
+    for number in range(2):
+        with qtbot.waitSignal(predicting.grown) as grown:
+            predicting._on_event(job, _piece(tmp_path, number))
+        assert grown.args is not None
+        assert len(grown.args[0]) == 60 * (number + 1)
+    path = tmp_path / "whole.arrow"
+    path.write_bytes(b"not read: the pieces are the whole")
+    with qtbot.waitSignal(predicting.predicted) as whole:
+        predicting._on_event(job, _piece(tmp_path, 2))
+        predicting._on_generated(job, path)
+    assert whole.args is not None
+    assert len(whole.args[0]) == 180
+    assert whole.args[0].shapes[[0, 60, 120], 0].tolist() == pytest.approx([0.1, 0.2, 0.3])
+    assert not folder.exists()
+
+
+def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
+    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+) -> None:
+    job = predicting._job
+    assert job is not None
+    seen: list[Motion] = []
+    predicting.grown.connect(seen.append)
+    _piece(tmp_path, 0)
+    with qtbot.waitSignal(predicting.predicted) as whole:
+        predicting._on_event(job, {"event": "piece", "file": str(tmp_path / "gone.arrow")})
+        qtbot.waitUntil(lambda: not predicting._pieces.reading)
+        predicting._on_generated(job, tmp_path / "piece_0.arrow")
+    assert whole.args is not None
+    assert len(whole.args[0]) == 60
+    assert not seen
+
+
+def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predicting, tmp_path: Path) -> None:
+    job, folder = predicting._job, predicting._pieces.folder
+    assert job is not None
+    assert folder is not None
+    seen: list[Motion] = []
+    for signal in (predicting.grown, predicting.predicted):
+        signal.connect(seen.append)
+    predicting._on_event(job, _piece(tmp_path, 0))
+    predicting.cancel()
+    predicting._on_event(job, _piece(tmp_path, 1))
+    qtbot.wait(100)
+    assert not seen
+    assert not folder.exists()
+
+
+def test_the_beginning_plays_and_the_rest_is_marked_on_the_timeline(
+    qtbot: QtBot, toy_project: Project
+) -> None:
+    session = Session(Settings())
+    session.project = toy_project
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    scene = presenter.scene
+    qtbot.waitUntil(lambda: scene.tuned is not None)
+    assert scene.captured.motion is not None
+    scene.sides[A].wanted, scene.sides[A].asked = Wanted("quick_001"), True
+    half = scene.captured.motion.between(0.0, 3.0)
+    presenter._making._on_grown(A, half)
+    qtbot.waitUntil(lambda: view.timeline.content.unmade is not None)
+    assert view.timeline.content.unmade == pytest.approx((half.times[-1], 6.0))
+    assert view.stage.predicted.isVisible()
+    assert not view.export.export.isEnabled(), "half a motion is not exported"
+    view.seek_requested.emit(1.0)
+    presenter._making._on_predicted(A, scene.captured.motion)
+    qtbot.waitUntil(lambda: view.timeline.content.unmade is None)
+    qtbot.waitUntil(view.export.export.isEnabled)
+    assert scene.player is not None
+    assert scene.player.position == pytest.approx(1.0), "what grows does not move who looks at it"
+    presenter.close()
