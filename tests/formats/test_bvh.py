@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from pathlib import Path
@@ -14,6 +15,7 @@ from studio.errors import RequestError, StudioError
 from studio.formats import bvh
 from studio.motion import Motion, Skeleton, rotation
 from tests.formats.examples import a_motion, assert_same_motion
+from tests.formats.foreign_node import ask
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden" / "three_frames.bvh"
 MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -118,6 +120,22 @@ def test_a_foreign_reader_sees_the_same_figure(tmp_path: Path) -> None:
             got = np.array([tuple(joint.PositionWorld) for joint in joints])
             wanted = expected(motion, [joint.Name for joint in joints])[frame]
             np.testing.assert_allclose(got, wanted, atol=0.02)
+
+
+@pytest.mark.slow
+def test_three_js_sees_every_joint_where_the_motion_has_it(tmp_path: Path) -> None:
+    motion = a_motion(20)
+    (file,) = bvh.write(tmp_path / "名前 x.bvh", motion)
+    rows = [0, 7, 18]
+    seen = ask("read_bvh.mjs", str(file), json.dumps(motion.times[rows].tolist()))
+    positions, turns = motion.world()
+    for frame, row in zip(seen["frames"], rows, strict=True):
+        assert set(frame) == set(motion.bone_names)
+        at = np.array([frame[name]["at"] for name in motion.bone_names]) / 100  # centimetres
+        assert np.linalg.norm(at - positions[row] * [-1.0, 1.0, 1.0], axis=1).max() < 0.001
+        turned = [frame[name]["turned"] for name in motion.bone_names]
+        far = rotation.angle_between(turned, turns[row] * [1.0, -1.0, -1.0, 1.0])
+        assert np.degrees(far.max()) < 0.1
 
 
 def test_it_reads_back_in_unity_axes_and_metres(tmp_path: Path) -> None:
