@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     rows, frames = {}, 0
     for one in chosen:
         say_learnt(one, ground, out)
-        result = measure(one, ground)
+        result = measure(one, ground, out)
         rows[one.id], frames = result.metrics, result.frames
         out.event("measured", run=one.id, metrics=rows[one.id])
     _say_different_training(chosen, out)

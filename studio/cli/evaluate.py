@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     chosen = project.run(args.run)
     ground = choose_ground(project, args.takes, args.split, out)
     say_learnt(chosen, ground, out)
-    result = measure(chosen, ground, args.style, args.seed, args.liveliness)
+    result = measure(chosen, ground, out, args.style, args.seed, args.liveliness)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen, ground, out)
     facts = {
         "run": chosen.id,
@@ -163,17 +163,28 @@ _TO_VAL = "No take is marked as test; measured on the validation takes, which ch
 
 
 def measure(
-    chosen: Run, ground: Ground, style: str | None = None, seed: int = 0, liveliness: float = 1.0
+    chosen: Run,
+    ground: Ground,
+    out: Output,
+    style: str | None = None,
+    seed: int = 0,
+    liveliness: float = 1.0,
 ) -> Evaluation:
-    """A run's figures in a style, its own default where None, and as `saia generate` draws by default."""
+    """A run's figures in a style, its own default where None, and as `saia generate` draws by default.
+
+    How far it is is told before each take, as `progress`.
+    """
     from studio.generate import chance_of, load_predictor
     from studio.take.sound import Sound
     from studio.training.metrics_evaluate import evaluate
 
     predictor, chance = load_predictor(chosen.folder), chance_of(seed, liveliness)
-    rate = predictor.model.recipe.sound.sample_rate
+    rate, waiting = predictor.model.recipe.sound.sample_rate, iter(range(len(ground.material)))
 
     def predict(material: Material) -> Any:
+        done, of, take = next(waiting), len(ground.material), material.selection.id
+        text = f"{chosen.id} listens to {take} ({done + 1} of {of})"
+        out.passing("progress", text, run=chosen.id, take=take, done=done, of=of, fraction=done / of)
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
         return predictor.generate_samples(sound.mono(), style, chance)
 

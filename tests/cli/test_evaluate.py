@@ -136,6 +136,8 @@ def test_runs_are_compared_on_the_same_takes(project: Project, capsys: pytest.Ca
     assert (events[-1]["frames"], events[-1]["seeds"]) == (180, {"balanced_001": 1, "balanced_002": 2})
     assert events[-1]["baselines"].keys() == {"zero", "train_mean", "ridge"}
     assert events[-1]["runs"]["balanced_001"] != events[-1]["runs"]["balanced_002"]
+    told = [(e["run"], e["take"], e["done"], e["of"]) for e in events if e["event"] == "progress"]
+    assert told == [("balanced_001", "Toy_004", 0, 1), ("balanced_002", "Toy_004", 0, 1)]
 
 
 @pytest.mark.parametrize(

@@ -127,5 +127,5 @@ def figures_of(project: Project, run: Run) -> dict[str, Any]:
     from studio.cli._output import Output
     from studio.cli.evaluate import choose_ground, measure
 
-    ground = choose_ground(project, None, "val", Output(as_json=True))
-    return measure(run, ground, None, 0, 1.0).metrics
+    out = Output(as_json=True)
+    return measure(run, choose_ground(project, None, "val", out), out).metrics

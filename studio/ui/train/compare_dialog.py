@@ -50,7 +50,7 @@ class CompareDialog(QDialog):
         self._told.setWordWrap(True)
         self._state = label("", "muted", "compare_state")
         self._bar = QProgressBar()
-        self._bar.setRange(0, len(runs) + 1)
+        self._bar.setRange(0, 100 * (len(runs) + 1))
         self._bar.setTextVisible(False)
         self._bar.setAccessibleName(self.tr("Measuring"))
         self.ground = QComboBox()
@@ -80,11 +80,11 @@ class CompareDialog(QDialog):
         close.clicked.connect(self.accept)
         column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
 
-    def show_busy(self, measured: int, words: str) -> None:
-        """Say how many runs have been measured."""
+    def show_busy(self, measured: float, words: str) -> None:
+        """Say how many runs have been measured, and how much of the next one."""
         self._stack.setCurrentIndex(0)
         self._bar.setVisible(True)
-        self._bar.setValue(measured)
+        self._bar.setValue(round(100 * measured))
         self._state.setText(words)
         self.ground.setEnabled(False)
 

@@ -80,6 +80,11 @@ class Comparing(QObject):
         if event.get("event") == "measured":
             self._measured += 1
             self.dialog.show_busy(self._measured, self.tr("{0} is measured.").format(event.get("run", "")))
+        elif event.get("event") == "progress":
+            words = self.tr("{0} listens to {1}, take {2} of {3}.")
+            number = int(event.get("done") or 0) + 1
+            told = words.format(event.get("run"), event.get("take"), number, event.get("of"))
+            self.dialog.show_busy(self._measured + float(event.get("fraction") or 0.0), told)
         elif event.get("text"):
             self._notes.append(str(event["text"]))
 

@@ -1,0 +1,207 @@
+"""What ends a training, and the ways back: closing the window, removing a run, memory that ran out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QPushButton
+from pytestqt.qtbot import QtBot
+
+from studio.dataset import edits
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui import messages
+from studio.ui.jobs import Job
+from studio.ui.session import Session
+from studio.ui.train.card_dialog import CardDialog
+from studio.ui.train.data_card import DataCard
+from studio.ui.train.data_facts import data_facts
+from studio.ui.train.heard import Heard, smaller_again
+from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.view import TrainView
+
+LONG = 30_000
+
+
+@pytest.fixture
+def session(toy_project: Project) -> Session:
+    session = Session(Settings())
+    session.project = toy_project
+    return session
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
+    window = QMainWindow()
+    view = TrainView()
+    window.setCentralWidget(view)
+    presenter = TrainPresenter(view, session)
+    qtbot.addWidget(window)
+    window.resize(1280, 800)
+    window.show()
+    presenter.activate()
+    yield view, presenter
+    presenter.close()
+
+
+def answer(view: TrainView, words: str) -> None:
+    """Press a button of the question that is about to be asked."""
+
+    def press() -> None:
+        box = view.findChild(QMessageBox, "question")
+        if box is None:
+            QTimer.singleShot(20, view, press)
+            return
+        next(button for button in box.buttons() if button.text() == words).click()
+
+    QTimer.singleShot(0, view, press)
+
+
+def under_way(presenter: TrainPresenter, session: Session) -> Job:
+    """As if a training were under way, with a run that has weights; its child is never started."""
+    assert session.project is not None
+    folder = session.project.new_run_folder("quick")
+    (folder / "best.safetensors").write_bytes(b"weights")
+    job = Job(presenter)
+    job.ended.connect(presenter._on_ended)
+    presenter._job, presenter._run_id, presenter._folder = job, folder.name, folder
+    presenter._runs_folder, presenter._resuming = session.project.runs_folder, False
+    return job
+
+
+def test_the_window_closes_freely_while_nothing_trains(tab: tuple[TrainView, TrainPresenter]) -> None:
+    assert tab[1].may_close()
+
+
+def test_a_training_keeps_the_window_open_until_somebody_says_so(
+    tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    under_way(presenter, session)
+    answer(view, "Cancel")
+    assert not presenter.may_close()
+    assert presenter.training
+
+
+def test_stop_and_keep_closes_the_window_once_the_training_has_ended(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    job = under_way(presenter, session)
+    answer(view, "Stop and keep the best")
+    assert not presenter.may_close()
+    assert view.window().isVisible()
+    job.ended.emit()
+    qtbot.waitUntil(lambda: not view.window().isVisible(), timeout=LONG)
+    assert session.project is not None
+    assert [run.id for run in session.project.runs] == ["quick_001"]
+
+
+def test_discard_puts_the_run_into_the_trash(tab: tuple[TrainView, TrainPresenter], session: Session) -> None:
+    view, presenter = tab
+    under_way(presenter, session)
+    answer(view, "Discard")
+    assert presenter.may_close()
+    assert session.project is not None
+    assert session.project.runs == ()
+    assert (session.project.folder / ".trash" / "runs" / "quick_001" / "best.safetensors").is_file()
+
+
+def test_a_removed_run_comes_back_with_one_click(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, _ = tab
+    assert session.project is not None
+    session.project.new_run_folder("quick")
+    session.runs_changed.emit()
+    view.runs.choose("quick_001")
+    delete = view.findChild(QPushButton, "delete_run")
+    assert delete is not None
+    qtbot.mouseClick(delete, Qt.MouseButton.LeftButton)
+    assert session.project.runs == ()
+    assert view.runs.rowCount() == 0
+    toast = view.window().findChild(messages.Toast)
+    assert toast is not None
+    assert (toast.text.text(), toast.action.text()) == ("Removed quick_001.", "Undo")
+    qtbot.mouseClick(toast.action, Qt.MouseButton.LeftButton)
+    assert [run.id for run in session.project.runs] == ["quick_001"]
+    assert view.runs.chosen == "quick_001"
+
+
+def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+) -> None:
+    view, presenter = tab
+    job = under_way(presenter, session)
+    presenter._words = ["train", "folder", "--recipe", "quick"]
+    presenter._on_event({"event": "out_of_memory", "run": "quick_001", "setting": "training.crops=4"})
+    presenter._on_failed("The memory of this machine was not enough for the training.", "Type this.")
+    job.ended.emit()
+    assert not presenter.training
+    offer = view.findChild(QPushButton, "take_offer")
+    told = view.findChild(QLabel, "offer_text")
+    assert offer is not None
+    assert told is not None
+    assert offer.isVisible()
+    assert offer.text() == "Train with a smaller batch (crops=4)"
+    assert told.text() == (
+        "The memory of this machine was not enough for the training. What was learnt is kept; a smaller "
+        "batch may fit."
+    )
+    qtbot.mouseClick(offer, Qt.MouseButton.LeftButton)
+    assert presenter.training
+    assert presenter._words == ["train", "folder", "--resume", "quick_001", "--set", "training.crops=4"]
+    assert not offer.isVisible()
+    presenter.cancel()
+    qtbot.waitUntil(lambda: not presenter.training, timeout=LONG)
+    assert session.project is not None
+    assert [run.id for run in session.project.runs] == ["quick_001"], "a resumed run stays"
+
+
+def test_the_command_with_a_smaller_batch_keeps_what_was_asked_for() -> None:
+    words = ["train", "P", "--recipe", "best", "--set", "training.epochs=3"]
+    assert smaller_again(words, "", "training.crops=4") == [*words, "--set", "training.crops=4"]
+    again = ["train", "P", "--resume", "best_002", "--set", "training.crops=4"]
+    assert smaller_again(words, "best_002", "training.crops=4") == again
+    assert smaller_again(again, "best_002", "training.crops=2") == [*again, "--set", "training.crops=2"]
+
+
+def test_steps_move_the_bar_between_epochs() -> None:
+    heard = Heard()
+    assert heard.fraction == -1.0
+    told: list[dict[str, Any]] = [
+        {"event": "step", "epoch": 1, "of": 4, "step": 5, "steps": 10, "eta_s": 70.0},
+        {"event": "epoch", "epoch": 1, "of": 4, "eta_s": 60.0},
+        {"event": "step", "epoch": 2, "of": 4, "step": 1, "steps": 10, "eta_s": 55.0},
+    ]
+    seen = []
+    for event in told:
+        heard.take(event)
+        seen.append((heard.fraction, heard.eta))
+    assert seen == [(0.125, 70.0), (0.25, 60.0), (0.275, 55.0)]
+
+
+def test_a_project_only_to_look_at_sets_no_take_aside_and_keeps_its_notes(
+    qtbot: QtBot, toy_project: Project
+) -> None:
+    toy_project.edit("all", edits.set_split(toy_project.dataset, ["toy_003"], "train"))
+    card = DataCard()
+    qtbot.addWidget(card)
+    card.show_locked("It was opened for looking only.")
+    card.show_facts(data_facts(toy_project.dataset, toy_project.takes))
+    button = card.findChild(QPushButton, "set_validation")
+    assert button is not None
+    assert not button.isEnabled()
+    assert button.toolTip() == "It was opened for looking only."
+    card.show_locked("")
+    assert button.isEnabled()
+    dialog = CardDialog("quick_001")
+    qtbot.addWidget(dialog)
+    dialog.show_card("<p>card</p>", "mine")
+    dialog.show_locked("It was opened for looking only.")
+    assert dialog.licence.isReadOnly()
+    assert not dialog.save.isEnabled()
+    assert dialog.save.toolTip() == "It was opened for looking only."
