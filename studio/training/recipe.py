@@ -6,7 +6,7 @@ A recipe is one file in resources/recipes; it may extend another and may offer n
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -263,33 +263,17 @@ def _info(path: Path) -> RecipeInfo:
     )
 
 
-def choices() -> tuple[RecipeInfo, ...]:
-    """All recipes, each followed by its forms, which are chosen by "recipe:form"."""
-    return tuple(choice for info in recipes() for choice in (info, *_forms(info)))
-
-
-def _forms(info: RecipeInfo) -> Iterator[RecipeInfo]:
-    content = _content(resource("recipes", f"{info.name}.toml"))
-    for form in info.forms:
-        facts = _merged(content, content["forms"][form])
-        title = content["forms"][form].get("title", f"{info.title}, {form}")
-        summary, minutes = str(facts["summary"]), float(facts.get("minutes", 0.0))
-        yield RecipeInfo(f"{info.name}:{form}", title, summary, "", minutes)
-
-
 def load_recipe(name: str) -> Recipe:
-    """A recipe by name, or one of its forms by "recipe:form".
+    """A recipe by name.
 
     Raises:
         RequestError: there is none of that name.
     """
-    name, _, form = name.partition(":")
     path = resource("recipes", f"{name}.toml")
     if Path(name).name != name or not path.is_file():
         known = ", ".join(info.name for info in recipes())
         raise RequestError(f"There is no recipe called {name}.", f"Choose one of: {known}.")
-    recipe = _build(name, _content(path))
-    return _with_form(recipe, form) if form else recipe
+    return _build(name, _content(path))
 
 
 def read_recipe(path: Path) -> Recipe:

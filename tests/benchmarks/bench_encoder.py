@@ -100,7 +100,7 @@ def decoding(sound: np.ndarray) -> dict[str, float]:
     t = np.arange(300) / 30
     names = tuple(f"shape_{i}" for i in range(37))
     layout = fit([Motion.build(t, names, np.sin(t[:, None] + np.arange(37)) ** 2)])
-    recipe = load_recipe("faceformer:pretrained")
+    recipe = load_recipe("faceformer").with_overrides(["form=pretrained"])
     predictor = Predictor(Model(build_network(recipe, layout, FPS).eval(), recipe, layout, FPS))
     predictor.generate_samples(sound)
     return cost(lambda: predictor.generate_samples(sound))

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from studio.errors import RequestError, StudioError
-from studio.training.recipe import choices, from_dict, load_recipe, read_recipe, recipes
+from studio.training.recipe import from_dict, load_recipe, read_recipe, recipes
 
 
 def test_every_recipe_loads_and_comes_back_from_its_text() -> None:
@@ -133,20 +133,6 @@ def test_the_window_reads_recipes_without_anything_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_forms_are_chosen_with_their_recipe() -> None:
-    found = {info.name: info for info in choices()}
-    assert found["faceformer:pretrained"].title == "FaceFormer, pretrained"
-    assert found["faceformer:paper"].title == "FaceFormer (2022), paper"
-    for name in found:
-        recipe, _, form = name.partition(":")
-        assert (load_recipe(name).name, load_recipe(name).form) == (recipe, form)
-    assert load_recipe("faceformer:pretrained") == load_recipe("faceformer").with_overrides(
-        ["form=pretrained"]
-    )
-    with pytest.raises(RequestError, match=r"^The recipe balanced has no form called tiny\. Forms it has: "):
-        load_recipe("balanced:tiny")
 
 
 def test_what_an_encoder_is_made_of_is_found_out_and_not_set() -> None:

@@ -33,7 +33,7 @@ def run_of(project: Project, name: str, *changes: str) -> Path:
 def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
     make_toy_project: MakeProject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = run_of(make_toy_project(), "balanced:speech", "units=8")
+    folder = run_of(make_toy_project(), "balanced", "form=speech", "units=8")
     predictor = load_predictor(folder)
     assert predictor.model.recipe.sound.encoder_digest == WHISPER_SHA256
     sound = example.voice(3.0)
@@ -55,7 +55,7 @@ def test_faceformer_hears_with_a_wav2vec_and_any_length(
 ) -> None:
     monkeypatch.setenv("SAIA_ENCODERS", str(tmp_path / "encoders"))
     encoder = f"encoder={example.write(tmp_path / 'tiny')}"
-    folder = run_of(make_toy_project(), "faceformer:pretrained", encoder, "width=16", "heads=2")
+    folder = run_of(make_toy_project(), "faceformer", "form=pretrained", encoder, "width=16", "heads=2")
     predictor = load_predictor(folder)
     assert predictor.model.recipe.sound.encoder == "tiny"
     sound = example.voice(29.0)  # over the border of two windows

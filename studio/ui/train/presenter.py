@@ -139,9 +139,8 @@ class TrainPresenter(QObject):
             for key, info in self._by_preset.items()
         ]
         view.show_presets(cards, "")
-        choices = recipes.choices()
-        view.show_recipes([(info.name, info.title, info.summary) for info in choices])
-        names = [info.name for info in choices]
+        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
+        names = [info.name for info in self._infos]
         last = self._session.settings.recipe
         self._on_recipe(last if last in names else recipes.DEFAULT)
 
