@@ -7,6 +7,7 @@ QMainWindow, QDialog, QWidget#page { background: @ground; }
 QToolTip { background: @raised; color: @text; border: 1px solid @line; padding: 4px 8px; }
 
 QLabel { background: transparent; }
+QLabel:disabled { color: @disabled; }
 QLabel[role="display"] { font-size: 26px; font-weight: 600; }
 QLabel[role="title"] { font-size: 16px; font-weight: 600; }
 QLabel[role="heading"] { font-size: 11px; font-weight: 600; color: @muted; }
@@ -53,6 +54,12 @@ QPushButton[role="quiet"]:hover, QToolButton[role="quiet"]:hover { background: @
 QPushButton[role="quiet"]:focus, QToolButton[role="quiet"]:focus { border-color: @accent; }
 QPushButton[role="quiet"]:checked, QToolButton[role="quiet"]:checked { background: @accent_soft; color: @text; }
 QPushButton[role="quiet"]:disabled, QToolButton[role="quiet"]:disabled { color: @disabled; }
+QPushButton[role="fold"] {
+    background: transparent; border-color: transparent; padding: 5px 2px; text-align: left;
+}
+QPushButton[role="fold"]:hover, QPushButton[role="fold"]:checked:hover { background: @raised; }
+QPushButton[role="fold"]:checked { background: transparent; border-color: transparent; }
+QPushButton[role="fold"]:focus { border-color: @accent; }
 QPushButton[role="chip"], QToolButton[role="chip"] { border-radius: 12px; padding: 2px 10px; font-size: 11px; }
 QPushButton[role="big"] { text-align: left; padding: 10px 14px; background: @surface; }
 QPushButton[role="big"]:hover { background: @raised; }

@@ -20,6 +20,7 @@ from studio.ui.review.playing import Playing
 from studio.ui.review.scene import A, B, Scene
 from studio.ui.review.sending import Sending
 from studio.ui.review.showing import Showing
+from studio.ui.review.tunings import Tunings
 from studio.ui.review.view import ReviewView
 from studio.ui.review.voting import Voting
 from studio.ui.session import Session
@@ -40,6 +41,7 @@ class ReviewPresenter(QObject):
         self._making = Making(view, self.scene, self._listing, session)
         self._voting = Voting(view.bar, self.scene, lambda: session.project, self._show_motion)
         self._sending = Sending(view.send, session, self._pose_source)
+        self._tunings = Tunings(view.tune, session)
         self._avatars = Avatars(view.stage, session)
         self._exporting = Exporting(view.export, self._exhibit, session)
         self._connect()

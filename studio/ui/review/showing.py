@@ -53,10 +53,8 @@ class Showing(QObject):
         )
         view.show_metrics(*self._metrics(comparison))
         view.timeline.set_unmade(scene.unmade)
-        main = scene.tuned
-        view.tune.show_available(
-            face=main is not None and bool(main.shape_names), bones=main is not None and bool(main.bone_names)
-        )
+        main = scene.predicted if scene.predicted is not None else scene.captured.motion
+        view.tune.show_motion(main.shape_names if main else (), main.bone_names if main else ())
         self.dirty = True
 
     def show_layout(self) -> None:

@@ -1,35 +1,33 @@
-"""Sliders laid over the motion: seen, sent and exported as they stand."""
+"""Layers over the motion: seen, sent and exported as they stand here."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QMouseEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QPushButton, QSlider, QVBoxLayout, QWidget
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from studio.playback.layers import Tuning
+from studio.playback.layers.gaze import has_eyes
+from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
+from studio.playback.layers.tuning import LIMITS
 from studio.ui import theme
+from studio.ui.review.preset_bar import PresetBar
+from studio.ui.review.tune_fields import Fold, Number, NumberRow
+from studio.ui.review.tune_folds import GroundFold, MovesFold, ShapesFold
 from studio.ui.widgets.card import label
 
-
-class ResetSlider(QSlider):
-    """A slider that a double-click brings back.
-
-    Signals:
-        reset_requested: it was double-clicked.
-    """
-
-    reset_requested = Signal()
-
-    def __init__(self) -> None:
-        super().__init__(Qt.Orientation.Horizontal)
-
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        self.reset_requested.emit()
-        event.accept()
+ONE_EDIT_MS = 800
+"""Changes of one slider that follow each other so closely are undone together."""
+UNDO_KEPT = 100
+_SHAPES_FOLD = ("top_vowels", "shapes")
+_MOVES_FOLD = ("moves", "left_out")
+_GROUND_FOLD = ("lock_root", "plant_feet")
 
 
 class TunePanel(QWidget):
-    """All sliders.
+    """Presets, and all layers in folds.
 
     Signals:
         tuning_changed: a Tuning.
@@ -39,98 +37,266 @@ class TunePanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._fields: dict[str, tuple[ResetSlider, QDoubleSpinBox, float]] = {}
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(theme.INSIDE)
-        grid.setVerticalSpacing(10)
-        for row, (name, title, low, high, step, decimals, tip) in enumerate(self._controls()):
-            self._add(grid, row, name, title, (low, high, step, decimals), tip)
-        grid.setColumnStretch(1, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 12, 12, 12)
-        column.setSpacing(12)
-        column.addLayout(grid)
+        self._tuning = Tuning()
+        self._undo: list[Tuning] = []
+        self._redo: list[Tuning] = []
+        self._edit = ""  # what is being changed, until it has rested for a while
+        self._resting = QTimer(self)
+        self._resting.setSingleShot(True)
+        self._resting.setInterval(ONE_EDIT_MS)
+        self._resting.timeout.connect(self._end_edit)
+        self.rows: dict[str, NumberRow] = {}
+        self.presets = PresetBar()
+        self.presets.chosen.connect(self.set_tuning)
+        self._build_folds()
+        self._lay_out()
+        self._show()
+
+    @property
+    def tuning(self) -> Tuning:
+        """How everything stands."""
+        return self._tuning
+
+    def set_tuning(self, tuning: Tuning) -> None:
+        """Move everything, and say so once; undo brings back what was."""
+        self._end_edit()
+        self._change(tuning, "")
+
+    def show_motion(self, shape_names: tuple[str, ...], bone_names: tuple[str, ...]) -> None:
+        """Enable what the motion on the stage has channels for; anything else would do nothing."""
+        regions = {shape_region(name) for name in shape_names} | {bone_region(name) for name in bone_names}
+        bones = set(bone_names)
+        none = self.tr("This motion has nothing there that could move.")
+        there = dict.fromkeys(self.rows, bool(shape_names or bone_names))
+        there |= {name: name in regions for name in self.rows if name in _REGION_ROWS}
+        there["blinks"] = any(is_lid(name) for name in shape_names)
+        there["darts"] = has_eyes(shape_names, bone_names)
+        there["breath"] = bool(bones & {"Chest", "UpperChest", "LeftShoulder", "RightShoulder"})
+        there["sway"] = bool(bones & {"Spine", "Chest", "Head"})
+        there["seed"] = there["blinks"] or there["darts"] or there["sway"]
+        for name, row in self.rows.items():
+            row.set_available(there[name], none)
+        self.shapes.show_names(shape_names, sum(vowel(name) is not None for name in shape_names) > 2)
+        self.ground.show_available(bool(bones), {"LeftFoot", "RightFoot"} <= bones)
+
+    def undo(self) -> None:
+        """Back to what was before the last change."""
+        self._end_edit()
+        self._step(self._undo, self._redo)
+
+    def redo(self) -> None:
+        """Forth again."""
+        self._end_edit()
+        self._step(self._redo, self._undo)
+
+    # -- keys --------------------------------------------------------------------------------------
+
+    def event(self, event: QEvent) -> bool:
+        """Undo and redo here are the panel's own while it has the keys, not the takes'."""
+        if (
+            isinstance(event, QKeyEvent)
+            and event.type() == QEvent.Type.ShortcutOverride
+            and any(event.matches(key) for key in _UNDO_KEYS)
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Undo):
+            self.undo()
+        elif event.matches(QKeySequence.StandardKey.Redo):
+            self.redo()
+        else:
+            super().keyPressEvent(event)
+
+    # -- changes -----------------------------------------------------------------------------------
+
+    def _on_row(self, name: str) -> None:
+        value = self.rows[name].value
+        self._change(self._tuning.changed(**{name: round(value) if name == "seed" else value}), name)
+
+    def _on_shapes(self, what: str) -> None:
+        fold = self.shapes
+        self._change(self._tuning.changed(top_vowels=fold.top_vowels.isChecked(), shapes=fold.shapes), what)
+
+    def _on_moves(self, what: str) -> None:
+        left_out = bool(self.moves.rest.currentData())
+        self._change(self._tuning.changed(moves=self.moves.moves, left_out=left_out), what)
+
+    def _on_ground(self, what: str) -> None:
+        fold = self.ground
+        self._change(
+            self._tuning.changed(
+                lock_root=fold.lock_root.isChecked(), plant_feet=fold.plant_feet.isChecked()
+            ),
+            what,
+        )
+
+    def _on_reset(self, names: tuple[str, ...]) -> None:
+        """Bring the fields of a fold back."""
+        neutral = Tuning()
+        self.set_tuning(self._tuning.changed(**{name: getattr(neutral, name) for name in names}))
+
+    def _change(self, tuning: Tuning, what: str) -> None:
+        """Another tuning; what follows closely of the same thing is one edit."""
+        if tuning == self._tuning:
+            self._show()
+            return
+        if not what or what != self._edit:
+            self._undo = [*self._undo[-UNDO_KEPT:], self._tuning]
+            self._redo = []
+        self._edit = what
+        self._resting.start()
+        self._set(tuning)
+
+    def _end_edit(self) -> None:
+        self._edit = ""
+        self._resting.stop()
+
+    def _step(self, source: list[Tuning], other: list[Tuning]) -> None:
+        if source:
+            other.append(self._tuning)
+            self._set(source.pop())
+
+    def _set(self, tuning: Tuning) -> None:
+        self._tuning = tuning
+        self._show()
+        self.tuning_changed.emit(tuning)
+
+    def _show(self) -> None:
+        tuning, neutral = self._tuning, Tuning()
+        for name, row in self.rows.items():
+            if row.value != getattr(tuning, name):
+                row.show_value(getattr(tuning, name))
+        for fold, names in self._number_folds:
+            fold.show_changed(any(getattr(tuning, name) != getattr(neutral, name) for name in names))
+        for special in (self.shapes, self.moves, self.ground):
+            special.show_tuning(tuning)
+        self.presets.show_tuning(tuning)
+        self.reset.setEnabled(tuning != neutral)
+        self.undo_button.setEnabled(bool(self._undo))
+        self.redo_button.setEnabled(bool(self._redo))
+
+    # -- parts -------------------------------------------------------------------------------------
+
+    def _build_folds(self) -> None:
+        self._number_folds: list[tuple[Fold, tuple[str, ...]]] = []
+        for name, title, numbers in (
+            ("overall", self.tr("Overall"), self._overall()),
+            ("strength", self.tr("Strength"), self._strengths()),
+            ("life", self.tr("Signs of life"), self._life()),
+        ):
+            fold, names = Fold(name, title, name == "overall"), tuple(number.name for number in numbers)
+            for number in numbers:
+                row = self.rows[number.name] = NumberRow(number, fold.grid)
+                row.changed.connect(lambda name=number.name: self._on_row(name))
+            fold.reset_requested.connect(lambda names=names: self._on_reset(names))
+            self._number_folds.append((fold, names))
+        self.shapes, self.moves, self.ground = ShapesFold(), MovesFold(), GroundFold()
+        self.shapes.changed.connect(self._on_shapes)
+        self.moves.changed.connect(self._on_moves)
+        self.ground.changed.connect(self._on_ground)
+        self.shapes.reset_requested.connect(lambda: self._on_reset(_SHAPES_FOLD))
+        self.moves.reset_requested.connect(lambda: self._on_reset(_MOVES_FOLD))
+        self.ground.reset_requested.connect(lambda: self._on_reset(_GROUND_FOLD))
+
+    def _lay_out(self) -> None:
+        inner = QWidget()
+        inner.setObjectName("scrolled")
+        folds = QVBoxLayout(inner)
+        folds.setContentsMargins(0, 0, 10, 12)
+        folds.setSpacing(2)
+        for fold in (*(fold for fold, _ in self._number_folds), self.shapes, self.moves, self.ground):
+            folds.addWidget(fold)
         hint = label(self.tr("What you tune here is what is sent and exported."), "caption")
         hint.setWordWrap(True)
-        column.addWidget(hint)
+        folds.addWidget(hint)
+        folds.addStretch(1)
+        self.area = QScrollArea()
+        self.area.setObjectName("tune_scroll")
+        self.area.setWidgetResizable(True)
+        self.area.setFrameShape(QFrame.Shape.NoFrame)
+        self.area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.area.setWidget(inner)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 12, 2, 0)
+        column.setSpacing(theme.TIGHT)
+        top = QVBoxLayout()
+        top.setContentsMargins(0, 0, 10, 0)
+        top.setSpacing(theme.TIGHT)
+        top.addWidget(self.presets)
+        top.addLayout(self._history_row())
+        column.addLayout(top)
+        column.addWidget(self.area, 1)
+
+    def _history_row(self) -> QHBoxLayout:
+        self.undo_button = self._tool("tune_undo", "mdi6.undo", self.tr("Undo the last change"), self.undo)
+        self.redo_button = self._tool("tune_redo", "mdi6.redo", self.tr("Redo"), self.redo)
         self.reset = QPushButton(self.tr("Reset all"))
         self.reset.setObjectName("tune_reset")
         theme.as_role(self.reset, "quiet")
         self.reset.clicked.connect(lambda: self.set_tuning(Tuning()))
-        column.addWidget(self.reset, 0, Qt.AlignmentFlag.AlignLeft)
-        column.addStretch(1)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        row.addWidget(self.undo_button)
+        row.addWidget(self.redo_button)
+        row.addStretch(1)
+        row.addWidget(self.reset)
+        return row
 
-    @property
-    def tuning(self) -> Tuning:
-        """How the sliders stand."""
-        return Tuning().changed(**{name: box.value() for name, (_, box, _) in self._fields.items()})
+    def _tool(self, name: str, icon: str, words: str, work: Callable[[], None]) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName(name)
+        button.setToolTip(words)
+        button.setAccessibleName(words)
+        theme.set_icon(button, icon, "muted")
+        theme.as_role(button, "quiet")
+        button.clicked.connect(work)
+        return button
 
-    def set_tuning(self, tuning: Tuning) -> None:
-        """Move the sliders, and say so once."""
-        for name, (slider, box, step) in self._fields.items():
-            with QSignalBlocker(slider), QSignalBlocker(box):
-                box.setValue(getattr(tuning, name))
-                slider.setValue(round(getattr(tuning, name) / step))
-        self.tuning_changed.emit(self.tuning)
-
-    def show_available(self, face: bool, bones: bool) -> None:
-        """Enable what the motion has; a slider without channels would do nothing."""
-        for name, there in (
-            ("mouth", face), ("face", face), ("head", bones), ("torso", bones), ("arms", bones),
-        ):  # fmt: skip
-            for widget in self._fields[name][:2]:
-                widget.setEnabled(there)
-
-    def _controls(self) -> list[tuple[str, str, float, float, float, int, str]]:
+    def _overall(self) -> list[Number]:
         return [
-            ("mouth", self.tr("Mouth"), 0.0, 2.0, 0.05, 2, self.tr("Strength of the mouth's blend shapes")),
-            ("face", self.tr("Face"), 0.0, 2.0, 0.05, 2, self.tr("Strength of all other blend shapes")),
-            ("head", self.tr("Head"), 0.0, 2.0, 0.05, 2, self.tr("How far neck and head swing")),
-            ("torso", self.tr("Torso"), 0.0, 2.0, 0.05, 2, self.tr("How far hips and spine swing")),
-            ("arms", self.tr("Arms"), 0.0, 2.0, 0.05, 2, self.tr("How far shoulders and arms swing")),
-            (
-                "smoothing", self.tr("Smoothing"), 0.0, 0.3, 0.01, 2,
-                self.tr("Calms trembling, in seconds; lips still close and blinks stay sharp"),
-            ),
-            (
-                "offset_ms", self.tr("Offset"), -300.0, 300.0, 5.0, 0,
-                self.tr("Motion later (+) or earlier (-) than the sound, in milliseconds"),
-            ),
+            Number("expressiveness", self.tr("Expression"), self.tr("One dial for face, head and body"),
+                   LIMITS["expressiveness"], 0.05, 1.0),
+            Number("smoothing", self.tr("Smoothing"),
+                   self.tr("Calms trembling, in seconds; lips still close and blinks stay sharp"),
+                   LIMITS["smoothing"], 0.01, 0.0, 2, " s"),
+            Number("offset_ms", self.tr("Offset"),
+                   self.tr("Motion later (+) or earlier (-) than the sound, in milliseconds"),
+                   LIMITS["offset_ms"], 5.0, 0.0, 0, " ms"),
         ]  # fmt: skip
 
-    def _add(
-        self, grid: QGridLayout, row: int, name: str, title: str,
-        limits: tuple[float, float, float, int], tip: str,
-    ) -> None:  # fmt: skip
-        low, high, step, decimals = limits
-        slider, box = ResetSlider(), QDoubleSpinBox()
-        slider.setRange(round(low / step), round(high / step))
-        slider.setObjectName(f"tune_{name}_slider")
-        box.setRange(low, high)
-        box.setSingleStep(step)
-        box.setDecimals(decimals)
-        box.setObjectName(f"tune_{name}")
-        box.setFont(theme.figures_font())
-        box.setFixedWidth(84)
-        box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        box.setSuffix({"smoothing": " s", "offset_ms": " ms"}.get(name, ""))
-        default = getattr(Tuning(), name)
-        box.setValue(default)
-        slider.setValue(round(default / step))
-        caption = label(title)
-        caption.setBuddy(box)
-        for widget in (caption, slider, box):
-            widget.setToolTip(f"{tip}. " + self.tr("Double-click the slider to reset."))
-        slider.setAccessibleName(title)
-        box.setAccessibleName(title)
-        self._fields[name] = (slider, box, step)
-        slider.valueChanged.connect(lambda value: box.setValue(value * step))
-        slider.reset_requested.connect(lambda: box.setValue(default))
-        box.valueChanged.connect(lambda value: self._on_value(slider, round(value / step)))
-        for x, part in enumerate((caption, slider, box)):
-            grid.addWidget(part, row, x)
+    def _strengths(self) -> list[Number]:
+        words = {
+            "mouth": (self.tr("Mouth"), self.tr("How far the mouth moves")),
+            "brows": (self.tr("Brows"), self.tr("How far the brows move")),
+            "eyes": (self.tr("Eyes"), self.tr("How far the eyes turn and widen; blinks stay whole")),
+            "face": (self.tr("Face"), self.tr("Smiles, cheeks and all other expressions")),
+            "head": (self.tr("Head"), self.tr("How far neck and head swing")),
+            "torso": (self.tr("Torso"), self.tr("How far hips, spine and chest swing")),
+            "arms": (self.tr("Arms"), self.tr("How far shoulders and arms swing")),
+            "hands": (self.tr("Hands"), self.tr("How far hands and fingers move")),
+            "legs": (self.tr("Legs"), self.tr("How far legs and feet swing")),
+        }
+        return [Number(name, *words[name], LIMITS[name], 0.05, 1.0) for name in _REGION_ROWS]
 
-    def _on_value(self, slider: QSlider, place: int) -> None:
-        with QSignalBlocker(slider):
-            slider.setValue(place)
-        self.tuning_changed.emit(self.tuning)
+    def _life(self) -> list[Number]:
+        return [
+            Number("blinks", self.tr("Blinks"),
+                   self.tr("Blinks added each minute, at human intervals and never near one that is there; "
+                           "people blink about 17 times"), LIMITS["blinks"], 1.0, 0.0, 0, self.tr(" /min")),
+            Number("darts", self.tr("Eye darts"),
+                   self.tr("Quick looks away from the viewer and back, as in talk; 1 is life size"),
+                   LIMITS["darts"], 0.05, 0.0),
+            Number("breath", self.tr("Breath"), self.tr("Chest and shoulders rise and fall; 1 is life size"),
+                   LIMITS["breath"], 0.05, 0.0),
+            Number("sway", self.tr("Sway"), self.tr("The slow sway of a body at rest; 1 is life size"),
+                   LIMITS["sway"], 0.05, 0.0),
+            Number("seed", self.tr("Variation"), self.tr("Another number, other blinks, darts and sway"),
+                   (0, 99), 1.0, 0.0, 0),
+        ]  # fmt: skip
+
+
+_REGION_ROWS = ("mouth", "brows", "eyes", "face", "head", "torso", "arms", "hands", "legs")
+_UNDO_KEYS = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)

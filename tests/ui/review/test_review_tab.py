@@ -93,13 +93,13 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
     view, presenter = tab
     _loaded(qtbot, presenter)
     assert presenter.scene.tuned is not None
-    before = presenter.scene.tuned.shapes.max()
-    view.tune._fields["mouth"][1].setValue(0.5)
+    before = presenter.scene.tuned.shapes[:, 0].max()
+    view.tune.rows["mouth"].box.setValue(0.5)
     qtbot.waitUntil(
-        lambda: presenter.scene.tuned.shapes.max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
+        lambda: presenter.scene.tuned.shapes[:, 0].max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
     )
     view.tune.reset.click()
-    qtbot.waitUntil(lambda: presenter.scene.tuned.shapes.max() == pytest.approx(before), timeout=MINUTE)
+    qtbot.waitUntil(lambda: presenter.scene.tuned.shapes[:, 0].max() == pytest.approx(before), timeout=MINUTE)
 
 
 def test_head_and_body_are_tuned_apart(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
@@ -113,11 +113,11 @@ def test_head_and_body_are_tuned_apart(qtbot: QtBot, tab: tuple[ReviewView, Revi
 
     before, first = nod(), presenter.scene.tuned
     assert before > 0.1
-    view.tune._fields["torso"][1].setValue(0.0)
-    view.tune._fields["arms"][1].setValue(0.0)
+    view.tune.rows["torso"].box.setValue(0.0)
+    view.tune.rows["arms"].box.setValue(0.0)
     qtbot.waitUntil(lambda: presenter.scene.tuned is not first, timeout=MINUTE)
     assert nod() == pytest.approx(before, abs=1e-3), "the head is none of the body's"
-    view.tune._fields["head"][1].setValue(0.0)
+    view.tune.rows["head"].box.setValue(0.0)
     qtbot.waitUntil(lambda: nod() == pytest.approx(0.0, abs=1e-3), timeout=MINUTE)
 
 

@@ -67,6 +67,11 @@ def _peak(presenter: ReviewPresenter) -> float:
     return float(tuned.shapes.max()) if tuned is not None and presenter.scene.predicted is not None else 0.0
 
 
+def _mouth(presenter: ReviewPresenter) -> float:
+    tuned = presenter.scene.tuned
+    return float(tuned.shapes[:, 0].max()) if tuned is not None else 0.0
+
+
 def _text(view: ReviewView, name: str) -> str:
     found = view.findChild(QLabel, name)
     assert found is not None
@@ -145,10 +150,10 @@ def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: tuple[ReviewView, Revi
 def test_sliders_tune_both_runs(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)
-    view.tune._fields["mouth"][1].setValue(0.5)
-    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.4, abs=0.01), timeout=MINUTE)
+    view.tune.rows["mouth"].box.setValue(0.5)
+    qtbot.waitUntil(lambda: _mouth(presenter) == pytest.approx(0.4, abs=0.01), timeout=MINUTE)
     qtbot.mouseClick(view.bar.vote.sides[1], Qt.MouseButton.LeftButton)
-    assert _peak(presenter) == pytest.approx(0.25, abs=0.01)
+    assert _mouth(presenter) == pytest.approx(0.25, abs=0.01)
 
 
 @pytest.mark.parametrize("number", [1, 2])

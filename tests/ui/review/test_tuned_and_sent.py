@@ -1,0 +1,109 @@
+"""A preset changes the motion on screen and on the wire, and every target gets it."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+from pythonosc.osc_packet import OscPacket
+
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.send_panel import Address
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+from tests.patience import until
+
+Tab = tuple[ReviewView, ReviewPresenter]
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
+    session = Session(Settings())
+    session.project = toy_project
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and view.tune.presets.list.count() == 5)
+    yield view, presenter
+    presenter.close()
+
+
+@pytest.fixture
+def listeners() -> Iterator[list[socket.socket]]:
+    found = []
+    for _ in range(2):
+        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        listener.bind(("127.0.0.1", 0))
+        listener.settimeout(60.0)
+        found.append(listener)
+    yield found
+    for listener in found:
+        listener.close()
+
+
+def _choose(view: ReviewView, title: str) -> None:
+    index = view.tune.presets.list.findText(title)
+    view.tune.presets.list.setCurrentIndex(index)
+    view.tune.presets.list.activated.emit(index)
+
+
+def _channels(listener: socket.socket) -> set[str]:
+    """Names of the shapes and bones in the next datagram."""
+    messages = [timed.message for timed in OscPacket(listener.recv(65536)).messages]
+    named = ("/VMC/Ext/Bone/Pos", "/VMC/Ext/Blend/Val")
+    return {str(message.params[0]) for message in messages if message.address in named}
+
+
+def test_a_preset_changes_what_is_seen_and_what_every_target_gets(
+    qtbot: QtBot, tab: Tab, listeners: list[socket.socket]
+) -> None:
+    view, presenter = tab
+    view.send.rows[0].port.setValue(listeners[0].getsockname()[1])
+    second = view.send.add_target(Address("", "127.0.0.1", listeners[1].getsockname()[1]))
+    for row in (view.send.rows[0], second):
+        qtbot.mouseClick(row.send, Qt.MouseButton.LeftButton)
+    for listener in listeners:
+        until(lambda listener=listener: "Head" in _channels(listener))
+    _choose(view, "Mouth only")
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and not presenter.scene.tuned.bone_names)
+    assert presenter.scene.tuned is not None
+    assert presenter.scene.tuned.shape_names == ("A",)
+    for listener in listeners:  # what was under way still comes
+        until(lambda listener=listener: _channels(listener) == {"A"})
+    view.tune.undo_button.click()
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and bool(presenter.scene.tuned.bone_names))
+    for listener in listeners:
+        until(lambda listener=listener: "Head" in _channels(listener))
+
+
+def test_playing_goes_on_while_it_is_tuned(qtbot: QtBot, tab: Tab) -> None:
+    view, presenter = tab
+    player, before = presenter.scene.player, presenter.scene.tuned
+    assert player is not None
+    view.loop.setChecked(True)
+    qtbot.mouseClick(view.play, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: player.playing and player.position > 0)
+    for place in range(0, 40, 4):
+        view.tune.rows["mouth"].slider.setValue(place)
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not before)
+    assert presenter.scene.player is player
+    assert player.playing
+    wanted = view.tune.rows["mouth"].value
+    original = presenter.scene.captured.motion
+    assert original is not None
+
+    def newest() -> bool:
+        tuned = presenter.scene.tuned
+        assert tuned is not None
+        return np.allclose(tuned.shapes[:, 0], np.clip(original.shapes[:, 0] * wanted, 0, 1), atol=1e-5)
+
+    qtbot.waitUntil(newest)
