@@ -110,7 +110,7 @@ class Licence:
     @property
     def line(self) -> str:
         """All of it in one line."""
-        by = [f"By {', '.join(self.authors)}."] if self.authors else []
+        by = [f"By {', '.join(self.authors).rstrip('.')}."] if self.authors else []
         return " ".join((*by, *self.terms))
 
 

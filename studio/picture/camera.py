@@ -15,6 +15,8 @@ BODY_HEIGHT = 1.92
 ARM_SPAN = 1.7
 VIEWS = {"front": (0.0, 4.0), "three_quarter": (-32.0, 9.0), "side": (-90.0, 4.0)}
 """Azimuth and elevation in degrees by name."""
+FACE_HEIGHT = 1.44
+"""Metres from the ground to what is looked at from close by, at scale 1: the built-in figure's chin."""
 CLOSEST, FARTHEST = 0.25, 3.0
 
 
@@ -47,10 +49,15 @@ class Orbit:
         """The camera moved closer (factor < 1) or away."""
         return replace(self, zoom=min(max(self.zoom * factor, CLOSEST), FARTHEST))
 
-    def target(self, scale: float) -> NDArray[np.float64]:
-        """The point looked at: the body's middle, the face when close."""
+    def target(self, scale: float, face: float = FACE_HEIGHT) -> NDArray[np.float64]:
+        """The point looked at: the body's middle, the face when close.
+
+        Args:
+            scale: the body's size.
+            face: metres from the ground to its face, at scale 1.
+        """
         close = min(max((1.0 - self.zoom) / (1.0 - CLOSEST), 0.0), 1.0)
-        return np.array([0.0, (0.84 + 0.60 * close) * scale, 0.0])
+        return np.array([0.0, (0.84 + (face - 0.84) * close) * scale, 0.0])
 
     def distance(self, aspect: float, scale: float) -> float:
         """Metres from the target at which the body fits a picture of this width by height."""
@@ -58,11 +65,11 @@ class Orbit:
         fits = max(BODY_HEIGHT / 2 / half, ARM_SPAN / 2 / (half * max(aspect, 0.1)) * 0.86)
         return fits * self.zoom * scale
 
-    def position(self, aspect: float, scale: float) -> NDArray[np.float64]:
-        """Where the camera stands."""
+    def position(self, aspect: float, scale: float, face: float = FACE_HEIGHT) -> NDArray[np.float64]:
+        """Where the camera stands; scale and face as for `target`."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
         direction = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
-        return self.target(scale) + direction * self.distance(aspect, scale)
+        return self.target(scale, face) + direction * self.distance(aspect, scale)
 
 
 def to_picture(points: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.picture import body
-from studio.picture.camera import FIELD_OF_VIEW, Orbit, to_picture
+from studio.picture.camera import FACE_HEIGHT, FIELD_OF_VIEW, Orbit, to_picture
 from studio.picture.costume import Costume, has_body, height_of
 from studio.picture.palette import DARK, Palette
 from studio.picture.room import Room
@@ -58,7 +58,7 @@ class Scene:
         self._avatar: Avatar | None = None
         self._costumes: dict[str, Costume] = {}
         self._tall, self._covered = 0.0, False
-        self._scale = 1.0
+        self._scale, self._face = 1.0, FACE_HEIGHT
         self._size = (640, 480)
         self._room = Room(self._plotter, palette)
 
@@ -95,6 +95,7 @@ class Scene:
             self._undress()
             self._tall = height_of(avatar) if avatar is not None else 0.0
             self._covered = avatar is not None and has_body(avatar)
+            self._face = _face_height(avatar, self._tall) if avatar is not None else FACE_HEIGHT
 
     def place(self, key: str, stance: Stance) -> None:
         """Put the BODY or the GHOST somewhere: as the avatar where the stance has turns."""
@@ -135,8 +136,8 @@ class Scene:
             self._plotter.render_window.SetSize(width, height)
             self._size = (width, height)
         camera = self._plotter.camera
-        camera.position = tuple(orbit.position(width / height, self._scale))
-        camera.focal_point = tuple(orbit.target(self._scale))
+        camera.position = tuple(orbit.position(width / height, self._scale, self._face))
+        camera.focal_point = tuple(orbit.target(self._scale, self._face))
         camera.up = (0.0, 1.0, 0.0)
         camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
         window = self._plotter.render_window
@@ -191,3 +192,12 @@ class Scene:
             light.position = position
             light.focal_point = (0.0, 0.0, 0.0)
             self._plotter.add_light(light)
+
+
+def _face_height(avatar: Avatar, tall: float) -> float:
+    """Metres to the middle between an avatar's neck and the top of its head, as if it were of scale 1."""
+    names = avatar.skeleton.bone_names
+    if "Head" not in names or tall <= 0.05:
+        return FACE_HEIGHT
+    neck = float(avatar.rest_joints[names.index("Head"), 1])
+    return (0.6 * neck + 0.4 * tall) / tall * STICK_HEIGHT

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from studio.motion.avatar import Avatar
 from studio.ui import theme
 from studio.ui.widgets.card import label
+
+LONGEST_NAME = 24
 
 
 class AvatarButton(QWidget):
@@ -41,14 +43,16 @@ class AvatarButton(QWidget):
         self.menu.setToolTipsVisible(True)
         self.button.setMenu(self.menu)
         self.menu.aboutToShow.connect(self.menu_opening)
-        self.terms: QLabel = label("", "muted", "avatar_terms")
+        self.terms: QLabel = label("", "caption", "avatar_terms")
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
+        self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._said = ""
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
-        row.addWidget(self.button)
         row.addWidget(self.terms, 1)
+        row.addWidget(self.button)
 
     def show_choices(self, own: Sequence[Path], recent: Sequence[Path], chosen: Path | None) -> None:
         """Fill the menu.
@@ -76,14 +80,45 @@ class AvatarButton(QWidget):
 
     def show_avatar(self, avatar: Avatar | None) -> None:
         """Name what is worn and what its file allows."""
-        self.button.setText(self.tr("Avatar: {0}").format(avatar.name) if avatar else self.tr("Avatar"))
-        said = " ".join((avatar.licence.line, *avatar.notes)) if avatar else ""
-        self.terms.setText(said)
-        self.terms.setToolTip(said)
+        name = avatar.name if avatar else ""
+        name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+        self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))
+        self._say(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
 
     def show_busy(self, name: str) -> None:
         """An avatar is being opened."""
-        self.terms.setText(self.tr("Opening {0}…").format(name))
+        self._say(self.tr("Opening {0}…").format(name))
+
+    @property
+    def said(self) -> str:
+        """What stands beside the button, all of it."""
+        return self._said
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._say(self._said)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """A soft ground behind the words, which stand over the picture."""
+        super().paintEvent(event)
+        if not self.terms.text():
+            return
+        wide = self.terms.fontMetrics().horizontalAdvance(self.terms.text()) + 2 * theme.INSIDE
+        rect = QRectF(self.terms.geometry())
+        rect.setLeft(rect.right() - wide + theme.INSIDE)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.colour("surface", 200))
+        painter.drawRoundedRect(rect.adjusted(0, 3, theme.TIGHT, -3), theme.RADIUS, theme.RADIUS)
+        painter.end()
+
+    def _say(self, said: str) -> None:
+        """Words beside the button, cut where there is no room; the tip has them all."""
+        self._said = said
+        room = max(self.width() - self.button.sizeHint().width() - 2 * theme.BETWEEN, 0)
+        self.terms.setText(self.terms.fontMetrics().elidedText(said, Qt.TextElideMode.ElideRight, room))
+        self.setToolTip(said)
 
     def _choice(self, group: QActionGroup, text: str, path: Path | None, checked: bool) -> None:
         action = QAction(text.replace("&", "&&"), group)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
 from studio.ui import theme
 from studio.ui.review.avatar_button import AvatarButton
-from studio.ui.widgets.pane import Pane
+from studio.ui.widgets.pane import FACE_SIDE, Pane
 
 
 class Stage(QWidget):
@@ -37,18 +38,14 @@ class Stage(QWidget):
             "mdi6.human-greeting",
             "figure",
         )
-        self.avatar = AvatarButton()
+        self.avatar = AvatarButton(self)
         self.worn: Avatar | None = None
-        row = QHBoxLayout()
+        row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(2)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(theme.INSIDE)
-        column.addLayout(row, 1)
-        column.addWidget(self.avatar)
         row.addWidget(self.captured, 1)
         row.addWidget(self.predicted, 1)
+        self.avatar.raise_()
         self._ghost = False
         self.captured.figure.view_changed.connect(self.predicted.figure.set_orbit)
         self.predicted.figure.view_changed.connect(self.captured.figure.set_orbit)
@@ -82,6 +79,14 @@ class Stage(QWidget):
         self.predicted.setVisible(predicted or not captured)
         if not self._ghost:
             self.predicted.figure.show_ghost(None)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the avatar's button in the lower right corner, over the picture."""
+        super().resizeEvent(event)
+        left = min(FACE_SIDE, self.height() // 3, self.width() // 3) + theme.BETWEEN  # beside the small face
+        height = self.avatar.sizeHint().height()
+        bottom = self.height() - height - theme.INSIDE
+        self.avatar.setGeometry(left, bottom, self.width() - left - theme.INSIDE, height)
 
     def set_view(self, name: str) -> None:
         """Look at both from "front", "three_quarter" or "side"."""

@@ -68,7 +68,7 @@ def test_an_avatar_is_worn_named_and_kept_in_the_project(
     assert copy.read_bytes() == file.read_bytes()
     assert avatars.chosen(session.project.folder) == copy
     assert view.stage.avatar.button.text() == "Avatar: 小さな Test"
-    assert view.stage.avatar.terms.text().startswith("By Saia Studio. Everyone may use it.")
+    assert view.stage.avatar.said.startswith("By Saia Studio. Everyone may use it.")
     for pane in (view.stage.captured, view.stage.predicted):
         assert pane.figure._avatar is view.stage.worn
     assert session.settings.recent_avatars == (str(file),)
@@ -124,7 +124,7 @@ def test_a_broken_avatar_is_one_sentence_and_the_last_one_stays(
     assert view.stage.worn is not None
     assert session.project is not None
     assert [path.name for path in avatars.kept(session.project.folder)] == [file.name]
-    assert view.stage.avatar.terms.text().startswith("By Saia Studio.")
+    assert view.stage.avatar.said.startswith("By Saia Studio.")
 
 
 def test_two_avatars_of_one_name_are_both_kept(tmp_path: Path, toy_project: Project) -> None:
