@@ -27,10 +27,10 @@ WIDTH = 96
 STEPS = 8
 """Steps from chance to pose."""
 MIXTURES = 4
-BOLDNESS = 0.8
+BOLDNESS = 0.5
 """Deviation of the chance that is drawn from: the rarest poses are those least well learnt."""
-SLOWER = 1.3
-"""Captured motion comes in bursts and rests; chance, which is even, is slower by this than their mean."""
+PACE = 0.8
+"""Windows over those captured: what is drawn less boldly keeps its speed."""
 CALM_SECONDS = 0.5
 """A head hears this slowly: gestures that followed each syllable's state would tremble."""
 SLOWEST_SECONDS, FASTEST_SECONDS = 6.0, 0.3
@@ -77,7 +77,7 @@ class BodyHead(nn.Module):
         changes = torch.cat([body.diff(dim=0) @ white for body in bodies])
         _, turn = torch.linalg.eigh(changes.T @ changes / len(changes))
         speeds = (changes @ turn).abs().mean(dim=0) / _MEAN_OF_NORMAL
-        frames = SLOWER * _HANN / speeds.clamp(min=1e-6)
+        frames = PACE * _HANN / speeds.clamp(min=1e-6)
         self.into.copy_((white @ turn).T)
         self.out.copy_((back @ turn).T)
         self.seconds.copy_((frames / self.sizes.fps).clamp(FASTEST_SECONDS, SLOWEST_SECONDS))
@@ -129,10 +129,9 @@ class FlowHead(BodyHead):
 
     def drawn(self, known: Tensor, chance: Chance) -> Tensor:
         """Midpoint steps along the velocity."""
-        noise = slow_noise(
-            chance, known.shape[1], self.directions, self.sizes.fps, self.seconds.cpu().numpy()
-        )
-        there = torch.from_numpy(noise).to(known).expand(len(known), -1, -1)
+        seconds = self.seconds.cpu().numpy()
+        noise = slow_noise(chance, known.shape[1], self.directions, self.sizes.fps, seconds)
+        there = BOLDNESS * torch.from_numpy(noise).to(known).expand(len(known), -1, -1)
         known, size = self.know(known), 1.0 / STEPS
         for number in range(STEPS):
             step = torch.full_like(there[..., :1], number * size)

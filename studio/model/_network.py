@@ -143,11 +143,17 @@ class Network(nn.Module):
         style: Tensor | None = None,
         chance: Chance | None = None,
     ) -> tuple[Tensor, State | None]:
-        """Poses with the gain learnt for this model applied: drawn by chance, expected ones where None."""
+        """Poses with the gain learnt for this model applied: drawn by chance, expected ones where None.
+
+        The gain is that of how far poses are from the mean pose; in a network that draws, which applies it
+        itself, of how far drawn ones are from the expected ones.
+        """
         if chance is None:
             poses, state = self(rows, state, style)
         else:
             poses, state = self.draw(rows, state, style, chance)
+        if self.draws:
+            return poses, state
         return self.pose_mean + self.gain * (poses - self.pose_mean), state
 
     def start_at(self, mean: Tensor) -> None:

@@ -98,7 +98,7 @@ class Recurrent(Network):
         if self.body is None:
             return super().draw(rows, state, style, chance)
         expected, away, state = self.parted(rows, state, style, chance)
-        return expected + chance.liveliness * away, state
+        return expected + chance.liveliness * self.gain * away, state
 
     def parted(
         self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None
@@ -197,7 +197,7 @@ class Ensemble(Network):
         if not self.draws:
             return super().draw(rows, state, style, chance)
         expected, away, state = self._together(rows, state, style, chance)
-        return expected + chance.liveliness * away, state
+        return expected + chance.liveliness * self.gain * away, state
 
     def _together(
         self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None

@@ -71,7 +71,8 @@ class Saia(Network):
         """See Network.draw; drawn from the mixture where there is one."""
         if self.mixture is None:
             return super().draw(rows, state, style, chance)
-        return self._mixed(rows).sample(chance, self.sizes.fps), None
+        mixed = self._mixed(rows)
+        return mixed.mean + self.gain * (mixed.sample(chance, self.sizes.fps) - mixed.mean), None
 
     def _mixed(self, rows: Tensor) -> Mixture:
         assert self.mixture is not None

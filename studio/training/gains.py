@@ -34,7 +34,12 @@ def regions(layout: Layout) -> NDArray[np.str_]:
     return np.array(found + ["hips"] * (layout.width - len(found)))
 
 
-def region_gains(predicted: Sequence[Floats], examples: Sequence[Example], layout: Layout) -> Floats:
+def region_gains(
+    predicted: Sequence[Floats],
+    examples: Sequence[Example],
+    layout: Layout,
+    around: Sequence[Floats] | None = None,
+) -> Floats:
     """What each column's deviation from the mean pose is to be multiplied by, (C,).
 
     For each region of the body the gain that gives it CALM times the captured motion (mean angle turned, or
@@ -45,17 +50,36 @@ def region_gains(predicted: Sequence[Floats], examples: Sequence[Example], layou
         predicted: scaled poses (T, C) of each example, gains not applied.
         examples: takes not learnt from.
         layout: their columns.
+        around: expected poses (T, C), where the gain is of how far predicted ones are from them: what these
+            move of themselves, and what chance adds to it, go together as squares.
     """
-    pairs = list(zip(predicted, examples, strict=True))
     gains, of = np.ones(layout.width, dtype=np.float32), regions(layout)
     for region in sorted(set(of.tolist()) - {"face"}):
         chosen = np.flatnonzero(of == region)
-        motion, spread = np.sum([_liveliness(poses, e, layout, chosen) for poses, e in pairs], axis=0)
-        moved, spreads = np.sum([_liveliness(e.values, e, layout, chosen) for _, e in pairs], axis=0)
-        if min(motion, spread, moved, spreads) > _TINY:
-            widest = max(1.0, float(np.sqrt(spreads / spread)))
-            gains[chosen] = np.clip(min(CALM * moved / motion, widest), CALMEST, LIVELIEST)
+        found = _total(predicted, examples, layout, chosen)
+        captured = _total([e.values for e in examples], examples, layout, chosen)
+        wanted = captured * [CALM, 1.0]
+        if around is not None:
+            still = _total(around, examples, layout, chosen)
+            found, wanted = _beside(found, still), _beside(wanted, still)
+        if min(*found, *captured) > _TINY:
+            widest = max(1.0, wanted[1] / found[1])
+            gains[chosen] = np.clip(min(wanted[0] / found[0], widest), CALMEST, LIVELIEST)
     return gains
+
+
+def _beside(whole: NDArray[np.float64], part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What has to come beside a part to make a whole."""
+    return np.sqrt(np.maximum(np.square(whole) - np.square(part), 0.0))
+
+
+def _total(
+    poses: Sequence[Floats], examples: Sequence[Example], layout: Layout, chosen: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """How far the columns of a region move and deviate over some takes, (2,)."""
+    pairs = zip(poses, examples, strict=True)
+    moved, squares = np.sum([_liveliness(p, e, layout, chosen) for p, e in pairs], axis=0)
+    return np.array([moved, np.sqrt(squares)])
 
 
 def _liveliness(

@@ -65,18 +65,21 @@ class Check:
             # People see what is drawn; the expected poses only choose the epoch.
             seen = [drawn(network, e, self._device, style) for e in val] if network.draws else expected
         losses = [self._take_loss(p, e) for p, e in zip(expected, val, strict=True)]
-        gain = self._gain(seen)
+        gain = self._gain(seen, expected if network.draws else None)
         mean = self._data.layout.scaled_mean.astype(np.float32)
-        pairs = [self._pair(mean + gain * (p - mean), e) for p, e in zip(seen, val, strict=True)]
+        around = expected if network.draws else [mean] * len(seen)
+        kept = [at + gain * (p - at) for at, p in zip(around, seen, strict=True)]
+        pairs = [self._pair(p, e) for p, e in zip(kept, val, strict=True)]
         loss = float(np.average(losses, weights=[example.frames for example in val]))
         return Checked(loss, metrics.score(pairs), style, gain, pairs[0] if pairs else None)
 
-    def _gain(self, seen: list[Floats]) -> Floats:
-        """What each column's deviation from the mean pose would be multiplied by, (C,)."""
+    def _gain(self, seen: list[Floats], around: list[Floats] | None) -> Floats:
+        """What deviations from the mean pose, or from what is around, would be multiplied by, (C,)."""
         wanted, layout = self._model.recipe.training.liveliness, self._data.layout
         if not wanted:
             return np.ones(layout.width, dtype=np.float32)
-        gain: Floats = (1 + wanted * (region_gains(seen, self._data.val, layout) - 1)).astype(np.float32)
+        found = region_gains(seen, self._data.val, layout, around)
+        gain: Floats = (1 + wanted * (found - 1)).astype(np.float32)
         return gain
 
     def _take_loss(self, predicted: Floats, example: Example) -> float:

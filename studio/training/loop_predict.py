@@ -75,9 +75,12 @@ def enliven(path: Path, takes: Sequence[Example], style: int, wanted: float) -> 
     if not bool((made.network.gain == 1).all()):
         return
     with torch.no_grad():
-        shown = drawn if made.network.draws else predict
-        poses = [shown(made.network, example, "cpu", style) for example in takes]
-    gain = region_gains(poses, takes, made.layout)
+        expected = [predict(made.network, example, style=style) for example in takes]
+        if made.network.draws:
+            poses = [drawn(made.network, example, "cpu", style) for example in takes]
+            gain = region_gains(poses, takes, made.layout, expected)
+        else:
+            gain = region_gains(expected, takes, made.layout)
     made.network.gain.copy_(torch.from_numpy(1 + wanted * (gain - 1)).float())
     checkpoint.save_model(path, made)
 

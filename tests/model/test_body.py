@@ -129,6 +129,18 @@ def loss_of(head: BodyHead, apart: torch.Tensor, weight: torch.Tensor) -> torch.
     return head.loss(torch.zeros(2, 10, 3), apart, weight)
 
 
+def test_the_gain_is_of_what_is_drawn_around_the_expected_pose() -> None:
+    network = small()
+    with torch.no_grad():
+        expected = network.predict(rows_for(network, 30))[0][0]
+        learnt = drawn(network, 30, Chance(7))
+        network.gain.fill_(2.0)
+        torch.testing.assert_close(network.predict(rows_for(network, 30))[0][0], expected)
+    torch.testing.assert_close(
+        drawn(network, 30, Chance(7)) - expected, 2 * (learnt - expected), rtol=1e-3, atol=1e-5
+    )
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_bones_that_are_absent_do_not_count(kind: str) -> None:
     head = body_head(kind, 3, SIZES)

@@ -84,3 +84,18 @@ def test_frames_and_channels_that_do_not_count_are_passed_over() -> None:
     gain = region_gains([scaled_in("head", 2.0, layout, example)], [headless], layout)
     assert gain[of == "head"] == pytest.approx(1.0)
     assert gain[of == "arms"] == pytest.approx(CALM)
+
+
+def test_what_chance_adds_is_scaled_until_it_makes_up_for_what_expected_poses_lack() -> None:
+    layout, example = captured()
+    head = regions(layout) == "head"
+    expected, drawn = example.values.copy(), example.values.copy()
+    expected[:, head] *= 0.5
+    other = example.values[(np.arange(len(T)) + 22) % 90]  # as lively, a quarter of a cycle before
+    drawn[:, head] = expected[:, head] + 0.4 * other[:, head]
+    gain = region_gains([drawn], [example], layout, [expected])
+    assert gain[head] == pytest.approx(np.sqrt(CALM**2 - 0.5**2) / 0.4, rel=0.05)
+    too_lively = example.values.copy()
+    too_lively[:, head] *= 1.5
+    drawn[:, head] = too_lively[:, head] + 0.4 * other[:, head]
+    assert region_gains([drawn], [example], layout, [too_lively])[head] == pytest.approx(CALMEST)
