@@ -49,6 +49,9 @@ def settled(spec: AudioSpec) -> AudioSpec:
     Raises:
         StudioError: the encoder is not on this computer, or damaged.
     """
+    if not spec.speaks and spec.encoder != WHISPER:
+        what = f"{spec.kind} needs no speech encoder, so sound.encoder would change nothing."
+        raise RequestError(what, "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out.")
     if not spec.speaks:
         return spec
     if spec.encoder == WHISPER:

@@ -13,7 +13,6 @@ import pytest
 import torch
 
 from studio.errors import RequestError, StudioError
-from studio.features import encoders
 from studio.features.audio import AudioSpec, rows
 from studio.features.encoders import bring, home_of, installed, load_encoder, settled
 from studio.features.speech import RATE, speech_rows
@@ -177,7 +176,12 @@ def test_an_encoder_nobody_brought_is_named() -> None:
 
 
 def test_other_kinds_of_rows_need_no_encoder() -> None:
-    plain = AudioSpec(encoder="facebook/wav2vec2-base")
+    plain = AudioSpec()
     assert settled(plain) is plain
-    assert repr(plain) == repr(AudioSpec())  # kept features of other kinds keep their names
-    assert encoders.has_whisper()
+    assert "encoder" not in repr(plain)  # kept features of other kinds keep their names
+    with pytest.raises(RequestError) as caught:
+        settled(AudioSpec(encoder="facebook/wav2vec2-base"))
+    assert str(caught.value) == (
+        "log_mel needs no speech encoder, so sound.encoder would change nothing. "
+        "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out."
+    )
