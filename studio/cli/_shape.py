@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 from studio.cli._tune import add_tune, tuning_of
 from studio.errors import RequestError
 from studio.motion import Motion
+from studio.motion.clip import only_part
 
 if TYPE_CHECKING:
     from studio.playback.layers import Tuning
@@ -107,18 +108,8 @@ def shape_of(args: argparse.Namespace) -> Shape:
 
 def only(motion: Motion, part: str, name: str) -> Motion:
     """The face or the body of a motion; RequestError where it has none."""
-    frames = len(motion)
-    if part == "face":
-        if not motion.shape_names:
-            raise RequestError(f"{name} has no face to export.", "Choose the body, or all of it.")
-        return replace(
-            motion,
-            bone_names=(),
-            positions=np.zeros((frames, 0, 3), np.float32),
-            rotations=np.zeros((frames, 0, 4), np.float32),
-        )
-    if part == "body":
-        if not motion.bone_names:
-            raise RequestError(f"{name} has no body to export.", "Choose the face, or all of it.")
-        return replace(motion, shape_names=(), shapes=np.zeros((frames, 0), np.float32))
-    return motion
+    if part == "face" and not motion.shape_names:
+        raise RequestError(f"{name} has no face to export.", "Choose the body, or all of it.")
+    if part == "body" and not motion.bone_names:
+        raise RequestError(f"{name} has no body to export.", "Choose the face, or all of it.")
+    return only_part(motion, part)

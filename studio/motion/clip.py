@@ -177,6 +177,17 @@ class Motion:
         )
 
 
+def only_part(motion: Motion, part: str) -> Motion:
+    """The "face" (blend shapes) or the "body" (bones) of a motion; "all" is the motion itself."""
+    frames = len(motion)
+    if part == "face":
+        nothing = np.zeros((frames, 0, 3), np.float32), np.zeros((frames, 0, 4), np.float32)
+        return replace(motion, bone_names=(), positions=nothing[0], rotations=nothing[1])
+    if part == "body":
+        return replace(motion, shape_names=(), shapes=np.zeros((frames, 0), np.float32))
+    return motion
+
+
 def concatenate(parts: list[Motion]) -> Motion:
     """Motions with the same channels, one after another in time."""
     first = parts[0]

@@ -44,6 +44,11 @@ class Avatars(QObject):
         session.project_opened.connect(self._on_project)
         self._on_project()
 
+    @property
+    def worn(self) -> Path | None:
+        """The file of the avatar that is worn."""
+        return self._worn
+
     def wear(self, path: Path | None) -> None:
         """Wear an avatar from anywhere, or none, and remember it in the project."""
         project = self._session.project

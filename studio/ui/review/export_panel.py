@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
@@ -16,13 +16,16 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QProgressBar,
     QPushButton,
+    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
 from studio import formats
+from studio.take.safe_file import safe_name
 from studio.ui import theme
+from studio.ui.review.export_options import DRAWN, ExportOptions, MoreFormats, OptionsForm
 from studio.ui.widgets.card import label
 
 
@@ -38,22 +41,19 @@ class FormatChoice:
 
 @dataclass(frozen=True)
 class ExportWish:
-    """What to export: file name without suffix, format, frames a second (0: as they are), folder."""
+    """What to export: name without suffix, formats, frames a second (0: as they are), folder, options."""
 
     name: str
-    format: FormatChoice
+    formats: tuple[FormatChoice, ...]
     fps: float
     folder: Path
-
-    @property
-    def path(self) -> Path:
-        """The file to write; a format of several files puts them near it."""
-        return self.folder / f"{self.name}{self.format.suffix}"
+    options: ExportOptions = field(default_factory=ExportOptions)
 
     @property
     def files_there(self) -> tuple[Path, ...]:
         """Files that would be written over."""
-        return tuple(path for path in formats.targets(self.path) if path.exists())
+        paths = [self.folder / f"{safe_name(self.name)}{one.suffix}" for one in self.formats]
+        return tuple(file for path in paths for file in formats.targets(path) if file.exists())
 
 
 class ExportPanel(QWidget):
@@ -75,17 +75,36 @@ class ExportPanel(QWidget):
         self._ready = self._busy = False
         self._body = True
         self._proposed = ""
+        form = QVBoxLayout()
         column = QVBoxLayout(self)
         column.setContentsMargins(12, 12, 12, 12)
         column.setSpacing(10)
+        column.addWidget(self._scrolling(form), 1)
         self.what = label("", "caption", "export_what")
         self.what.setWordWrap(True)
         self.what.hide()
-        column.addLayout(self._build_form())
+        self.options = OptionsForm()
+        form.addLayout(self._build_form())
+        form.addWidget(self.options)
+        form.addStretch(1)
         column.addWidget(self.what)
         column.addLayout(self._build_buttons())
         self._build_outcome(column)
-        column.addStretch(1)
+
+    def _scrolling(self, form: QVBoxLayout) -> QScrollArea:
+        """The form; where a small window is too low for it, it scrolls, and the button stays in sight."""
+        scroll = QScrollArea()
+        scroll.setObjectName("export_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        page = QWidget()
+        page.setObjectName("scrolled")
+        page.setLayout(form)
+        scroll.setWidget(page)
+        form.setContentsMargins(0, 0, 4, 0)
+        form.setSpacing(10)
+        return scroll
 
     def show_formats(self, formats: Sequence[FormatChoice]) -> None:
         """Fill the list."""
@@ -93,6 +112,7 @@ class ExportPanel(QWidget):
         self.format.clear()
         for choice in formats:
             self.format.addItem(f"{choice.title} ({choice.suffix})", choice.name)
+        self.more.show_formats({one.name: f"{one.title} ({one.suffix})" for one in formats})
         self._show_note()
 
     def show_fps(self, fps: float) -> None:
@@ -144,6 +164,7 @@ class ExportPanel(QWidget):
         """Say how it ended."""
         theme.as_role(self.result, "good" if good else "bad")
         self.result.setText(text)
+        self.result.setVisible(bool(text))
         self.show_folder.setVisible(bool(text) and good)
         self.note.setVisible(not text)  # a small window has room for only one of the two
 
@@ -152,18 +173,28 @@ class ExportPanel(QWidget):
         self._fit_note()
 
     def _show_note(self) -> None:
-        choice = self._chosen()
-        self.note.setText(choice.note if choice else "")
+        choice, also = self._chosen(), self._also()
+        words = choice.note if choice else ""
+        if also:
+            words = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
+        self.note.setText(words)
+        names = {one.name for one in (choice, *also) if one is not None}
+        self.options.show_drawn(bool(names & DRAWN), "png" in names)
         self.note.show()
         self._fit_note()
 
     def _fit_note(self) -> None:
         # A tab's page does not pass on that wrapped text grows with less width.
-        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - 24, 100)))
+        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - 40, 100)))
 
     def _chosen(self) -> FormatChoice | None:
         name = self.format.currentData(Qt.ItemDataRole.UserRole)
         return next((choice for choice in self._formats if choice.name == name), None)
+
+    def _also(self) -> tuple[FormatChoice, ...]:
+        """The further formats that are ticked."""
+        names = self.more.chosen(besides=str(self.format.currentData() or ""))
+        return tuple(choice for choice in self._formats if choice.name in names)
 
     def _choose_folder(self) -> None:
         found = QFileDialog.getExistingDirectory(self, self.tr("Export into"), self.folder.text())
@@ -174,13 +205,16 @@ class ExportPanel(QWidget):
         choice, name = self._chosen(), self.name.text().strip()
         if choice is not None and name and self.folder.text().strip():
             folder = Path(self.folder.text().strip()).expanduser()
-            self.export_requested.emit(ExportWish(name, choice, float(self.fps.currentData()), folder))
+            fps, options = float(self.fps.currentData()), self.options.options
+            self.export_requested.emit(ExportWish(name, (choice, *self._also()), fps, folder, options))
 
     def _build_form(self) -> QGridLayout:
         """What is exported, how, and where to."""
         self.format = QComboBox()
         self.format.setObjectName("export_format")
         self.format.currentIndexChanged.connect(lambda _: self._show_note())
+        self.more = MoreFormats()
+        self.more.changed.connect(self._show_note)
         self.note = label("", "caption", "export_note")
         self.note.setWordWrap(True)
         self.name = QLineEdit()
@@ -202,7 +236,14 @@ class ExportPanel(QWidget):
         for row, (words, widget) in enumerate(rows):
             widget.setAccessibleName(words)
             grid.addWidget(label(words, "muted"), row, 0)
-            grid.addWidget(widget, row, 1)
+            if widget is not self.format:
+                grid.addWidget(widget, row, 1)
+        self.format.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        choice = QHBoxLayout()
+        choice.setSpacing(theme.TIGHT)
+        choice.addWidget(self.format, 1)
+        choice.addWidget(self.more)
+        grid.addLayout(choice, 2, 1)
         grid.addWidget(self.note, 3, 0, 1, 2)
         grid.addWidget(label(self.tr("Folder"), "muted"), 4, 0)
         grid.addLayout(self._build_folder(), 4, 1)
@@ -246,6 +287,7 @@ class ExportPanel(QWidget):
         self.bar.hide()
         self.result = label("", "good", "export_result")
         self.result.setWordWrap(True)
+        self.result.hide()
         self.show_folder = QPushButton(self.tr("Show in folder"))
         self.show_folder.setObjectName("show_export_folder")
         self.show_folder.clicked.connect(self.folder_requested)

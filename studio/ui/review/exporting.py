@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,25 +14,50 @@ from PySide6.QtGui import QDesktopServices
 
 from studio import formats
 from studio.motion import Motion
-from studio.project import avatars
+from studio.motion.clip import only_part
 from studio.take.motion_file import write_motion
-from studio.take.sound import read_span, write_sound
-from studio.ui import background, messages
+from studio.take.sound import Sound, open_file, read_sound, read_span, write_sound
+from studio.ui import background, messages, theme
 from studio.ui.jobs import Job
+from studio.ui.review.export_options import ExportOptions
 from studio.ui.review.export_panel import ExportPanel, ExportWish, FormatChoice
 from studio.ui.session import Session
 
 
 @dataclass(frozen=True, eq=False)
 class Exhibit:
-    """What is on screen: its motion as tuned, its sound, and the part that is used (seconds)."""
+    """What is on screen.
+
+    Args:
+        name: what its files are called.
+        motion: as tuned.
+        untuned: as captured or predicted.
+        sound: its sound.
+        start, end: the part that is used, seconds.
+        whole: that is all of it.
+        selection: the span selected on the timeline, seconds.
+        at: where the picture stands, seconds.
+        view: where it is seen from: degrees around and above, and how near.
+        avatar: the one that is worn.
+    """
 
     name: str
     motion: Motion
+    untuned: Motion
     sound: Path | None
     start: float
     end: float
     whole: bool
+    selection: tuple[float, float] | None = None
+    at: float = 0.0
+    view: tuple[float, float, float] = (0.0, 4.0, 1.0)
+    avatar: Path | None = None
+
+    def only_selection(self) -> Exhibit:
+        """The same, of what is selected on the timeline."""
+        if self.selection is None:
+            return self
+        return replace(self, start=self.selection[0], end=self.selection[1], whole=False)
 
 
 class Exporting(QObject):
@@ -49,6 +74,8 @@ class Exporting(QObject):
         self._panel, self._exhibit, self._session = panel, exhibit, session
         self._job: Job | None = None
         self._scratch: Path | None = None
+        self._turn = 0  # what was prepared for another wish is dropped
+        self._preparing = False
         self._files: list[Path] = []
         panel.show_formats(_choices())
         panel.show_fps(session.settings.export_fps)
@@ -77,20 +104,34 @@ class Exporting(QObject):
         if wish.fps != self._session.settings.export_fps:
             self._session.change_settings(export_fps=wish.fps)
         replaces = bool(wish.files_there)
-        self._scratch = scratch = Path(tempfile.mkdtemp(prefix="saia-review-"))
+        options = wish.options
+        if options.selection:
+            exhibit = exhibit.only_selection()
+        self._turn += 1
+        turn, scratch = self._turn, Path(tempfile.mkdtemp(prefix="saia-review-"))
+        self._scratch, self._preparing = scratch, True
         self._panel.show_busy(-1.0)
 
         def prepared(sound: Path | None) -> None:
-            words = ["export", str(project.folder), str(scratch / "motion.arrow"), "--force"]
-            words += ["-o", str(wish.path)]
+            self._preparing = False
+            if turn != self._turn:  # cancelled meanwhile
+                shutil.rmtree(scratch, ignore_errors=True)
+                return
+            words = ["export", str(project.folder), str(scratch / "motion.arrow"), f"--name={wish.name}"]
+            words += ["-o", str(wish.folder), "--format", ",".join(one.name for one in wish.formats)]
             words += ["--audio", str(sound)] if sound else []
             words += ["--fps", f"{wish.fps:g}"] if wish.fps else []
-            worn = avatars.chosen(project.folder)  # films and bodies are of whom Review shows
-            words += ["--avatar", str(worn)] if worn is not None else []
             words += ["--force"] if replaces else []
-            self._start(words)
+            self._start(words + _look(exhibit, options))
 
-        background.run(lambda: _prepare(exhibit, scratch), prepared, self._on_error, owner=self)
+        def failed(error: BaseException) -> None:
+            self._preparing = False
+            if turn == self._turn:
+                self._on_error(error)
+            else:
+                shutil.rmtree(scratch, ignore_errors=True)
+
+        background.run(lambda: _prepare(exhibit, scratch, options), prepared, failed, owner=self)
 
     def _may_write(self, wish: ExportWish) -> bool:
         """Whether nothing is in the way, or a person wants it replaced."""
@@ -116,6 +157,7 @@ class Exporting(QObject):
         job.event_received.connect(self._on_event)
         job.done.connect(self._on_done)
         job.failed.connect(self._on_failed)
+        job.cancelled.connect(self._on_cancelled)
         job.ended.connect(self._on_ended)
         job.start(words)
 
@@ -127,11 +169,15 @@ class Exporting(QObject):
         self._files = [Path(str(file)) for file in facts.get("files", ())]
         self._panel.show_busy(None)
         names = ", ".join(_told_apart(self._files))
-        self._panel.show_result(self.tr("Exported and read back: {0}.").format(names), True)
+        told = [self.tr("Exported and read back: {0}.").format(names)] if names else []
+        failed = facts.get("failed") or []
+        told += [f"{one['name']}: {one['what']} {one['remedy']}" for one in failed]
+        self._panel.show_result("\n".join(told), not failed)
 
     def _on_failed(self, what: str, remedy: str) -> None:
         self._panel.show_busy(None)
-        self._panel.show_result(f"{what} {remedy}", False)
+        # The same sentence is said at a terminal, where the folder stands behind -o.
+        self._panel.show_result(f"{what} {remedy.replace(' with -o', '')}", False)
 
     def _on_error(self, error: BaseException) -> None:
         self._panel.show_busy(None)
@@ -146,8 +192,17 @@ class Exporting(QObject):
         self._clean()
 
     def _on_cancel(self) -> None:
+        """End it, whether it is being prepared or written; of a half-written file nothing stays."""
         if self._job is not None:
             self._job.cancel()
+        elif self._preparing:
+            self._turn += 1
+            self._scratch = None  # taken away once the pool is done with it
+            self._on_cancelled()
+
+    def _on_cancelled(self) -> None:
+        self._panel.show_busy(None)
+        self._panel.show_result(self.tr("Cancelled."), False)
 
     def _on_folder(self) -> None:
         if self._files:
@@ -159,17 +214,36 @@ class Exporting(QObject):
             self._scratch = None
 
 
-def _prepare(exhibit: Exhibit, scratch: Path) -> Path | None:
-    """Write the used part of motion and sound for the child. Runs on a pool thread."""
-    motion, sound = exhibit.motion, exhibit.sound
+def _prepare(exhibit: Exhibit, scratch: Path, options: ExportOptions) -> Path | None:
+    """Write the wanted part of motion and sound for the child. Runs on a pool thread."""
+    motion = only_part(exhibit.motion if options.tuned else exhibit.untuned, options.part)
     if not exhibit.whole:
         motion = motion.between(exhibit.start, exhibit.end).shifted(-exhibit.start)
     write_motion(scratch / "motion.arrow", motion)
-    if sound is None or exhibit.whole:
-        return sound
+    if exhibit.sound is None or exhibit.whole:
+        return exhibit.sound
     trimmed = scratch / "sound.wav"
-    write_sound(trimmed, read_span(sound, exhibit.start, exhibit.end), "PCM_24")
+    write_sound(trimmed, _span(exhibit.sound, exhibit.start, exhibit.end), "PCM_24")
     return trimmed
+
+
+def _span(path: Path, start: float, end: float) -> Sound:
+    """Some seconds of a sound of any kind."""
+    if open_file(path) is not None:
+        return read_span(path, start, end)
+    whole = read_sound(path)  # FFmpeg's kinds cannot be entered in the middle
+    first, last = round(start * whole.sample_rate), round(end * whole.sample_rate)
+    return Sound(whole.samples[first:last], whole.sample_rate)
+
+
+def _look(exhibit: Exhibit, options: ExportOptions) -> list[str]:
+    """How films and stills are drawn: as they are seen on the stage."""
+    words = [f"--size={options.size[0]}x{options.size[1]}"]
+    words.append("--view=" + ",".join(f"{value:.3f}" for value in exhibit.view))
+    words.append(f"--at={max(exhibit.at - (0.0 if exhibit.whole else exhibit.start), 0.0):.4f}")
+    words += ["--clear"] if options.clear else []
+    words += ["--light"] if theme.colours().name == "light" else []
+    return words + (["--avatar", str(exhibit.avatar)] if exhibit.avatar is not None else [])
 
 
 def _told_apart(files: list[Path]) -> list[str]:
@@ -184,5 +258,5 @@ def _choices() -> list[FormatChoice]:
         FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE)
         for name, m in formats.writers().items()
     ]
-    order = {"vrma": 0, "bvh": 1, "saia_csv": 2}
+    order = {"vrma": 0, "bvh": 1, "saia_csv": 2, "mp4": 3, "png": 4}
     return sorted(found, key=lambda choice: (order.get(choice.name, 9), choice.title))

@@ -51,9 +51,16 @@ class Playing(QObject):
         """The window closes."""
         self._frames.stop()
 
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """What is selected on the timeline, seconds."""
+        return self._span
+
     def begin(self) -> None:
         """Another recording is on the stage: stand at the start of what is used of it."""
         self._span = None
+        self._view.timeline.set_span(None)
+        self._view.export.options.show_selection(None)
         start, _ = self._scene.used
         if start > 0:
             self.seek(start)
@@ -85,6 +92,7 @@ class Playing(QObject):
     def _on_span(self, span: tuple[float, float] | None) -> None:
         self._span = span
         self._view.timeline.set_span(span)
+        self._view.export.options.show_selection(span)
         self._on_loop(self._view.loop.isChecked())
 
     def _on_loop(self, on: bool) -> None:

@@ -232,4 +232,18 @@ class ReviewPresenter(QObject):
             return None
         start, end = scene.used
         whole = start <= 0.0 and end >= scene.player.duration - 1e-3
-        return Exhibit(scene.name, scene.tuned, scene.source.sound, start, end, whole)
+        untuned = scene.predicted if scene.predicted is not None else scene.captured.motion
+        orbit = self._view.stage.predicted.figure.orbit
+        return Exhibit(
+            scene.name,
+            scene.tuned,
+            untuned if untuned is not None else scene.tuned,
+            scene.source.sound,
+            start,
+            end,
+            whole,
+            self._playing.span,
+            scene.player.position,
+            (orbit.azimuth, orbit.elevation, orbit.zoom),
+            self._avatars.worn,
+        )
