@@ -53,10 +53,9 @@ class Costume:
             self._actors.append(actor)
 
     def move(self, stance: Stance) -> None:
-        """Stand as somebody stands who has turns."""
+        """Stand as a stance that this avatar wears has it."""
         assert stance.turns is not None
-        worn = self.avatar.worn(stance.skeleton, stance.joints, stance.turns)
-        placements = self.avatar.placements(*worn)
+        placements = self.avatar.placements(stance.joints, stance.turns)
         weights = self.avatar.morph_weights(fitted(self.avatar, stance.shapes))
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))

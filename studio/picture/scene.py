@@ -101,10 +101,10 @@ class Scene:
         """Put the BODY or the GHOST somewhere: as the avatar where the stance has turns."""
         dressed = self._avatar is not None and stance.turns is not None
         if self._avatar is not None and dressed:
+            stance = stance.worn_by(self._avatar)
             if self._avatar.surfaces:
                 self._costume(key).move(stance)
                 self._costumes[key].set_visible(True)
-            stance = stance.worn_by(self._avatar)
         stick = self._stick(key, stance.skeleton)
         joints = to_picture(stance.joints)
         scale = stick.plan.scale(joints)

@@ -36,8 +36,9 @@ from studio.ui.widgets import figure_loading, figure_sketch
 World = NDArray[np.floating]
 
 FRAME_PX = 4
-SLOWEST_SHARE = 0.5
-"""The largest share of the GUI thread's time spent on pictures; slow machines show fewer."""
+QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
+"""Pictures may take this share of the GUI thread's time: those made within QUICK seconds hold up nobody and
+reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
 TOO_SLOW = 0.4
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
@@ -331,7 +332,8 @@ class StickFigure(QWidget):
         """Ask for a new picture, soon enough for the display and late enough for everyone else."""
         if self._disposed or self._next.isActive():
             return
-        wait = self._last_cost * (1 / SLOWEST_SHARE - 1) - (time.perf_counter() - self._last_drawn)
+        share = QUICK_SHARE if self._last_cost < QUICK else SLOWEST_SHARE
+        wait = self._last_cost * (1 / share - 1) - (time.perf_counter() - self._last_drawn)
         self._next.start(max(0, int(wait * 1000)))
 
     def _draw_picture(self) -> None:
