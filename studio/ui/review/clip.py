@@ -67,31 +67,38 @@ class Wanted:
         run: the run's id, "" for no run.
         style: one that it knows, "" for the one chosen on validation.
         seed: which of the takes that a run draws, for runs that draw.
+        liveliness: how far drawn motion goes from what is expected: 0 not at all, 1 as it was learnt.
     """
 
     run: str = ""
     style: str = ""
     seed: int = 0
+    liveliness: float = 1.0
 
     @property
     def words(self) -> tuple[str, ...]:
         """What `saia generate` is told besides the run and the sound."""
         style = (f"--style={self.style}",) if self.style else ()
-        return (*style, f"--seed={self.seed}") if self.seed else style
+        lively = (f"--liveliness={self.liveliness:g}",) if self.liveliness != 1.0 else ()
+        return (*style, *lively, f"--seed={self.seed}") if self.seed else (*style, *lively)
 
     @property
     def title(self) -> str:
         """What people call it."""
-        more = [self.style] if self.style else []
-        more += [str(self.seed + 1)] if self.seed else []
+        more = self._more()
         return f"{self.run} ({', '.join(more)})" if more else self.run
 
     @property
     def name(self) -> str:
         """Part of a file's name."""
-        more = [self.style] if self.style else []
-        more += [str(self.seed + 1)] if self.seed else []
+        more = self._more()
         return safe_name("_".join([self.run, *more])) if more else self.run
+
+    def _more(self) -> list[str]:
+        """What it differs in from what the run does unasked."""
+        more = [self.style] if self.style else []
+        more += [f"x{self.liveliness:g}"] if self.liveliness != 1.0 else []
+        return more + ([str(self.seed + 1)] if self.seed else [])
 
 
 @dataclass(frozen=True)

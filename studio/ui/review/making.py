@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -85,7 +86,7 @@ class Making(QObject):
             if known is None:
                 side.wanted = Wanted()
             elif side.wanted.style and side.wanted.style not in known.styles:
-                side.wanted = Wanted(known.id, seed=side.wanted.seed)
+                side.wanted = replace(side.wanted, style="")
         self._view.bar.show_runs(list(choices.values()), [side.wanted for side in self._scene.sides])
 
     def ask(self, *sides: int) -> None:

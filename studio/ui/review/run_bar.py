@@ -45,7 +45,15 @@ class RunChooser(QWidget):
         self.styles.setToolTip(
             self.tr("Whose way of moving: a take or performer it learnt from, or the average of all")
         )
-        for box in (self.run, self.styles):
+        self.liveliness = QComboBox()
+        self.liveliness.setObjectName(f"review_liveliness{name}")
+        self.liveliness.setAccessibleName(self.tr("Liveliness"))
+        self.liveliness.setToolTip(
+            self.tr("How far the body goes from the pose that is expected for the sound")
+        )
+        for value, title in self._livelinesses():
+            self.liveliness.addItem(title, value)
+        for box in (self.run, self.styles, self.liveliness):
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.another = QToolButton()
         self.another.setObjectName(f"review_another{name}")
@@ -54,16 +62,27 @@ class RunChooser(QWidget):
         theme.set_icon(self.another, "mdi6.dice-multiple-outline", "muted")
         theme.as_role(self.another, "quiet")
         self.another.clicked.connect(self._on_another)
-        self._seed = 0
+        self._seed, self._lively = 0, 1.0
         self.caption = label(caption, "muted")
         self.caption.setBuddy(self.run)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
-        for widget in (self.caption, self.run, self.styles, self.another):
+        for widget in (self.caption, self.run, self.styles, self.liveliness, self.another):
             row.addWidget(widget)
         self.run.currentIndexChanged.connect(lambda _: self._on_run())
         self.styles.currentIndexChanged.connect(lambda _: self.chosen.emit(self.wanted))
+        self.liveliness.currentIndexChanged.connect(lambda _: self._on_liveliness())
+
+    def _livelinesses(self) -> tuple[tuple[float, str], ...]:
+        """What may be chosen, and what it is called."""
+        return (
+            (0.0, self.tr("As expected")),
+            (0.5, self.tr("Calm")),
+            (1.0, self.tr("As learnt")),
+            (1.5, self.tr("Lively")),
+            (2.0, self.tr("Very lively")),
+        )
 
     @property
     def draws(self) -> bool:
@@ -74,7 +93,7 @@ class RunChooser(QWidget):
     def wanted(self) -> Wanted:
         """What stands in the boxes."""
         style = str(self.styles.currentData() or "") if self.styles.count() else ""
-        return Wanted(str(self.run.currentData() or ""), style, self._seed)
+        return Wanted(str(self.run.currentData() or ""), style, self._seed, self._lively)
 
     def show_runs(self, choices: Sequence[RunChoice], wanted: Wanted) -> None:
         """Fill the boxes."""
@@ -86,14 +105,25 @@ class RunChooser(QWidget):
                 self.run.addItem(choice.id, choice.id)
             self.run.setCurrentIndex(max(self.run.findData(wanted.run), 0))
         self._seed = wanted.seed
+        self._show_liveliness(wanted.liveliness)
         self._show_styles(wanted.style)
 
     def _on_another(self) -> None:
         self._seed += 1
         self.chosen.emit(self.wanted)
 
+    def _on_liveliness(self) -> None:
+        self._lively = float(self.liveliness.currentData())
+        self.chosen.emit(self.wanted)
+
+    def _show_liveliness(self, value: float) -> None:
+        self._lively = value
+        with QSignalBlocker(self.liveliness):
+            self.liveliness.setCurrentIndex(self.liveliness.findData(value))
+
     def _on_run(self) -> None:
         self._seed = 0
+        self._show_liveliness(1.0)
         self._show_styles("")
         self.chosen.emit(self.wanted)
 
@@ -110,6 +140,7 @@ class RunChooser(QWidget):
                 self.styles.setCurrentIndex(max(self.styles.findData(style), 0))
         self.styles.setVisible(self.styles.count() > 1)
         self.another.setVisible(self.draws)
+        self.liveliness.setVisible(self.draws)
 
     def _title(self, style: str) -> str:
         return self.tr("average") if style == "average" else style
@@ -227,7 +258,8 @@ class RunBar(QWidget):
         self.first.run.setVisible(not blind)
         self.first.caption.setVisible(not blind)
         self.first.styles.setVisible(not blind and self.first.styles.count() > 1)
-        self.first.another.setVisible(not blind and self.first.draws)
+        for widget in (self.first.another, self.first.liveliness):
+            widget.setVisible(not blind and self.first.draws)
         self._hidden.setVisible(blind)
         self.two.setVisible(self._can_two and not blind)
 

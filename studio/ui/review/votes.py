@@ -58,10 +58,8 @@ def keep(project: Project, vote: Vote) -> None:
         "sound": vote.sound,
         "first": vote.first,
         "better": vote.better,
-        **{
-            side: {"run": one.run, "style": one.style, "seed": one.seed}
-            for side, one in (("a", vote.a), ("b", vote.b))
-        },
+        "a": _plain(vote.a),
+        "b": _plain(vote.b),
     }
     try:
         path.parent.mkdir(exist_ok=True)
@@ -102,8 +100,10 @@ def _vote(line: str) -> Vote | None:
 
 
 def _wanted(facts: dict[str, Any]) -> Wanted:
-    return Wanted(str(facts["run"]), str(facts["style"]), int(facts.get("seed", 0)))
+    run, style = str(facts["run"]), str(facts["style"])
+    return Wanted(run, style, int(facts.get("seed", 0)), float(facts.get("liveliness", 1.0)))
 
 
 def _plain(wanted: Wanted) -> dict[str, Any]:
-    return {"run": wanted.run, "style": wanted.style, "seed": wanted.seed}
+    facts = {"run": wanted.run, "style": wanted.style, "seed": wanted.seed}
+    return facts if wanted.liveliness == 1.0 else {**facts, "liveliness": wanted.liveliness}

@@ -98,6 +98,7 @@ def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_pat
     assert sound is not None
     wanted = [Wanted(), Wanted("", "a"), Wanted("", "b"), Wanted("", "", 1), Wanted("", "a", 1)]
     assert wanted[-1].words == ("--style=a", "--seed=1")
+    assert Wanted("", "", 1, 0.5).words == ("--liveliness=0.5", "--seed=1")
     assert len({clip.generated_path(run, sound, one.words) for one in wanted}) == 5
     assert clip.run_choice(run) == RunChoice("quick_001")
 
@@ -123,6 +124,33 @@ def test_a_run_that_draws_gives_another_take(
     assert presenter.scene.name == "toy_003_saia_001_2"
     view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("quick_001"))
     assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run begins with its first take"
+
+
+def test_a_run_that_draws_is_as_lively_as_chosen(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
+) -> None:
+    view, presenter = tab
+    bar = view.bar.first
+    assert not bar.liveliness.isVisible(), "this one has nothing to be lively with"
+    _run(toy_project, "alive_001", own=0.5)
+    run = toy_project.run("alive_001")
+    (run.folder / "report.json").write_text('{"status": "done", "draws": true}', encoding="utf-8")
+    sound = toy_project.take("toy_003").audio_path
+    assert sound is not None
+    made = read_motion(clip.generated_path(run, sound, ()))
+    calm = clip.generated_path(run, sound, ("--liveliness=0.5",))
+    write_motion(calm, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
+    presenter._show_lists()
+    bar.run.setCurrentIndex(bar.run.findData("alive_001"))
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.5, abs=0.01), timeout=MINUTE)
+    titles = [bar.liveliness.itemText(i) for i in range(bar.liveliness.count())]
+    assert titles == ["As expected", "Calm", "As learnt", "Lively", "Very lively"]
+    assert bar.liveliness.currentText() == "As learnt"
+    bar.liveliness.setCurrentIndex(1)
+    qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.3, abs=0.01), timeout=MINUTE)
+    assert presenter.scene.name == "toy_003_alive_001_x0.5"
+    bar.run.setCurrentIndex(bar.run.findData("quick_001"))
+    assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run is as lively as it learnt"
 
 
 def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:
