@@ -154,8 +154,8 @@ class _Training:
         steps, total = self.steps.an_epoch, 0.0
         rng = self.steps.begin_epoch(number)
         chosen = picks(self.recipe.training, self.data.train, rng)
-        for done in range(1, steps + 1):
-            total += self.steps.take((number - 1) * steps + done - 1, chosen[done - 1], rng)
+        for done, batch in enumerate(self.steps.batches(chosen, rng), 1):
+            total += self.steps.take((number - 1) * steps + done - 1, batch)
             if not math.isfinite(total):
                 raise StudioError(
                     f"The training of {self.folder.path.name} went astray in epoch {number}.",
@@ -178,7 +178,7 @@ class _Training:
     def _finish_epoch(self, loss: float, *, last: bool) -> None:
         progress, settings = self.progress, self.recipe.training
         progress.epoch += 1
-        progress.epochs_here += 1
+        progress.ends.append(time.monotonic())
         final = last or progress.epoch >= settings.epochs
         due = final or progress.epoch == 1 or progress.epoch % settings.validate_every == 0
         error: StudioError | None = None

@@ -16,6 +16,9 @@ from studio.project import Run
 from studio.training import checkpoint, loop_run
 from studio.training.checkpoint import LAST, Model, TrainingState
 
+_PACE_OF = 5
+"""Epochs whose pace says how long the rest takes."""
+
 
 @dataclass
 class Progress:
@@ -25,6 +28,9 @@ class Progress:
         epoch: the last one that is over.
         best_epoch, best_loss, best_style, best_val: of the weights kept as best, 0 where there are none yet.
         seconds_before: of earlier sittings.
+        began: when this sitting did; this and the following are by the monotonic clock.
+        ends: when epochs of this sitting were over.
+        told: when it last told of something.
     """
 
     epoch: int = 0
@@ -34,7 +40,7 @@ class Progress:
     best_val: Mapping[str, float | None] | None = None
     seconds_before: float = 0.0
     began: float = field(default_factory=time.monotonic)
-    epochs_here: int = 0
+    ends: list[float] = field(default_factory=list)
     told: float = field(default_factory=time.monotonic)
 
     @property
@@ -43,8 +49,12 @@ class Progress:
         return self.seconds_before + time.monotonic() - self.began
 
     def eta(self, of: int, part: float = 0.0) -> float:
-        """Seconds left, in an epoch of which a part is done."""
-        pace = (time.monotonic() - self.began) / (self.epochs_here + part or 1)
+        """Seconds left, in an epoch of which a part is done, by the pace of the last few epochs.
+
+        A machine that is given other work meanwhile is slower from then on, not from the beginning.
+        """
+        known = [self.began, *self.ends][-_PACE_OF - 1 :]
+        pace = (time.monotonic() - known[0]) / (len(known) - 1 + part or 1)
         return max(0.0, pace * (of - self.epoch - part))
 
     def as_dict(self) -> dict[str, Any]:

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
 import lightning_fabric
 import numpy as np
 import torch
@@ -14,6 +19,19 @@ from studio.training.gather import Gathered
 from studio.training.loop_setup import learning_rate, make_optimiser
 from studio.training.losses import Loss
 from studio.training.sampling import Pick, steps_per_epoch
+
+AHEAD = 2
+"""Batches that lie ready while a step is taken: cutting and varying crops costs a fifth of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """This process's share of a step: rows of sound, values and weights (B, ...), and styles (B,)."""
+
+    rows: Tensor
+    values: Tensor
+    weight: Tensor
+    style: Tensor
 
 
 class Steps:
@@ -49,35 +67,47 @@ class Steps:
         self._wrapped, self._wrapped_optimiser = fabric.setup(model.network, self.optimiser)
         self._wrapped.mark_forward_method("learn")
         self._loss = loss.shared(self._averaged)
+        model.network.judge = self._loss
         self.an_epoch = steps_per_epoch(self._recipe.training, data.train)
 
     def begin_epoch(self, number: int) -> np.random.Generator:
-        """Make ready for an epoch; gives what is random in it, the same in all processes."""
+        """Make ready for an epoch; gives what is random in its crops, the same in all processes."""
         seed = self._recipe.training.seed
         mixed = np.random.SeedSequence([seed, number, self._fabric.global_rank]).generate_state(1)[0]
         torch.manual_seed(int(mixed))
         self._wrapped.train()
         return np.random.default_rng([seed, number])
 
-    def take(self, index: int, pick: list[Pick], rng: np.random.Generator) -> float:
+    def batches(self, chosen: Sequence[list[Pick]], rng: np.random.Generator) -> Iterator[Batch]:
+        """The batches of an epoch, made ahead on a thread of their own, one after the other.
+
+        Args:
+            chosen: the crops of each step, of all processes.
+            rng: as `begin_epoch` gave it; nobody else may draw from it until all are made.
+        """
+        ready: deque[Future[Batch]] = deque()
+        with ThreadPoolExecutor(1, "crops") as pool:
+            for pick in chosen:
+                ready.append(pool.submit(self._batch, pick, rng))
+                if len(ready) > AHEAD:
+                    yield ready.popleft().result()
+            while ready:
+                yield ready.popleft().result()
+
+    def take(self, index: int, batch: Batch) -> float:
         """One step; gives its loss, the mean over the processes.
 
         Args:
             index: of all steps of the training, from 0.
-            pick: the crops of all processes.
-            rng: as `begin_epoch` gave it.
+            batch: what to learn from.
         """
         settings, device = self._recipe.training, self._fabric.device
         for group in self.optimiser.param_groups:
             group["lr"] = learning_rate(settings, index, settings.epochs * self.an_epoch)
-        crops = [self._crop(take, first, rng) for take, first in pick]
-        told = self._styles_told([take for take, _ in pick], rng)
-        share = slice(self._fabric.global_rank, None, self._fabric.world_size)
-        mine, style = crops[share] or crops[:1], told[share] if len(told[share]) else told[:1]
-        rows, values, weight = (self._tensor(mine, name) for name in ("rows", "values", "weight"))
+        rows, values, weight = (part.to(device) for part in (batch.rows, batch.values, batch.weight))
         self._wrapped_optimiser.zero_grad()
         with self._fabric.autocast():  # which Fabric does by itself for forward alone
-            predicted, own = self._wrapped.learn(rows, style.to(device), values, weight)
+            predicted, own = self._wrapped.learn(rows, batch.style.to(device), values, weight)
         loss = self._loss(predicted.float(), values, weight) + own.float()
         self._fabric.backward(loss)
         if settings.clip:
@@ -85,6 +115,15 @@ class Steps:
         self._wrapped_optimiser.step()
         self._update_average(settings.average, index)
         return float(self._averaged(loss.detach()))
+
+    def _batch(self, pick: list[Pick], rng: np.random.Generator) -> Batch:
+        """Cut and vary the crops of a step. Runs on the thread of the crops."""
+        crops = [self._crop(take, first, rng) for take, first in pick]
+        told = self._styles_told([take for take, _ in pick], rng)
+        share = slice(self._fabric.global_rank, None, self._fabric.world_size)
+        mine, style = crops[share] or crops[:1], told[share] if len(told[share]) else told[:1]
+        rows, values, weight = (_stacked(mine, name) for name in ("rows", "values", "weight"))
+        return Batch(rows, values, weight, style)
 
     def _averaged(self, numbers: Tensor) -> Tensor:
         """Numbers' means over the processes."""
@@ -104,9 +143,6 @@ class Steps:
         shape = CropShape(recipe.training.crop_frames, network.before, network.after, recipe.sound)
         return cut(self._data.train[take], first, shape, recipe.augment, rng)
 
-    def _tensor(self, crops: list[Crop], name: str) -> Tensor:
-        return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops])).to(self._fabric.device)
-
     def _update_average(self, decay: float, step: int) -> None:
         if not decay:
             return
@@ -115,3 +151,7 @@ class Steps:
         for name, parameter in self._network.named_parameters():
             old, value = self.average.get(name), parameter.detach()
             self.average[name] = value.clone() if old is None else old.to(value.device).lerp(value, 1 - keep)
+
+
+def _stacked(crops: list[Crop], name: str) -> Tensor:
+    return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops]))

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+
+import pytest
 
 from studio.project import Project
 from studio.training.events import Epoch, Event, Step
 from studio.training.loop import train
+from studio.training.loop_state import Progress
 from studio.training.recipe import load_recipe
 
 
@@ -27,3 +31,14 @@ def test_each_step_can_be_told_of_and_short_epochs_tell_none(
     events.clear()
     train(project, recipe, on_event=events.append, step_seconds=1e9)
     assert not [event for event in events if isinstance(event, Step)]
+
+
+def test_the_time_left_follows_the_pace_of_the_last_epochs() -> None:
+    now = time.monotonic()
+    # Ten epochs of a second each, then five of ten seconds, as if a stream had begun meanwhile.
+    ends = [now - 60 + epoch for epoch in range(1, 11)] + [now - 50 + 10 * epoch for epoch in range(1, 6)]
+    slower = Progress(epoch=15, began=now - 60, ends=ends)
+    assert slower.eta(of=20) == pytest.approx(50, rel=0.2)
+    first = Progress(epoch=0, began=now - 10)
+    assert first.eta(of=4, part=0.5) == pytest.approx(70, rel=0.2)
+    assert Progress(epoch=4, began=now - 60, ends=ends[:4]).eta(of=4) == 0.0

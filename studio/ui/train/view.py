@@ -199,6 +199,7 @@ class TrainView(QWidget):
         self._resumable, self._reviewable = frozenset(resumable), frozenset(reviewable)
         self.runs.show_rows(rows)
         self._runs_stack.setCurrentIndex(1 if rows else 0)
+        self._legend.setVisible(bool(rows))
         self._show_buttons()
 
     # -- parts -------------------------------------------------------------------------------------
@@ -281,7 +282,7 @@ class TrainView(QWidget):
         self._runs_stack.addWidget(none)
         self._runs_stack.addWidget(self.runs)
         card.body.addLayout(self._runs_stack, 1)
-        legend = label(
+        legend = self._legend = label(
             self.tr(
                 "Error: how far off, less is better.   Pearson r: 1 follows exactly.   "
                 "Motion: 1 moves as much as you do."
@@ -290,7 +291,7 @@ class TrainView(QWidget):
             "runs_legend",
         )
         card.body.addWidget(legend)
-        card.setMinimumHeight(150)
+        card.setMinimumHeight(190)
         return card
 
     def _show_buttons(self) -> None:
