@@ -66,6 +66,8 @@ class Settings:
     send_port: int = _setting(
         39540, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
     )
+    send_targets: tuple[str, ...] = ()
+    """All programs that motion is sent to, each as "program=host:port"; empty for the one above alone."""
     send_fps: float = _setting(60.0, "Send rate", "Frames sent each second.", low=1, high=240, unit="fps")
     send_names: str = _setting(
         "vrm0", "Shape names", "Names that shapes are sent under.", choices=("vrm0", "vrm1", "arkit", "as_is")

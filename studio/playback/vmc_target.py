@@ -40,7 +40,7 @@ class Destination:
 
 @dataclass(frozen=True)
 class Preset:
-    """A program people send to, and the port to begin with: the protocol's own for its role.
+    """A program people send to, and the port to begin with: its own default, else the protocol's.
 
     What a program listens on is the person's setting there; the hint says so instead of guessing at menus.
     """
@@ -58,8 +58,9 @@ MARIONETTE_PORT, PERFORMER_PORT = 39539, 39540
 """Where avatars listen, and where programs listen that pass motion on. Source: the VMC protocol."""
 
 PRESETS: tuple[Preset, ...] = (
-    Preset("VSeeFace", MARIONETTE_PORT),
+    Preset("VSeeFace", PERFORMER_PORT),
     Preset("Warudo", MARIONETTE_PORT),
+    Preset("VNyan", MARIONETTE_PORT),
     Preset("VMagicMirror", MARIONETTE_PORT),
     Preset("EVMC4U", MARIONETTE_PORT),
     Preset("VirtualMotionCapture", PERFORMER_PORT),

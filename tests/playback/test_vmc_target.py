@@ -228,13 +228,14 @@ def test_the_wave_needs_no_motion(listener: _Listener, target: VmcTarget) -> Non
     assert len({params[0] for _, params in listener.values("/VMC/Ext/Bone/Pos")}) == 54
 
 
-def test_presets_name_the_five_programs() -> None:
+def test_presets_name_programs_and_their_ports() -> None:
     assert [p.title for p in PRESETS] == [
         "VSeeFace",
         "Warudo",
+        "VNyan",
         "VMagicMirror",
         "EVMC4U",
         "VirtualMotionCapture",
     ]
-    assert {p.port for p in PRESETS} == {39539, 39540}
+    assert [p.port for p in PRESETS] == [39540, 39539, 39539, 39539, 39539, 39540]
     assert PRESETS[0].hint == "In VSeeFace, switch receiving VMC on and set the same port as here."

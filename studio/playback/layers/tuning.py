@@ -20,7 +20,7 @@ LIMITS: dict[str, tuple[float, float]] = {
     "darts": (0.0, 2.0),
     "breath": (0.0, 2.0),
     "sway": (0.0, 2.0),
-    "seed": (0, 9999),
+    "seed": (0, 99),
 }
 """Lowest and highest value of each number."""
 GAIN_LIMITS, LIFT_LIMITS = (0.0, 4.0), (-1.0, 1.0)

@@ -35,6 +35,19 @@ class Address:
     host: str
     port: int
 
+    @property
+    def text(self) -> str:
+        """As the settings keep it: program=host:port."""
+        return f"{self.title}={self.host}:{self.port}"
+
+    @classmethod
+    def parse(cls, text: str) -> Address | None:
+        """What the settings kept; None where it makes no sense."""
+        title, _, where = text.partition("=")
+        host, _, port = where.rpartition(":")
+        known = port.isascii() and port.isdigit() and 1 <= int(port) <= 65535
+        return cls(title, host, int(port)) if host and known else None
+
 
 class TargetRow(QFrame):
     """One target.
@@ -44,12 +57,14 @@ class TargetRow(QFrame):
         wave_requested: the test wave was pressed.
         removed: the target is to go.
         address_changed: host or port was edited.
+        sending_shown: its button stands down or up now, whoever moved it.
     """
 
     send_toggled = Signal(bool)
     wave_requested = Signal()
     removed = Signal()
     address_changed = Signal()
+    sending_shown = Signal()
 
     def __init__(self, number: int, address: Address) -> None:
         super().__init__()
@@ -141,6 +156,7 @@ class TargetRow(QFrame):
         """The button says what it would do."""
         self.send.setText(self.tr("Stop sending") if sending else self.tr("Send"))
         theme.set_icon(self.send, "mdi6.stop" if sending else "mdi6.broadcast", "muted", "accent")
+        self.sending_shown.emit()
 
     def _lay_out(self) -> None:
         grid = QGridLayout(self)
@@ -206,7 +222,16 @@ class SendPanel(QWidget):
         theme.set_icon(self.add, "mdi6.plus", "muted")
         theme.as_role(self.add, "quiet")
         self.add.clicked.connect(lambda: self.add_target(Address("", "127.0.0.1", 39539)))
-        column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
+        self.all = QPushButton(self.tr("Send to all"))
+        self.all.setObjectName("send_all")
+        theme.as_role(self.all, "quiet")
+        self.all.clicked.connect(self._on_all)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(theme.TIGHT)
+        buttons.addWidget(self.add)
+        buttons.addStretch(1)
+        buttons.addWidget(self.all)
+        column.addLayout(buttons)
         column.addLayout(self._options())
         column.addStretch(1)
         scroll = QScrollArea()
@@ -223,6 +248,7 @@ class SendPanel(QWidget):
         row = TargetRow(self._numbers, address)
         self._numbers += 1
         row.removed.connect(lambda: self._remove(row))
+        row.sending_shown.connect(self._show_all)
         self.rows.append(row)
         self._list.addWidget(row)
         self._show_removable()
@@ -288,6 +314,19 @@ class SendPanel(QWidget):
         row.deleteLater()
         self._show_removable()
 
+    def _on_all(self) -> None:
+        """Switch all on; where all are on, all off."""
+        on = not all(row.send.isChecked() for row in self.rows)
+        for row in self.rows:
+            row.send.setChecked(on)
+
+    def _show_all(self) -> None:
+        """What the button for all would do, where there are several."""
+        on = all(row.send.isChecked() for row in self.rows)
+        self.all.setText(self.tr("Stop all") if on else self.tr("Send to all"))
+        self.all.setVisible(len(self.rows) > 1)
+
     def _show_removable(self) -> None:
+        self._show_all()
         for row in self.rows:
             row.remove.setVisible(len(self.rows) > 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QThreadPool, QTimer
 
 from studio.errors import StudioError
 from studio.playback.neutral import WAVE_SECONDS
@@ -15,6 +15,7 @@ from studio.ui.review.send_panel import Address, SendPanel, TargetRow
 from studio.ui.session import Session
 
 STATE_MS = 400
+CLOSING_MS = 1000
 
 
 class Sending(QObject):
@@ -30,6 +31,7 @@ class Sending(QObject):
         super().__init__(panel)
         self._panel, self._session, self._source = panel, session, source
         self._targets: dict[TargetRow, VmcTarget] = {}
+        self._pools: dict[TargetRow, QThreadPool] = {}
         self._counts: dict[TargetRow, tuple[float, int]] = {}
         self._timer = QTimer(self)
         self._timer.setInterval(STATE_MS)
@@ -37,12 +39,17 @@ class Sending(QObject):
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
-        self._listening = False
+        self._listening = self._filled = False
         session.status_changed.connect(self._on_status)
         session.settings_changed.connect(self.look)
         settings = session.settings
         panel.set_options(settings.send_fps, settings.send_names)
-        panel.add_target(Address(_title(settings.send_port), settings.send_host, settings.send_port))
+        first = Address(_title(settings.send_port), settings.send_host, settings.send_port)
+        kept = [address for text in settings.send_targets if (address := Address.parse(text)) is not None]
+        for address in kept or [first]:
+            panel.add_target(address)
+        panel.add.clicked.connect(self._save)
+        self._filled = True
 
     @property
     def sending(self) -> bool:
@@ -63,6 +70,9 @@ class Sending(QObject):
     def close(self) -> None:
         """Fade all avatars to rest and stop."""
         self._timer.stop()
+        for pool in self._pools.values():
+            pool.clear()
+            pool.waitForDone(CLOSING_MS)
         for target in self._targets.values():
             target.stop(wait=False)
         for target in self._targets.values():
@@ -70,21 +80,33 @@ class Sending(QObject):
 
     def _on_added(self, row: TargetRow) -> None:
         self._targets[row] = VmcTarget()
+        pool = self._pools[row] = QThreadPool(self)  # one thread: what is asked last of a target holds
+        pool.setMaxThreadCount(1)
         row.send_toggled.connect(lambda on: self._on_send(row, on))
         row.wave_requested.connect(lambda: self._on_wave(row))
         row.address_changed.connect(lambda: self._on_address(row))
+        row.preset.currentIndexChanged.connect(lambda _: self._save())
         self._show(row, self._targets[row].state, 0.0)
 
     def _on_removed(self, row: TargetRow) -> None:
-        self._targets.pop(row).stop(wait=False)
+        self._stop(row)
+        self._targets.pop(row)
+        self._pools.pop(row)
         self._counts.pop(row, None)
+        self._save()
+        self.look()
 
     def _on_send(self, row: TargetRow, on: bool) -> None:
         if on:
             self._start(row)
-            self._save(row)
+            self._save()
         else:
-            self._targets[row].stop(wait=False)
+            self._stop(row)
+
+    def _stop(self, row: TargetRow) -> None:
+        """Fade the avatar to rest, after a start that may still look for the target's name."""
+        target = self._targets[row]
+        background.run(lambda: target.stop(wait=False), lambda _: None, pool=self._pools[row])
 
     def _start(self, row: TargetRow, then: Callable[[], None] | None = None) -> None:
         target, destination = self._targets[row], self._panel.destination(row)
@@ -100,7 +122,8 @@ class Sending(QObject):
             self._timer.start()
 
         # A name may have to be looked up on the network: not on the GUI thread.
-        background.run(lambda: target.start(destination, source), started, failed, owner=row)
+        pool = self._pools[row]
+        background.run(lambda: target.start(destination, source), started, failed, owner=row, pool=pool)
 
     def _on_wave(self, row: TargetRow) -> None:
         target = self._targets[row]
@@ -115,14 +138,13 @@ class Sending(QObject):
         self._start(row, wave)
 
     def _end_wave(self, row: TargetRow) -> None:
-        target = self._targets.get(row)
-        if target is not None and not row.send.isChecked():
-            target.stop(wait=False)
+        if row in self._targets and not row.send.isChecked():
+            self._stop(row)
 
     def _on_address(self, row: TargetRow) -> None:
         if row.send.isChecked():
             self._start(row)
-        self._save(row)
+        self._save()
         self.look()
 
     def _on_options(self) -> None:
@@ -132,11 +154,15 @@ class Sending(QObject):
         names, fps = str(self._panel.names.currentData()), float(self._panel.fps.currentData())
         self._session.change_settings(send_names=names, send_fps=fps)
 
-    def _save(self, row: TargetRow) -> None:
-        """Remember the first target for the next time."""
-        if self._panel.rows and row is self._panel.rows[0]:
-            address = row.address
-            self._session.change_settings(send_host=address.host, send_port=address.port)
+    def _save(self) -> None:
+        """Remember all targets for the next time."""
+        if self._filled and self._panel.rows:
+            addresses = [row.address for row in self._panel.rows]
+            self._session.change_settings(
+                send_host=addresses[0].host,
+                send_port=addresses[0].port,
+                send_targets=tuple(address.text for address in addresses),
+            )
 
     def _show_states(self) -> None:
         now = time.monotonic()
@@ -157,8 +183,20 @@ class Sending(QObject):
             self.tr("Port {0} is where this studio itself listens.").format(address.port),
             self.tr("Choose another port in Record, or give the other program its own port and set it here."),
         )
-        row.warn(warning if own else None)
+        row.warn(warning if own else self._doubled(row))
         row.show_state(state, rate)
+
+    def _doubled(self, row: TargetRow) -> StudioError | None:
+        """What to say of a target that another row sends to already."""
+        here = row.address
+        rows = self._panel.rows
+        before = rows[: rows.index(row)] if row in rows else []
+        if not any((one.address.host, one.address.port) == (here.host, here.port) for one in before):
+            return None
+        return StudioError(
+            self.tr("{0} port {1} is in the list twice.").format(here.host, here.port),
+            self.tr("Remove one, or give the other program a port of its own and set it here."),
+        )
 
     def _hears(self, port: int) -> bool:
         """Whether Record has this port open; where another program was first, it has not."""

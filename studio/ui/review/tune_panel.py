@@ -294,7 +294,7 @@ class TunePanel(QWidget):
             Number("sway", self.tr("Sway"), self.tr("The slow sway of a body at rest; 1 is life size"),
                    LIMITS["sway"], 0.05, 0.0),
             Number("seed", self.tr("Variation"), self.tr("Another number, other blinks, darts and sway"),
-                   (0, 99), 1.0, 0.0, 0),
+                   LIMITS["seed"], 1.0, 0.0, 0),
         ]  # fmt: skip
 
 
