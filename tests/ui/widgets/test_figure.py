@@ -5,11 +5,14 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QImage
 
+from studio import formats
 from studio.motion.skeleton import Skeleton
-from studio.ui import theme
 from studio.picture import body
-from studio.ui.widgets.figure import StickFigure
 from studio.picture.camera import Orbit, project, to_picture
+from studio.picture.stance import Stance
+from studio.ui import theme
+from studio.ui.widgets.figure import TOO_SLOW, StickFigure
+from tests.formats.avatars import Maker
 
 
 def t_pose() -> tuple[Skeleton, np.ndarray]:
@@ -190,3 +193,23 @@ def test_disposing_twice_is_harmless(warm: StickFigure) -> None:
     warm.dispose()
     warm.dispose()
     warm.show_pose(*t_pose())
+
+
+def test_an_avatar_that_draws_too_slowly_becomes_a_figure_of_its_size(figure, qtbot, tmp_path) -> None:
+    avatar = formats.read_avatar(Maker(0).write(tmp_path / "a.vrm"))
+    figure.set_avatar(avatar)
+    figure._last_cost = TOO_SLOW + 1.0
+    with qtbot.waitSignal(figure.avatar_too_slow):
+        for _ in range(20):
+            figure._watch_cost()
+    assert figure._avatar is not None
+    assert figure._avatar.skeleton is avatar.skeleton
+    assert not figure._avatar.surfaces
+
+
+def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tmp_path) -> None:
+    figure.set_avatar(formats.read_avatar(Maker(0, head=3.0).write(tmp_path / "a.vrm")))
+    skeleton, world = t_pose()
+    figure.show_stance(Stance(skeleton, world, skeleton.rest_rotations))
+    qtbot.waitUntil(lambda: not figure._next.isActive())
+    assert body_pixels(figure.grab().toImage())[60:].any()
