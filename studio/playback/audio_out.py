@@ -13,6 +13,7 @@ import numpy as np
 from studio.errors import StudioError
 from studio.playback.heard import PlayedSpans, Span, StreamClock
 from studio.playback.source import Samples, SoundSource
+from studio.playback.stretch import Stretch
 
 CHUNK_SECONDS = 0.05
 AHEAD_CHUNKS = 12
@@ -37,11 +38,17 @@ class Feed:
         generation: counts starts and seeks.
         position: seconds in the file where it begins.
         loop: (start, end) seconds, or None.
+        speed: 1 as it was recorded, less is slower.
     """
 
-    def __init__(self, generation: int, position: float, loop: tuple[float, float] | None) -> None:
+    def __init__(
+        self, generation: int, position: float, loop: tuple[float, float] | None, speed: float = 1.0
+    ) -> None:
         self.generation = generation
         self.position = position
+        self.speed = speed
+        self.stretch: Stretch | None = None
+        self.stretched = position  # seconds in the file of the next stretched sample
         # A start behind the loop's end plays through to the end instead.
         self.loop = loop if loop is not None and position < loop[1] else None
         self.queue: deque[Chunk] = deque()
@@ -84,10 +91,10 @@ class SoundOutput:
         """Whether the device stopped asking for sound."""
         return self._finished or time.monotonic() - self._last_callback > SILENT_DEVICE
 
-    def start(self, position: float, loop: tuple[float, float] | None = None) -> None:
-        """Play from a position on; also the way to seek while playing."""
+    def start(self, position: float, loop: tuple[float, float] | None = None, speed: float = 1.0) -> None:
+        """Play from a position on; also the way to seek, and to change the speed, while playing."""
         self._generation += 1
-        self._feed = Feed(self._generation, position, loop)
+        self._feed = Feed(self._generation, position, loop, speed)
         self._wake.set()
 
     def stop(self) -> None:
@@ -175,6 +182,11 @@ class SoundOutput:
         end = self._duration if feed.loop is None else feed.loop[1]
         left = round((end - feed.position) * rate)
         if left <= 0:
+            if feed.stretch is not None:
+                self._queue_stretched(feed, feed.stretch.finish())
+                missing = round((end - feed.stretched) * self.sample_rate / feed.speed)
+                self._queue_stretched(feed, np.zeros((max(missing, 0), 2), np.float32))
+                feed.stretch = None
             if feed.loop is None:
                 return False
             feed.position = feed.loop[0]
@@ -183,11 +195,21 @@ class SoundOutput:
         samples = self._source.read_at(first, count, self.sample_rate)
         if feed.queue == deque() and feed.used == 0:
             samples = _faded_in(samples, len(self._ramp))
-        speed = count / rate / max(len(samples), 1)
-        if len(samples):
-            feed.queue.append(Chunk(samples, feed.position, speed))
+        if feed.speed != 1.0:
+            if feed.stretch is None:
+                feed.stretch, feed.stretched = Stretch(self.sample_rate, feed.speed), feed.position
+            self._queue_stretched(feed, feed.stretch.feed(samples))
+        elif len(samples):
+            feed.queue.append(Chunk(samples, feed.position, count / rate / len(samples)))
         feed.position = (first + count) / rate
         return True
+
+    def _queue_stretched(self, feed: Feed, samples: Samples) -> None:
+        """Queue slowed sound; a second of it is less than a second of the file."""
+        if len(samples):
+            speed = feed.speed / self.sample_rate
+            feed.queue.append(Chunk(np.ascontiguousarray(samples), feed.stretched, speed))
+            feed.stretched += len(samples) * speed
 
 
 def _faded_in(samples: Samples, fade: int) -> Samples:

@@ -13,6 +13,7 @@ from pathlib import Path
 from studio.errors import StudioError
 from studio.playback.audio_out import SoundOutput
 from studio.playback.source import SoundSource
+from studio.playback.stretch import SLOWEST
 from studio.playback.transport import MOVING, Event, State, after
 
 
@@ -36,6 +37,7 @@ class Player:
         self._state = State.STOPPED
         self._position = 0.0
         self._loop: tuple[float, float] | None = None
+        self._speed = 1.0
         self._output: SoundOutput | None = None
         self._clock_start = 0.0
         self._problem: StudioError | None = None
@@ -71,6 +73,11 @@ class Player:
     def loop(self) -> tuple[float, float] | None:
         """The looped span (start, end) in seconds, or None."""
         return self._loop
+
+    @property
+    def speed(self) -> float:
+        """1 as it was recorded, less is slower."""
+        return self._speed
 
     @property
     def problem(self) -> StudioError | None:
@@ -135,6 +142,15 @@ class Player:
             if self._state in MOVING:
                 self._roll()
 
+    def set_speed(self, speed: float) -> None:
+        """Play slower, 0.25 to 1, in the same pitch; rolling or not."""
+        with self._lock:
+            self._settle()
+            self._speed = min(max(speed, SLOWEST), 1.0)
+            if self._state in MOVING:
+                self._state = after(self._state, Event.SEEK)
+                self._roll()
+
     def close(self) -> None:
         """Let go of the device; the player ends."""
         with self._lock:
@@ -160,8 +176,8 @@ class Player:
 
     def _roll(self) -> None:
         if self._output is not None:
-            self._output.start(self._position, self._loop)
-        self._clock_start = time.monotonic() - self._position
+            self._output.start(self._position, self._loop, self._speed)
+        self._clock_start = time.monotonic() - self._position / self._speed
 
     def _settle(self) -> None:
         """Bring position and state up to now."""
@@ -184,11 +200,11 @@ class Player:
         return self._loop is not None and self._loop[1] >= self.duration - 1e-3
 
     def _clock_position(self) -> float:
-        t = time.monotonic() - self._clock_start
+        t = (time.monotonic() - self._clock_start) * self._speed
         if self._loop is not None and self._position < self._loop[1] <= t:
             start, end = self._loop
             t = start + (t - end) % (end - start)
-            self._clock_start = time.monotonic() - t
+            self._clock_start = time.monotonic() - t / self._speed
         return t
 
     def _leave_output(self) -> None:
@@ -198,6 +214,6 @@ class Player:
             "The sound device stopped answering.",
             "Check its cable and play it again; the motion goes on.",
         )
-        self._clock_start = time.monotonic() - self._position
+        self._clock_start = time.monotonic() - self._position / self._speed
         if output is not None:
             threading.Thread(target=output.close, name="close lost device", daemon=True).start()

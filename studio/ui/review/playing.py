@@ -26,6 +26,7 @@ class Playing(QObject):
         super().__init__(view)
         self._view, self._scene, self._showing = view, scene, showing
         self._span: tuple[float, float] | None = None
+        self._speed = 1.0
         self._last = 0.0  # where the picture before was
         self._frames = QTimer(self)
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
@@ -35,6 +36,7 @@ class Playing(QObject):
         view.seek_requested.connect(self.seek)
         view.step_requested.connect(self._on_step)
         view.loop_toggled.connect(self._on_loop)
+        view.speed_chosen.connect(self._on_speed)
         view.timeline.span_selected.connect(self._on_span)
 
     def activate(self) -> None:
@@ -61,6 +63,7 @@ class Playing(QObject):
         self._span = None
         self._view.timeline.set_span(None)
         self._view.export.options.show_selection(None)
+        self._on_speed(self._speed)
         start, _ = self._scene.used
         if start > 0:
             self.seek(start)
@@ -88,6 +91,11 @@ class Playing(QObject):
             motion = self._scene.tuned
             fps = motion.fps if motion is not None and motion.fps > 0 else 60.0
             self.seek(self._scene.player.position + frames / fps)
+
+    def _on_speed(self, speed: float) -> None:
+        self._speed = speed
+        if self._scene.player is not None:
+            self._scene.player.set_speed(speed)
 
     def _on_span(self, span: tuple[float, float] | None) -> None:
         self._span = span

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtGui import QActionGroup, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QListWidget,
+    QMenu,
     QPushButton,
     QSplitter,
     QStackedLayout,
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.review.camera import CameraButton
 from studio.ui.review.export_panel import ExportPanel
 from studio.ui.review.pair_meters import PairMeters
 from studio.ui.review.run_bar import RunBar
@@ -30,6 +32,8 @@ from studio.ui.widgets.card import Card, EmptyState, label
 from studio.ui.widgets.time_view import clock
 from studio.ui.widgets.timeline import Timeline
 
+SPEEDS = (0.25, 0.5, 0.75, 1.0)
+
 
 class ReviewView(QWidget):
     """The tab's layout.
@@ -39,6 +43,7 @@ class ReviewView(QWidget):
         seek_requested: seconds.
         step_requested: frames forward (negative: back).
         loop_toggled: the button went down or up.
+        speed_chosen: how fast to play, 1 as it was recorded.
         curve_chosen: name of the channel drawn on the timeline.
         train_requested, record_requested: go to that tab.
     """
@@ -47,6 +52,7 @@ class ReviewView(QWidget):
     seek_requested = Signal(float)
     step_requested = Signal(int)
     loop_toggled = Signal(bool)
+    speed_chosen = Signal(float)
     curve_chosen = Signal(str)
     train_requested = Signal()
     record_requested = Signal()
@@ -190,6 +196,8 @@ class ReviewView(QWidget):
         self.loop.setToolTip(self.tr("Repeat the span selected on the timeline, or everything (L)"))
         theme.as_role(self.loop, "quiet")
         self.loop.toggled.connect(self.loop_toggled)
+        self.speed = self._speed_button()
+        self.camera = CameraButton(self.stage)
         self._time = label("", "", "transport_time")
         self._time.setFont(theme.figures_font())
         self._notice = label("", "warn", "sound_notice")
@@ -207,13 +215,37 @@ class ReviewView(QWidget):
         self.curve.currentTextChanged.connect(self.curve_chosen)
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
-        for widget in (self.play, self._time, self.loop):
+        for widget in (self.play, self._time, self.loop, self.speed, self.camera):
             row.addWidget(widget)
         row.addWidget(self._notice, 1)
         row.addStretch(1)
         row.addWidget(self._metrics)
         row.addWidget(self.curve)
         return row
+
+    def _speed_button(self) -> QToolButton:
+        """Slow motion, in the same pitch."""
+        button = QToolButton()
+        button.setObjectName("speed_button")
+        button.setAccessibleName(self.tr("Speed"))
+        button.setToolTip(self.tr("Play slower, in the same pitch"))
+        button.setText(self.tr("{0}x").format(1))
+        theme.as_role(button, "quiet")
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu, group = QMenu(button), QActionGroup(button)
+        button.setMenu(menu)
+        for speed in SPEEDS:
+            action = menu.addAction(self.tr("{0}x").format(f"{speed:g}"))
+            action.setObjectName(f"speed_{speed:g}")
+            action.setCheckable(True)
+            action.setChecked(speed == 1)
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, chosen=speed: self._on_speed(chosen))
+        return button
+
+    def _on_speed(self, speed: float) -> None:
+        self.speed.setText(self.tr("{0}x").format(f"{speed:g}"))
+        self.speed_chosen.emit(speed)
 
     def _right(self) -> QWidget:
         self.tune, self.send, self.export = TunePanel(), SendPanel(), ExportPanel()

@@ -1,0 +1,79 @@
+"""Slow motion, loops and views, by the real buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtGui import QAction
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+Tab = tuple[ReviewView, ReviewPresenter]
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
+    session = Session(Settings())
+    session.project = toy_project
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
+    yield view, presenter
+    presenter.close()
+
+
+def _trigger(view: ReviewView, name: str) -> None:
+    action = view.findChild(QAction, name)
+    assert action is not None
+    action.trigger()
+
+
+def test_slow_motion_holds_for_the_next_recording_too(qtbot: QtBot, tab: Tab) -> None:
+    view, presenter = tab
+    _trigger(view, "speed_0.5")
+    first = presenter.scene.player
+    assert first is not None
+    assert (view.speed.text(), first.speed) == ("0.5x", 0.5)
+    view.play.click()
+    qtbot.waitUntil(lambda: view.timeline.playhead > 0.2)
+    assert presenter.scene.player is first
+    view.sources.setCurrentRow(0)
+    qtbot.waitUntil(lambda: presenter.scene.player not in (None, first))
+    assert presenter.scene.player is not None
+    assert presenter.scene.player.speed == 0.5
+
+
+def test_what_is_selected_is_repeated(qtbot: QtBot, tab: Tab) -> None:
+    view, presenter = tab
+    view.timeline.span_selected.emit((1.0, 1.4))
+    view.loop.click()
+    player = presenter.scene.player
+    assert player is not None
+    assert player.loop == (1.0, 1.4)
+    assert player.position == pytest.approx(1.0)
+    view.play.click()
+    qtbot.waitUntil(lambda: player.position > 1.2)
+    qtbot.waitUntil(lambda: player.position < 1.15)
+    assert player.playing
+
+
+def test_views_and_the_turntable_move_both_figures(qtbot: QtBot, tab: Tab) -> None:
+    view, _ = tab
+    figures = view.stage.predicted.figure, view.stage.captured.figure
+    _trigger(view, "view_face")
+    assert [(one.orbit.azimuth, one.orbit.zoom) for one in figures] == [(0.0, 0.25)] * 2
+    view.camera.turntable.trigger()
+    qtbot.waitUntil(lambda: figures[0].orbit.azimuth > 2.0)
+    _trigger(view, "view_back")
+    assert not view.camera.turntable.isChecked(), "a view that was chosen stays"
+    assert abs(figures[1].orbit.azimuth) == 180.0
