@@ -13,6 +13,7 @@ _PULL, _TILT = 0.02, 0.0001
 _STEEPEST = 500e-6
 REMEMBERED_S = 8.0
 SPARE_S = 0.002
+MOST_UNEVEN_S = 0.15
 GUESSED = 0.5
 """Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in."""
 _NEARLY_ALL = 96
@@ -91,8 +92,10 @@ class Delay:
         """The delay that would do for what was seen lately, seconds."""
         if not self._seen:
             return 0.0
-        late = np.percentile([lateness for _, lateness in self._seen], _NEARLY_ALL)
-        return max(float(late) + (1.0 - GUESSED) * self._step + SPARE_S, 0.0)
+        seen = [lateness for _, lateness in self._seen]
+        # A computer that is far too busy moves an avatar unevenly; it must not make it late as well.
+        late = min(float(np.percentile(seen, _NEARLY_ALL)), min(seen) + MOST_UNEVEN_S)
+        return max(late + (1.0 - GUESSED) * self._step + SPARE_S, 0.0)
 
     @property
     def value(self) -> float:

@@ -23,7 +23,7 @@ from studio.training.checkpoint import Model
 WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
 """How far back a window of a network that reads both ways reaches, and how often it is moved on."""
 WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
-WINDOW_USUAL_MS = 500
+USUAL_MS, WINDOW_USUAL_MS = 100, 500
 
 
 @dataclass(frozen=True)
@@ -52,31 +52,39 @@ def look_aheads(model: Model) -> tuple[int, ...]:
     """What may be chosen as look-ahead, milliseconds, the shortest first."""
     if model.network.margin:
         return WINDOW_AHEAD_MS
-    return (round(_reach_ms(model, model.network.after)),)
+    return model.network.look_aheads or (round(_reach_ms(model, _ahead(model.network))),)
 
 
 def hearing(model: Model, look_ahead_ms: int | None = None) -> Hearing:
-    """What a model hears with a look-ahead, the one it would use itself where None.
+    """What a model hears with a look-ahead, the nearest it offers; the usual one where None.
 
     Raises:
         RequestError: it cannot be run on live sound.
     """
     _must_be_rows(model.recipe.sound)
     network, offered = model.network, look_aheads(model)
-    if not network.margin:
-        return Hearing(offered[0], _reach_ms(model, network.after))
-    wanted = WINDOW_USUAL_MS if look_ahead_ms is None else look_ahead_ms
+    usual = WINDOW_USUAL_MS if network.margin else USUAL_MS
+    wanted = usual if look_ahead_ms is None else look_ahead_ms
     chosen = min(offered, key=lambda one: abs(one - wanted))
+    if not network.margin:
+        return Hearing(chosen, _reach_ms(model, _ahead(network, chosen)))
     frames = max(1, round(chosen / 1000 * float(model.fps)))
-    after = frames * network.sizes.steps_per_frame + network.after
     hop = max(1, round(WINDOW_HOP_S * float(model.fps)))
-    return Hearing(chosen, _reach_ms(model, after), (hop - 1) * 1000 / float(model.fps), exact=False)
+    reach = _reach_ms(model, frames + _ahead(network))
+    return Hearing(chosen, reach, (hop - 1) * 1000 / float(model.fps), exact=False)
 
 
-def _reach_ms(model: Model, after: int) -> float:
-    """Milliseconds of sound after a pose's moment that the last row it needs is made of."""
+def _ahead(network: Network, ms: int = 0) -> float:
+    """Frames of sound that a network hears after a pose, with one of its look-aheads where it has several."""
+    if network.look_aheads:
+        return network.frames_ahead(ms)
+    return network.after / network.sizes.steps_per_frame
+
+
+def _reach_ms(model: Model, ahead: float) -> float:
+    """Milliseconds of sound after a pose's moment that go into it with so many frames ahead."""
     spec, k = model.recipe.sound, model.recipe.sound.steps_per_frame
-    last = int(row_centres(spec, model.fps, k + after - 1, 1)[0]) + _behind(spec)
+    last = int(row_centres(spec, model.fps, round((1 + ahead) * k) - 1, 1)[0]) + _behind(spec)
     return last / spec.sample_rate * 1000
 
 
@@ -111,6 +119,8 @@ class Steps:
         self._spec, self._k = model.recipe.sound, model.recipe.sound.steps_per_frame
         self._behind = _behind(self._spec)
         network, fps = model.network, float(model.fps)
+        if network.look_aheads:
+            network.hear_ahead(heard.look_ahead_ms)
         self._ahead = self._back = 0
         self._hop = 1
         if network.margin:

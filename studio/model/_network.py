@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
 State = tuple[Tensor, Tensor]
+Judge = Callable[[Tensor, Tensor, Tensor], Tensor]
+"""The loss of scaled poses (B, T, C) beside captured ones, with what counts of them."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,9 @@ class Network(nn.Module):
     Attributes:
         before, after: rows needed around the frames; `before` may be negative.
         margin: frames to add on both sides of a piece and drop again.
+        look_aheads: milliseconds of sound after a pose that it can be told to make do with; empty where it
+            knows but one way.
+        judge: what poses are held against while training, for a network that gives more than it is asked for.
         draws: whether poses are drawn by chance, so that what is generated is not what is expected.
         quietest: rows are held at this many deviations below their mean, and both are those of rows that are
             heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
@@ -69,6 +74,8 @@ class Network(nn.Module):
     before: int = 0
     after: int = 0
     margin: int = 0
+    look_aheads: tuple[int, ...] = ()
+    judge: Judge | None = None
     draws: bool = False
     quietest: float | None = None
     row_mean: Tensor
@@ -88,6 +95,13 @@ class Network(nn.Module):
     def output(self) -> nn.Linear:
         """The last layer, whose bias may begin at the training mean."""
         raise NotImplementedError
+
+    def frames_ahead(self, ms: int | None) -> int:
+        """Whole frames it hears after a pose with a look-ahead, its own where None; may be negative."""
+        return self.after // self.sizes.steps_per_frame
+
+    def hear_ahead(self, ms: int | None) -> None:
+        """Use one of its look-aheads from now on, its own where None; `before` and `after` change with it."""
 
     def normalised(self, rows: Tensor) -> Tensor:
         """Rows with the training mean 0 and deviation 1 in each feature."""

@@ -13,12 +13,16 @@ from collections.abc import Iterator, Sequence
 import torch
 from torch import Tensor, nn
 
+from studio.errors import RequestError
 from studio.model._body import body_head, calmed
 from studio.model._network import Chance, Network, Sizes, State
 
 MARGIN_SECONDS = 3.0
 QUIETEST = 3.0
 _STYLE_DEVIATION = 0.3
+LONGEST_MS = 2000
+OTHERS_SHARE = 1.0
+"""What the other look-aheads together count for, beside the network's own."""
 
 
 class Recurrent(Network):
@@ -36,12 +40,11 @@ class Recurrent(Network):
         look_ahead: int | None,
         style_width: int,
         body: str = "plain",
+        look_aheads: tuple[int, ...] = (),
     ) -> None:
         super().__init__(sizes)
         both = look_ahead is None
         ahead = kernel // 2 if look_ahead is None else look_ahead
-        self.before = (kernel - 1 - ahead) * sizes.steps_per_frame
-        self.after = ahead * sizes.steps_per_frame
         self.margin = round(MARGIN_SECONDS * sizes.fps) if both else 0
         self.convolution = nn.Conv1d(sizes.features * sizes.steps_per_frame, units, kernel)
         self.style = nn.Embedding(sizes.styles + 1, style_width) if sizes.styles else None
@@ -62,18 +65,45 @@ class Recurrent(Network):
         self.body = body_head(body, known + beside, sizes)
         self.draws = self.body is not None
         self.layers, self.kept = layers, layers + self.draws  # of the LSTM, and of the state
+        self.kernel, self.own = kernel, ahead
+        self.look_aheads = () if both else look_aheads
+        # Last, so that without them everything above begins as it does with them.
+        self.others = nn.ModuleList(
+            _further(known + beside, 1 + (self._late(ms) > 0), units, sizes.columns)
+            for ms in self.look_aheads
+        )
+        self.hear_ahead(None)
 
     @property
     def output(self) -> nn.Linear:
         """The pose layer."""
         return self.pose
 
+    def start_at(self, mean: Tensor) -> None:
+        """Let the poses of every look-ahead begin at one (C,), scaled."""
+        super().start_at(mean)
+        with torch.no_grad():
+            for other in self.others:
+                assert isinstance(other, nn.Sequential)
+                other[-1].bias.copy_(mean)
+
+    def frames_ahead(self, ms: int | None) -> int:
+        """See Network.frames_ahead: as many as lie within the milliseconds with all of their sound."""
+        return self.own if ms is None else max(int(ms / 1000 * self.sizes.fps) - 1, 0)
+
+    def hear_ahead(self, ms: int | None) -> None:
+        """See Network.hear_ahead: another layer reads the pose of an earlier or later moment."""
+        self._chosen = None if ms is None else self.look_aheads.index(ms)
+        self._further = max(self._late(ms), 0)
+        ahead, k = self.frames_ahead(ms), self.sizes.steps_per_frame
+        self.before, self.after = (self.kernel - 1 - min(ahead, self.own)) * k, ahead * k
+
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
         """See Network.forward; the state is the LSTM's, None when it reads both directions."""
         hidden, _, state = self._heard(rows, state, style)
-        return self.pose(hidden), state
+        return self._said(hidden), state
 
     def see(self, stretches: Sequence[Tensor]) -> None:
         """See Network.see; the body's head wants to know."""
@@ -86,10 +116,34 @@ class Recurrent(Network):
         """See Network.learn; the head learns how far bodies are from what the pose layer expects."""
         hidden, known, _ = self._heard(rows, None, style)
         expected: Tensor = self.pose(hidden)
+        own = self._look_ahead_loss(hidden, values, weight)
         if self.body is None:
-            return expected, values.new_zeros(())
+            return expected, own
         apart = (values - expected).detach()
-        return expected, self.body.loss(known.detach(), apart, weight)
+        return expected, own + self.body.loss(known.detach(), apart, weight)
+
+    def _look_ahead_loss(self, hidden: Tensor, values: Tensor, weight: Tensor) -> Tensor:
+        """The mean loss of the other look-aheads: what is known at a moment says earlier and later poses."""
+        total, frames = values.new_zeros(()), hidden.shape[1]
+        if self.judge is None or not self.look_aheads:
+            return total
+        for ms, other in zip(self.look_aheads, self.others, strict=True):
+            late = self._late(ms)
+            if late > 0:  # what is known then, beside what was known when its own look-ahead was over
+                known, of = torch.cat([hidden[:, :-late], hidden[:, late:]], dim=-1), slice(0, frames - late)
+            else:
+                known, of = hidden[:, : frames + late], slice(-late, frames)
+            total = total + self.judge(other(known).float(), values[:, of], weight[:, of])
+        return OTHERS_SHARE * total / len(self.look_aheads)
+
+    def _late(self, ms: int | None) -> int:
+        """Frames a look-ahead ends later than its own; negative where it ends sooner."""
+        return self.frames_ahead(ms) - self.own
+
+    def _said(self, hidden: Tensor) -> Tensor:
+        """Poses by the look-ahead in use."""
+        poses: Tensor = (self.pose if self._chosen is None else self.others[self._chosen])(hidden)
+        return poses
 
     def draw(
         self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
@@ -105,7 +159,7 @@ class Recurrent(Network):
     ) -> tuple[Tensor, Tensor, State | None]:
         """Expected poses and how far the drawn ones are from them, (B, n, C) each, with the next state."""
         hidden, known, state = self._heard(rows, state, style)
-        expected = self.pose(hidden)
+        expected = self._said(hidden)
         if self.body is None or chance is None:
             return expected, torch.zeros_like(expected), state
         return expected, self.body.draw(known, chance), state
@@ -122,7 +176,9 @@ class Recurrent(Network):
         frames = self.normalised(rows).reshape(batch, -1, width)
         seen = nn.functional.gelu(self.convolution(frames.transpose(1, 2))).transpose(1, 2)
         own = None if state is None else (state[0][: self.layers], state[1][: self.layers])
-        hidden, own = self.lstm(self._styled(self.dropout(seen), style), own)
+        seen = self._styled(self.dropout(seen), style)
+        frames_now = seen.shape[1] - self._further
+        hidden, own = self.lstm(seen[:, :frames_now], own)
         heard = self.dropout(hidden)
         known, left = heard, own
         if self.body is not None:
@@ -130,7 +186,12 @@ class Recurrent(Network):
             if not self.margin:
                 last = known[:, -1][None]
                 left = torch.cat([own[0], last]), torch.cat([own[1], torch.zeros_like(last)])
-        return self._styled(heard, style), self._styled(known, style), None if self.margin else left
+        heard = self._styled(heard, style)
+        if self._further:  # heard again with the next frames, whose state it is not
+            on, _ = self.lstm(seen[:, frames_now:], own)
+            later = torch.cat([hidden, self.dropout(on)], dim=1)[:, self._further :]
+            heard = torch.cat([heard, self._styled(later, style)], dim=-1)
+        return heard, self._styled(known, style), None if self.margin else left
 
     def _styled(self, values: Tensor, style: Tensor | None) -> Tensor:
         """Values (B, n, H) with the embedding of each row's style beside them."""
@@ -155,7 +216,17 @@ class Ensemble(Network):
         self.members = nn.ModuleList(members)
         first = members[0]
         self.before, self.after, self.margin = first.before, first.after, first.margin
-        self.draws = first.draws
+        self.draws, self.look_aheads = first.draws, first.look_aheads
+
+    def frames_ahead(self, ms: int | None) -> int:
+        """See Network.frames_ahead; all members hear as far."""
+        return self._each()[0].frames_ahead(ms)
+
+    def hear_ahead(self, ms: int | None) -> None:
+        """See Network.hear_ahead."""
+        for member in self._each():
+            member.hear_ahead(ms)
+        self.before, self.after = self._each()[0].before, self._each()[0].after
 
     def see(self, stretches: Sequence[Tensor]) -> None:
         """Let every member see how bodies move."""
@@ -180,15 +251,19 @@ class Ensemble(Network):
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
     ) -> tuple[Tensor, Tensor]:
         """See Network.learn; the first member's head learns from its member's share."""
+        judge, members = self.judge, self._each()
+        for member in members:  # a member's own loss counts as its share of the batch does
+            member.judge = None if judge is None else lambda *held: judge(*held) / len(members)
         if len(rows) < len(self.members):
-            members = [m.learn(self.normalised(rows), style, values, weight) for m in self._each()]
-            return torch.stack([poses for poses, _ in members]).mean(dim=0), members[0][1]
+            said = [m.learn(self.normalised(rows), style, values, weight) for m in members]
+            own = torch.stack([own for _, own in said]).sum()
+            return torch.stack([poses for poses, _ in said]).mean(dim=0), own
         targets = zip(
             values.tensor_split(len(self.members)), weight.tensor_split(len(self.members)), strict=True
         )
         shares = zip(self._shares(rows, style), targets, strict=True)
         learnt = [m.learn(share, its, *target) for (m, share, its), target in shares]
-        return torch.cat([poses for poses, _ in learnt]), learnt[0][1]
+        return torch.cat([poses for poses, _ in learnt]), torch.stack([own for _, own in learnt]).sum()
 
     def draw(
         self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
@@ -242,6 +317,7 @@ def build(
     members: int = 1,
     style_width: int = 8,
     body: str = "plain",
+    look_aheads: str = "",
 ) -> Network:
     """The network.
 
@@ -255,11 +331,37 @@ def build(
         both_directions: read the whole sentence instead; look_ahead_ms does not matter then.
         members: networks whose mean is taken; each learns from its share of the crops.
         style_width: numbers that describe a style.
+        look_aheads: milliseconds of sound after a pose that it learns to make do with as well, such as
+            "0 100 200 500"; "" for none but its own.
         body: "plain" gives bodies the expected pose, "flow" or "mixture" draw them around it by chance.
     """
     look_ahead = None if both_directions else max(0, round(look_ahead_ms / 1000 * sizes.fps))
+    others = _milliseconds(look_aheads)
     made = [
-        Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width, kind)
+        Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width, kind, others)
         for kind in (body, *["plain"] * (members - 1))
     ]
     return Ensemble(sizes, made) if members > 1 else made[0]
+
+
+def _further(known: int, moments: int, units: int, columns: int) -> nn.Sequential:
+    """Poses from what is known at one or two moments."""
+    return nn.Sequential(nn.Linear(known * moments, units), nn.GELU(), nn.Linear(units, columns))
+
+
+def _milliseconds(text: str) -> tuple[int, ...]:
+    """Look-aheads as numbers, the shortest first.
+
+    Raises:
+        RequestError: one of them is none, or too long.
+    """
+    try:
+        found = sorted({int(word) for word in text.replace(",", " ").split()})
+    except ValueError:
+        found = [-1]
+    if found and not 0 <= found[0] <= found[-1] <= LONGEST_MS:
+        raise RequestError(
+            f"{text!r} is not possible for network.look_aheads.",
+            f"Choose milliseconds from 0 to {LONGEST_MS}, such as 0 100 200 500.",
+        )
+    return tuple(found)

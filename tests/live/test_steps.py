@@ -30,7 +30,8 @@ def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
     recipe = load_recipe(name).with_overrides([*small, *overrides])
     torch.manual_seed(1)
     network = checkpoint.build_network(recipe, layout, Fraction(fps)).eval()
-    torch.nn.init.normal_(network.output.weight if name != "best" else network.members[0].pose.weight)
+    last = network.members[0].pose if hasattr(network, "members") else network.output
+    torch.nn.init.normal_(last.weight)
     network.row_mean.fill_(-60.0)
     network.row_deviation.fill_(20.0)
     return Model(network, recipe, layout, Fraction(fps))
@@ -98,6 +99,38 @@ def test_a_pose_comes_as_soon_as_its_sound_is_there(name: str, fps: str) -> None
     waited = np.array(after) / RATE - np.arange(len(after)) / float(model.fps)
     assert waited.max() * 1000 <= heard.latency_ms + 4.0
     assert waited.min() * 1000 >= heard.reach_ms - 0.1
+
+
+AHEADS = "look_aheads=0 100 200 500"
+
+
+@pytest.mark.parametrize("ms", [0, 100, 200, 500])
+@pytest.mark.parametrize(("name", "fps"), [("balanced", "30"), ("best", "60")])
+def test_every_look_ahead_of_one_run_streams_as_it_generates(name: str, fps: str, ms: int) -> None:
+    model, sound = untrained(name, fps, f"network.{AHEADS}"), speech(2.0)
+    heard = hearing(model, ms)
+    poses, after = performed(model, heard, sound, 900)
+    whole = Predictor(model).generate_samples(sound)  # with the same look-ahead: the network was told so
+    live = model.layout.motion(poses, np.arange(len(poses)) / float(model.fps))
+    both = min(len(live), len(whole))  # at 0 ms a pose may be known before its frame is over
+    np.testing.assert_allclose(live.shapes[:both], whole.shapes[:both], atol=1e-5)
+    np.testing.assert_allclose(live.rotations[:both], whole.rotations[:both], atol=1e-5)
+    waited = np.array(after) / RATE - np.arange(len(after)) / float(model.fps)
+    assert waited.min() * 1000 >= heard.reach_ms - 0.1
+    assert ms - 40 < heard.reach_ms <= max(ms + 3, 25)
+
+
+def test_every_look_ahead_is_causal() -> None:
+    model, sound = untrained("balanced", "30", f"network.{AHEADS}"), speech(2.0)
+    cut = len(sound) // 2
+    other = np.concatenate([sound[:cut], speech(2.0, seed=9)[cut:]])
+    for ms in (0, 100, 500):
+        heard = hearing(model, ms)
+        first, second = (performed(model, heard, one, 900)[0] for one in (sound, other))
+        same = np.abs(first - second).max(axis=1) < 1e-6
+        moments = np.arange(len(same)) / 30
+        assert same[moments + heard.reach_ms / 1000 <= cut / RATE].all()
+        assert not same[moments + heard.reach_ms / 1000 > cut / RATE + 0.1].any()
 
 
 def test_each_says_how_long_it_must_hear() -> None:
