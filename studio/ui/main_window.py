@@ -87,7 +87,7 @@ class MainWindow(QMainWindow):
         return self.rooms[name]
 
     def show_room(self, name: str) -> None:
-        """Show "record", "curate", "train" or "review"; without a project the welcome page stays."""
+        """Show "record", "curate", "train", "review" or "live"; without a project the welcome page stays."""
         if self.session.project is None:
             return
         self.tabs.setCurrentIndex(rooms.NAMES.index(name))

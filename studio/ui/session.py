@@ -35,7 +35,7 @@ class Session(QObject):
         import_requested: bring in these paths; an empty tuple asks for files first.
         import_cancelled: end the import that is going on.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
-        tab_requested: show the tab of this name ("record", "curate", "train", "review").
+        tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
     """
 
     project_opened = Signal()

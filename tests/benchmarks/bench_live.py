@@ -339,10 +339,15 @@ def _live(project: Path, run_id: str, look_ahead_ms: int, port: int, *more: str)
             child.process.wait()
 
 
-def soak(seconds: float) -> dict[str, Any]:
-    """Perform for a long time: memory, drift, latency and dropouts along the way."""
+def soak(seconds: float, given: tuple[Path, str] | None = None) -> dict[str, Any]:
+    """Perform for a long time: memory, drift, latency and dropouts along the way.
+
+    Args:
+        seconds: how long.
+        given: a project and its run; one is trained where None.
+    """
     with tempfile.TemporaryDirectory() as folder, _stage() as output:
-        project, run_id = trained(Path(folder))
+        project, run_id = given or trained(Path(folder))
         frames, looks = Frames(), []
         with _live(project, run_id, look_aheads(project, run_id)[-1], frames.port) as live:
             live.wait_ready()

@@ -1,0 +1,172 @@
+"""`saia live` as a person or the window runs it: it hears, sends, listens to wishes and ends well."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import soundfile
+
+from studio.cli import main
+from studio.cli._live_wishes import Wish, read_wish
+from studio.errors import RequestError
+from studio.project import Project
+from tests.live.runs import add_run
+from tests.live.test_steps import speech
+from tests.patience import until
+
+RATE = 16_000
+
+
+@pytest.fixture
+def project(make_toy_project: Callable[..., Project]) -> Iterator[Project]:
+    made = make_toy_project(splits=("train",), seconds=2.0)
+    add_run(made, "look_aheads=0 100 200 500", train=["Toy_001"])
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def voice(tmp_path: Path) -> Path:
+    path = tmp_path / "声 voice.wav"
+    soundfile.write(path, np.concatenate([speech(4.0), np.zeros(RATE // 2, np.float32)]), RATE)
+    return path
+
+
+class Child:
+    """The command in a process of its own, its events as they come."""
+
+    def __init__(self, *words: str) -> None:
+        command = [sys.executable, "-m", "studio", "live", *words, "--json"]
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        )
+        self.events: list[dict[str, Any]] = []
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        self.events.extend(json.loads(line) for line in self.process.stdout)
+
+    def has(self, kind: str, **facts: object) -> bool:
+        return any(
+            e["event"] == kind and all(e.get(k) == v for k, v in facts.items()) for e in list(self.events)
+        )
+
+    def tell(self, line: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+
+    def end(self) -> int:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        code = self.process.wait(60)
+        self._reader.join(60)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        return code
+
+
+@pytest.mark.slow
+def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
+    project: Project, voice: Path
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.settimeout(60.0)
+        child = Child(
+            str(project.folder), "balanced_001", "--file", str(voice), "--output", "none", "--poses",
+            "--to", f"127.0.0.1:{listener.getsockname()[1]}",
+        )  # fmt: skip
+        heard = listener.recv(65_536)
+        assert b"/VMC/Ext/" in heard
+        until(lambda: child.has("ready") and child.has("pose") and child.has("state"))
+        for wish in (
+            "mute on",
+            "freeze",
+            "neutral",
+            "look-ahead 480",
+            "dance",
+            'tune {"mouth": 0.5}',
+            "tune x",
+        ):
+            child.tell(wish)
+        until(lambda: child.has("state", muted=True, frozen=True, neutral=True, look_ahead_ms=500))
+        until(lambda: child.has("notice", what="The tuning was not understood."))
+        child.tell("stop")
+        assert child.end() == 0
+    ready = next(e for e in child.events if e["event"] == "ready")
+    assert ready["look_aheads"] == [0, 100, 200, 500]
+    assert ready["look_ahead_ms"] == 100
+    assert child.has("look_ahead", look_ahead_ms=500)
+    assert child.has("notice", what="There is no dance while it is live.")
+    done = child.events[-1]
+    assert done["event"] == "done"
+    assert done["sent"] > 0
+
+
+@pytest.mark.slow
+def test_it_ends_with_the_file_and_when_its_parent_goes(project: Project, voice: Path) -> None:
+    child = Child(
+        str(project.folder), "balanced_001", "--file", str(voice), "--output", "none", "--to", "none"
+    )
+    until(lambda: child.has("done"), 90)
+    assert child.end() == 0
+    assert child.events[-1]["frames"] >= 4.0 * 30 - 1
+    longer = Child(
+        str(project.folder), "balanced_001", "--file", str(voice), "--output", "none", "--to", "none",
+        "--seconds", "600",
+    )  # fmt: skip
+    until(lambda: longer.has("ready"))
+    assert longer.end() == 0  # its standard input was closed: nobody is there any more
+    assert longer.has("done")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--to", "here"], "here is not an address. Write HOST:PORT, such as 127.0.0.1:39539.\n"),
+        (["--fps", "500"], "500 frames per second is not possible. Choose 1 to 240.\n"),
+        (["--seconds", "0"], "0 s is no length of a performance. Give seconds above 0.\n"),
+        (["--style", "nobody"], "balanced_001 knows no style called nobody. It was trained without styles;"
+         " leave --style out.\n"),
+        (["--liveliness", "9"], "A liveliness of 9 is not possible. Choose 0 (still) to 3; 1 is as it was"
+         " learnt.\n"),
+    ],
+)  # fmt: skip
+def test_a_wrong_wish_is_named_before_anything_is_opened(
+    project: Project, words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["live", str(project.folder), "balanced_001", *words]) == 2
+    assert capsys.readouterr().err == sentence
+
+
+def test_a_missing_sound_and_a_missing_run_are_named(
+    project: Project, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gone = tmp_path / "gone.wav"
+    assert main(["live", str(project.folder), "balanced_001", "--file", str(gone)]) == 2
+    assert str(gone) in capsys.readouterr().err
+    assert main(["live", str(project.folder), "balanced_999"]) != 0
+    assert "balanced_999" in capsys.readouterr().err
+
+
+def test_wishes_are_read_as_they_are_written() -> None:
+    assert read_wish("mute on\n") == Wish("mute", "on")
+    assert read_wish("  \n") is None
+    assert Wish("mute", "").turned(False)
+    assert not Wish("mute", "off").turned(True)
+    with pytest.raises(RequestError, match="mute cannot be maybe"):
+        Wish("mute", "maybe").turned(False)
+    with pytest.raises(RequestError, match="There is no dance while it is live"):
+        read_wish("dance")

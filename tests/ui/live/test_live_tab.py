@@ -1,0 +1,185 @@
+"""The Live tab with a real child, a real sound device and a real listener; and what it says without them."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui.live.latency_card import LatencyCard
+from studio.ui.live.presenter import LivePresenter
+from studio.ui.live.state import LookAhead, look_aheads_of
+from studio.ui.live.view import LiveView
+from studio.ui.session import Session
+from tests.live.runs import add_run
+from tests.live.test_steps import speech
+
+FIGURES = [
+    {"ms": 0, "reach_ms": -8.3, "rmse": 0.05, "pearson_mouth": 0.6},
+    {"ms": 100, "reach_ms": 91.7, "rmse": 0.04, "pearson_mouth": 0.8},
+    {"ms": 500, "reach_ms": 491.7, "rmse": 0.039, "pearson_mouth": None},
+]
+
+Room = tuple[LiveView, LivePresenter, Session]
+
+
+@pytest.fixture
+def room(qtbot: QtBot) -> Iterator[Callable[[Project | None], Room]]:
+    made: list[LivePresenter] = []
+
+    def build(project: Project | None, **settings: object) -> Room:
+        session = Session(Settings().changed(**settings))
+        session.project = project
+        view = LiveView()
+        presenter = LivePresenter(view, session)
+        made.append(presenter)
+        qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
+        view.resize(1200, 760)
+        view.show()
+        presenter.activate()
+        return view, presenter, session
+
+    yield build
+    for presenter in made:
+        presenter.close()
+
+
+def test_without_a_run_it_says_what_is_needed_and_leads_there(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot
+) -> None:
+    view, _, session = room(toy_project)
+    assert view.empty.isVisible()
+    wanted: list[str] = []
+    session.tab_requested.connect(wanted.append)
+    assert view.empty.button is not None
+    view.empty.button.click()
+    assert wanted == ["train"]
+
+
+def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quality(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    run = add_run(toy_project, look_aheads=FIGURES)
+    view, _, _ = room(toy_project)
+    assert not view.empty.isVisible()
+    assert view.source.run.wanted.run == run.id
+    assert view.source.start.isEnabled()
+    assert view.source.start.text() == "Go live"
+    assert not view.controls.button("neutral").isEnabled()
+    assert view.latency.slider.maximum() == 2
+    assert view.latency.chosen == LookAhead(100, 91.7, 0.04, 0.8)
+    assert view.latency.quality.text() == (
+        "Hears 92 ms ahead. Error on takes it had not heard: 0.0400, mouth follows 0.80 of 1."
+    )
+    view.latency.slider.setValue(2)
+    assert view.latency.quality.text() == "Hears 492 ms ahead. Error on takes it had not heard: 0.0390."
+
+
+def test_a_report_that_makes_no_sense_offers_nothing(toy_project: Project) -> None:
+    run = add_run(toy_project, look_aheads=[{"ms": "x"}, 7, {"reach_ms": 1}, *FIGURES[:1]])
+    assert [one.ms for one in look_aheads_of(run)] == [0]
+    assert look_aheads_of(add_run(toy_project, look_aheads="all")) == ()
+
+
+def test_the_latency_is_said_in_words_and_as_what_to_type_into_obs(qtbot: QtBot) -> None:
+    card = LatencyCard()
+    qtbot.addWidget(card)
+    card.show_latency(141.2, "minded", 140)
+    assert card.figure.text() == "141 ms"
+    assert card.words.text() == "Viewers mind lips this late, unless the voice is delayed too."
+    assert (
+        card.advice.text() == "In OBS, set the microphone's Sync Offset to 140 ms: then voice and lips meet."
+    )
+    card.show_latency(40.0, "unseen", 0)
+    assert card.words.text() == "Nobody will notice: voice and lips are less than 45 ms apart."
+    assert not card.advice.isVisibleTo(card)
+
+
+def test_a_file_may_be_chosen_instead_of_a_microphone(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    view.source.show_file(Path("/somewhere/声.wav"))
+    assert view.source.source.currentText() == "File: 声.wav"
+    assert presenter._options()[:2] == ["--file", str(Path("/somewhere/声.wav"))]
+    view.source.source.setCurrentIndex(0)
+    view.source.source.activated.emit(0)
+    assert view.source.file is None
+    assert presenter._options() == []
+
+
+def test_options_become_the_words_of_the_command(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project, styles=["toy_001"], style="toy_001")
+    view, presenter, _ = room(toy_project)
+    view.source.gain.setChecked(False)
+    view.source.gate.setChecked(False)
+    view.source.noise.setChecked(True)
+    view.latency.look_ahead_chosen.emit(200)
+    assert presenter._options() == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
+
+
+@pytest.mark.slow
+def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot, virtual_audio: str
+) -> None:
+    import sounddevice
+
+    add_run(toy_project, "look_aheads=0 100 200 500")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.setblocking(False)
+        view, presenter, session = room(toy_project, send_port=listener.getsockname()[1])
+        facts: list[tuple[str, str, str]] = []
+        session.status_changed.connect(lambda *fact: facts.append(fact))
+        view.source.start.click()
+        assert view.source.start.text() == "Starting…"
+        sounddevice.play(np.tile(speech(2.0), 60) * 0.5, 16_000)
+        qtbot.waitUntil(lambda: view.source.start.text() == "Stop")
+        qtbot.waitUntil(lambda: _received(listener))
+        qtbot.waitUntil(lambda: view.latency.figure.text().endswith(" ms"))
+        qtbot.waitUntil(lambda: bool(view.meters.shown_names))
+        qtbot.waitUntil(lambda: view.face.isVisible())
+        assert view.latency.slider.maximum() == 3
+        assert facts[-1] == ("live", "Live", "good")
+        view.controls.button("neutral").click()
+        qtbot.waitUntil(lambda: view.status.text().startswith("Neutral:"))
+        presenter.deactivate()  # another tab is shown: it goes on
+        qtbot.waitUntil(lambda: _received(listener))
+        presenter.activate()
+        view.source.start.click()
+        qtbot.waitUntil(lambda: not presenter.running)
+        sounddevice.stop()
+    assert view.source.start.text() == "Go live"
+    assert view.status.text() == "Not live."
+    assert facts[-1] == ("live", "", "")
+
+
+def _received(listener: socket.socket) -> bool:
+    try:
+        return b"/VMC/Ext/" in listener.recv(65_536)
+    except BlockingIOError:
+        return False
+
+
+@pytest.mark.slow
+def test_a_microphone_that_is_not_there_is_a_sentence(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot, virtual_audio: str
+) -> None:
+    from studio.ui.messages import Toast
+
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    view.source.show_devices([("", "System's microphone"), ("Old one", "Old one")], "Old one")
+    view.source.start.click()
+    qtbot.waitUntil(lambda: not presenter.running)
+    said = " ".join(toast.text.text() for toast in view.window().findChildren(Toast))
+    assert "There is no sound input called Old one." in said
+    assert view.source.start.text() == "Go live"
