@@ -93,7 +93,7 @@ def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
 ) -> None:
     project = two_styles(make_toy_project)
     recipe = load_recipe("balanced").with_overrides(
-        ["units=32", "epochs=10", "steps=20", "crops=4", "crop_frames=90"]
+        ["units=32", "members=1", "epochs=10", "steps=20", "crops=4", "crop_frames=90"]
     )
     run = train(project, recipe, on_event=lambda event: None)
     predictor = load_predictor(run.folder)
@@ -130,7 +130,7 @@ def test_a_performer_of_the_face_and_one_of_the_body_learn_from_each_other(
     dataset = edits.set_split(edits.set_split(dataset, bodies[:2], "train"), bodies[2:], "val")
     project.edit("Split", dataset)
     recipe = load_recipe("balanced").with_overrides(
-        ["units=32", "epochs=6", "steps=20", "crops=4", "crop_frames=90"]
+        ["units=32", "members=1", "epochs=6", "steps=20", "crops=4", "crop_frames=90"]
     )
     run = train(project, recipe, on_event=lambda event: None)
     assert run.report is not None
