@@ -76,6 +76,14 @@ class Settings:
         0.0, "Export rate", "Frame rate of exports; 0 keeps the motion's own.", low=0, high=240, unit="fps"
     )
     recipe: str = _setting("balanced", "Recipe", "Recipe that training starts with.")
+    cache_gb: float = _setting(
+        2.0,
+        "Cache",
+        "What a project keeps of sound features and generated motions; they can be made again.",
+        low=0.1,
+        high=10_000,
+        unit="GB",
+    )
     recent_projects: tuple[str, ...] = ()
     recent_avatars: tuple[str, ...] = ()
     """Avatars that were opened, the latest first."""

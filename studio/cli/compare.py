@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.cli._cache import keep_small
 from studio.cli._output import Output
 from studio.cli.evaluate import (
     CAPTURED,
@@ -50,6 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         rows[one.id], frames = result.metrics, result.frames
         out.event("measured", run=one.id, metrics=rows[one.id])
     _say_different_training(chosen, out)
+    keep_small(project)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], ground, out)
     captured = captured_figures(ground)
     seeds = {one.id: seed_of(one) for one in chosen}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.cli._cache import keep_small
 from studio.cli._output import Output
 from studio.cli.generate import add_chance
 from studio.errors import RequestError
@@ -80,6 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "seed": seed_of(chosen),
         "style": args.style or (chosen.report or {}).get("style", "average"),
         "chance": {"seed": args.seed, "liveliness": args.liveliness},
+        "poses": poses_measured(chosen, args.liveliness),
         "split": ground.split,
         "takes": ground.takes,
         "frames": result.frames,
@@ -90,11 +92,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "baselines": baselines,
     }
     _keep(chosen, facts)
+    keep_small(project)
     rows = {chosen.id: result.metrics, **baselines, CAPTURED: facts["captured"]}
     if len(result.per_take) > 1:
         rows |= {f"  {take}": figures for take, figures in result.per_take.items()}
     title = f"{chosen.id} (seed {facts['seed']}) on {ground.words(result.frames)}"
+    if facts["poses"] == DRAWN:
+        title += f", drawn with seed {args.seed} at liveliness {args.liveliness:g}"
     out.done(f"{title}\n{table(rows, every=args.all)}", **facts)
+
+
+EXPECTED, DRAWN = "expected", "drawn"
+
+
+def poses_measured(chosen: Run, liveliness: float) -> str:
+    """Whether a run's figures are those of expected poses or of such as chance draws around them."""
+    draws = bool((chosen.report or {}).get("draws", False))
+    return DRAWN if draws and liveliness > 0 else EXPECTED
 
 
 @dataclass(frozen=True)

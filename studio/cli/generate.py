@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._clip import Clip, Generator, Manner, Report
 from studio.cli._draw import add_look, look_of
+from studio.cli._cache import keep_small
 from studio.cli._output import Output
 from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of, write_clip
 from studio.cli._queue import run_queue
@@ -85,6 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             _many(args, out, project, generator, shape)
         else:
             _one(args, out, project, generator, shape)
+    keep_small(project)
 
 
 def _one(args: argparse.Namespace, out: Output, project: Project, generator: Generator, shape: Shape) -> None:

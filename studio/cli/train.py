@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from studio.cli._cache import keep_small
 from studio.cli._output import Output, silence_stdout
 from studio.cli._words import counted
 from studio.errors import RequestError
@@ -83,6 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not is_first_process():
         return
+    keep_small(project)
     report = finished.report or {}
     stopped = report.get("status") == "stopped"
     seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)

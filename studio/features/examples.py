@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from studio.features.audio import AudioSpec, Floats, rows
 from studio.features.motion import Layout
 from studio.motion import Motion
+from studio.take.cache import used
 
 PAD_SECONDS = 3.0
 """Silence whose rows are kept on both sides of a take, for windows that reach beyond it."""
@@ -146,6 +147,7 @@ def cached_rows(
     with suppress(OSError, ValueError, EOFError):
         kept = np.load(path, allow_pickle=False)
         if kept.shape == (count, spec.width) and kept.dtype == np.float32:
+            used(path)
             return kept
     made = rows(samples, spec, fps, first, count)
     with suppress(OSError):  # a full disk costs time, not the training
