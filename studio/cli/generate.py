@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio.cli._cache import keep_small
 from studio.cli._clip import Clip, Generator, Manner, Report
 from studio.cli._draw import add_look, look_of
-from studio.cli._cache import keep_small
 from studio.cli._output import Output
 from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of, write_clip
 from studio.cli._queue import run_queue
