@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._cache import keep_small
+from studio.cli._look_aheads import keep_look_aheads
 from studio.cli._output import Output
 from studio.cli.generate import add_chance
 from studio.errors import RequestError
@@ -92,6 +93,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "baselines": baselines,
     }
     _keep(chosen, facts)
+    if not args.takes and args.split == "test" and args.style is None:  # what Live shows beside its slider
+        keep_look_aheads(chosen, ground)
     keep_small(project)
     rows = {chosen.id: result.metrics, **baselines, CAPTURED: facts["captured"]}
     if len(result.per_take) > 1:

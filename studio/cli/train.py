@@ -84,6 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not is_first_process():
         return
+    _measure_look_aheads(project, finished, out)
     keep_small(project)
     report = finished.report or {}
     stopped = report.get("status") == "stopped"
@@ -98,6 +99,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
         seconds=seconds,
         val=report.get("best_val"),
     )
+
+
+def _measure_look_aheads(project: Project, finished: Run, out: Output) -> None:
+    """How good the run is at each look-ahead that Live offers, kept in its report."""
+    from studio.cli._look_aheads import after_training
+
+    if finished.has_weights:
+        after_training(project, finished, out)
 
 
 def _trained(
