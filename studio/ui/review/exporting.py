@@ -77,7 +77,7 @@ class Exporting(QObject):
         self._turn = 0  # what was prepared for another wish is dropped
         self._preparing = False
         self._files: list[Path] = []
-        panel.show_formats(_choices())
+        panel.show_formats(choices())
         panel.show_fps(session.settings.export_fps)
         panel.export_requested.connect(self._on_export)
         panel.cancel_requested.connect(self._on_cancel)
@@ -253,7 +253,8 @@ def _told_apart(files: list[Path]) -> list[str]:
     return [f"{file.parent.name}/{file.name}" for file in files]
 
 
-def _choices() -> list[FormatChoice]:
+def choices() -> list[FormatChoice]:
+    """The formats that can be written, those most wanted first."""
     found = [
         FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE)
         for name, m in formats.writers().items()

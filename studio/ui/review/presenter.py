@@ -12,6 +12,7 @@ from studio.playback.vmc_target import PoseSource
 from studio.ui import background, messages
 from studio.ui.review import clip
 from studio.ui.review.avatars import Avatars
+from studio.ui.review.batching import Batching
 from studio.ui.review.clip import Clip, Source, Wanted
 from studio.ui.review.exporting import Exhibit, Exporting
 from studio.ui.review.listing import Listing
@@ -44,6 +45,7 @@ class ReviewPresenter(QObject):
         self._tunings = Tunings(view.tune, session)
         self._avatars = Avatars(view.stage, session)
         self._exporting = Exporting(view.export, self._exhibit, session)
+        self._batching = Batching(view, self._listing, session, lambda: view.tune.tuning)
         self._connect()
         self._on_project()
 
@@ -73,6 +75,7 @@ class ReviewPresenter(QObject):
         self._making.close()
         self._sending.close()
         self._exporting.close()
+        self._batching.close()
         if self.scene.player is not None:
             self.scene.player.close()
         self._view.stage.dispose()

@@ -20,11 +20,13 @@ class SourceCard(Card):
     Signals:
         chosen: key of the source clicked.
         add_requested: choose sound files.
+        batch_requested: make motion of many at once.
         removed: key of a dropped sound that is to go.
     """
 
     chosen = Signal(str)
     add_requested = Signal()
+    batch_requested = Signal()
     removed = Signal(str)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -47,7 +49,13 @@ class SourceCard(Card):
         theme.set_icon(add, "mdi6.plus", "muted")
         add.clicked.connect(self.add_requested)
         self.body.addWidget(add)
-        hint = label(self.tr("or drop WAV, MP3, FLAC, M4A or a video here"), "caption")
+        batch = QPushButton(self.tr("Batch..."))
+        batch.setObjectName("batch_button")
+        batch.setToolTip(self.tr("Make motion of a whole folder of sounds, or export all takes"))
+        theme.set_icon(batch, "mdi6.playlist-play", "muted")
+        batch.clicked.connect(self.batch_requested)
+        self.body.addWidget(batch)
+        hint = label(self.tr("or drop WAV, MP3, FLAC, OGG, M4A or a video here"), "caption")
         hint.setWordWrap(True)
         hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.body.addWidget(hint)

@@ -1,0 +1,208 @@
+"""A batch in a child process: starts it, follows its queue, and asks before files are written over."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, QUrl
+from PySide6.QtGui import QDesktopServices
+
+from studio.errors import StudioError
+from studio.playback.layers import Tuning, presets
+from studio.ui import messages
+from studio.ui.jobs import Job
+from studio.ui.review.batch_dialog import BatchDialog, BatchWish
+from studio.ui.review.exporting import choices
+from studio.ui.review.listing import Listing
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+THERE = " is there already."
+"""How the command's sentence ends where it would write over a file."""
+
+
+class Batching(QObject):
+    """Thought of the batch dialog; one batch at a time."""
+
+    def __init__(
+        self, view: ReviewView, listing: Listing, session: Session, tuning: Callable[[], Tuning]
+    ) -> None:
+        super().__init__(view)
+        self._view, self._listing, self._session, self._tuning = view, listing, session, tuning
+        self._dialog: BatchDialog | None = None
+        self._job: Job | None = None
+        self._wish: BatchWish | None = None
+        self._scratch: Path | None = None
+        view.sources_card.batch_requested.connect(self.show)
+        session.project_opened.connect(self._on_project)
+
+    @property
+    def dialog(self) -> BatchDialog | None:
+        """The dialog, where it was opened."""
+        return self._dialog
+
+    @property
+    def busy(self) -> bool:
+        """Whether a batch is under way."""
+        return self._job is not None
+
+    def show(self) -> None:
+        """Open the dialog, or bring back the one whose batch is under way."""
+        project = self._session.project
+        if project is None:
+            return
+        if self._dialog is None or not self.busy:
+            self._drop_dialog()
+            dialog = BatchDialog(
+                self._listing.runs(), choices(), project.exports_folder / "batch", self._view
+            )
+            dialog.start_requested.connect(self._on_start)
+            dialog.skip_requested.connect(self._on_skip)
+            dialog.cancel_requested.connect(self._on_cancel)
+            dialog.folder_requested.connect(self._on_folder)
+            self._dialog = dialog
+        self._dialog.show()
+        self._dialog.raise_()
+
+    def close(self) -> None:
+        """The window closes."""
+        if self._job is not None:
+            self._job.close()
+        self._clean()
+
+    def _on_project(self) -> None:
+        """Another project: what is under way belongs to the one before."""
+        if self._job is not None:
+            self._job.cancel()
+        self._drop_dialog()
+
+    def _drop_dialog(self) -> None:
+        if self._dialog is not None:
+            self._dialog.close()
+            self._dialog.deleteLater()
+            self._dialog = None
+
+    def _on_start(self, wish: BatchWish) -> None:
+        self._wish = wish
+        self._start(wish, force=False)
+
+    def _start(self, wish: BatchWish, force: bool) -> None:
+        project, dialog = self._session.project, self._dialog
+        if project is None or dialog is None or self.busy:
+            return
+        if wish.sounds:
+            words = ["generate", str(project.folder), wish.run, *(str(path) for path in wish.sounds)]
+        else:
+            takes = [source.key.partition(":")[2] for source in self._listing.sources if source.take]
+            if not takes:
+                dialog.show_told(self.tr("There is no take in this project yet."), "warn")
+                return
+            words = ["export", str(project.folder)]
+            words += [f"{wish.run}:{take}" if wish.run else take for take in takes]
+        words += ["-o", str(wish.folder), "--format", ",".join(wish.formats)]
+        words += ["--force"] if force else []
+        try:
+            words += self._tuned() if wish.tuned else []
+        except (OSError, StudioError) as error:
+            messages.show_error(dialog, error)
+            return
+        job = self._job = Job(self)
+        job.event_received.connect(self._on_event)
+        job.done.connect(self._on_done)
+        job.failed.connect(self._on_failed)
+        job.cancelled.connect(lambda: self._tell(self.tr("Cancelled. What was finished stays.")))
+        job.ended.connect(self._on_ended)
+        dialog.show_entries([])
+        dialog.show_folder_button(False)
+        dialog.show_told(self.tr("Getting ready."))
+        dialog.show_busy(True)
+        job.start(words)
+
+    def _tuned(self) -> list[str]:
+        """The sliders as they stand, as a file the command reads."""
+        self._scratch = Path(tempfile.mkdtemp(prefix="saia-batch-"))
+        path = self._scratch / "tuning.json"
+        presets.write(path, "Batch", self._tuning())
+        return ["--tune", str(path)]
+
+    def _on_event(self, event: dict[str, Any]) -> None:
+        dialog, kind = self._dialog, event.get("event")
+        if dialog is None:
+            return
+        if kind == "queue":
+            dialog.show_entries([str(name) for name in event.get("names", ())])
+        elif kind == "entry":
+            words = f"{event['what']} {event['remedy']}" if event.get("what") else ""
+            dialog.show_entry(int(event["index"]), str(event["state"]), words)
+        elif kind == "progress":
+            own, fraction = float(event.get("entry") or 0.0), float(event.get("fraction") or 0.0)
+            dialog.show_progress(int(event.get("index") or 0), own, fraction, self._left(event))
+
+    def _left(self, event: dict[str, Any]) -> str:
+        done = self.tr("{0} %").format(round(100 * float(event.get("fraction") or 0.0)))
+        eta = event.get("eta_s")
+        if not isinstance(eta, int | float) or eta < 1:
+            return done
+        minutes, seconds = divmod(round(eta), 60)
+        return f"{done}   " + self.tr("{0} left").format(f"{minutes}:{seconds:02d}")
+
+    def _on_done(self, facts: dict[str, Any]) -> None:
+        made, failed = len(facts.get("files", ())), len(facts.get("failed", ()))
+        left = len(facts.get("cancelled", ()))
+        words = self.tr("{0} files written and read back.").format(made)
+        words += " " + self.tr("{0} failed; the list says why.").format(failed) if failed else ""
+        words += " " + self.tr("{0} cancelled.").format(left) if left else ""
+        self._tell(words, "warn" if failed else "good")
+        if self._dialog is not None:
+            self._dialog.show_folder_button(made > 0)
+
+    def _on_failed(self, what: str, remedy: str) -> None:
+        if what.endswith(THERE):
+            name = Path(what.removesuffix(THERE)).name
+            self._tell(self.tr("Nothing was written."))
+            QTimer.singleShot(0, self, lambda: self._ask(name))
+        else:
+            self._tell(f"{what} {remedy.replace(' with -o', '')}", "bad")
+
+    def _ask(self, name: str) -> None:
+        """Whether files that are there may be written over."""
+        wish = self._wish
+        if wish is None or self._dialog is None or self.busy:
+            return
+        question = self.tr("{0} is there already. Replace what is there?").format(name)
+        details = self.tr("Files of the same names in {0} are written over.").format(wish.folder)
+        if messages.ask(self._dialog, question, details, self.tr("Replace")):
+            self._start(wish, force=True)
+
+    def _tell(self, words: str, role: str = "muted") -> None:
+        if self._dialog is not None:
+            self._dialog.show_told(words, role)
+
+    def _on_skip(self, index: int) -> None:
+        if self._job is not None:
+            self._job.tell(f"skip {index}")
+
+    def _on_cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def _on_ended(self) -> None:
+        job, self._job = self._job, None
+        if job is not None:
+            job.deleteLater()
+        self._clean()
+        if self._dialog is not None:
+            self._dialog.show_busy(False)
+
+    def _on_folder(self) -> None:
+        if self._wish is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(self._wish.folder)))
+
+    def _clean(self) -> None:
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch, ignore_errors=True)
+            self._scratch = None

@@ -1,0 +1,168 @@
+"""A batch through its dialog: real children, failures that stop nothing, and the question before a loss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMessageBox, QPushButton
+from pytestqt.qtbot import QtBot
+
+from studio.cli import main
+from studio.formats import bvh
+from studio.project import Project
+from studio.settings import Settings
+from studio.take.motion_file import read_motion
+from studio.ui.review.batch_dialog import BatchDialog
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
+
+Tab = tuple[ReviewView, ReviewPresenter]
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
+    session = Session(Settings())
+    session.project = toy_project
+    view = ReviewView()
+    presenter = ReviewPresenter(view, session)
+    qtbot.addWidget(view)
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
+    yield view, presenter
+    presenter.close()
+
+
+def _opened(view: ReviewView, presenter: ReviewPresenter) -> BatchDialog:
+    button = view.findChild(QPushButton, "batch_button")
+    assert button is not None
+    button.click()
+    dialog = presenter._batching.dialog
+    assert dialog is not None
+    assert dialog.isVisible()
+    return dialog
+
+
+def _format(dialog: BatchDialog, *names: str) -> None:
+    for name in names:
+        action = dialog.more.findChild(QAction, f"more_{name}")
+        assert action is not None
+        action.trigger()
+
+
+def _done(qtbot: QtBot, presenter: ReviewPresenter, dialog: BatchDialog) -> list[tuple[str, ...]]:
+    qtbot.waitUntil(lambda: not presenter._batching.busy)
+    items = [dialog.list.topLevelItem(row) for row in range(dialog.list.topLevelItemCount())]
+    return [(item.text(0), item.text(1), item.text(2)) for item in items if item is not None]
+
+
+def test_all_takes_are_exported_and_nothing_is_written_over_unasked(
+    qtbot: QtBot, tab: Tab, tmp_path: Path
+) -> None:
+    view, presenter = tab
+    dialog, out = _opened(view, presenter), tmp_path / "出力: all"
+    dialog.material.setCurrentIndex(1)
+    dialog.run.setCurrentIndex(0)
+    dialog.folder.setText(str(out))
+    _format(dialog, "bvh", "arrow")
+    assert len(dialog.formats.text().split(", ")) == 2
+    dialog.start.click()
+    rows = _done(qtbot, presenter, dialog)
+    names = [f"toy_{number:03d}{suffix}" for number in (1, 2, 3) for suffix in (".arrow", ".bvh")]
+    assert sorted(name for name, _, _ in rows) == names
+    assert {state for _, state, _ in rows} == {"done"}
+    assert dialog.told.text() == "6 files written and read back."
+    assert len(bvh.read(out / "toy_002.bvh").motion or ()) == 180
+    mine = (out / "toy_001.bvh").read_bytes()
+    asked: list[str] = []
+
+    def refuse() -> None:
+        box = dialog.findChild(QMessageBox, "question")
+        if box is not None and box.isVisible():
+            look.stop()
+            asked.append(box.text())
+            next(button for button in box.buttons() if button.text() == "Cancel").click()
+
+    look = QTimer()
+    look.timeout.connect(refuse)
+    look.start(50)
+    dialog.start.click()
+    qtbot.waitUntil(lambda: bool(asked))
+    assert asked[0].endswith(" is there already. Replace what is there?")
+    assert not presenter._batching.busy
+    assert (out / "toy_001.bvh").read_bytes() == mine
+
+
+def test_what_is_missing_is_said(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None:
+    view, presenter = tab
+    dialog = _opened(view, presenter)
+    dialog.start.click()
+    assert dialog.told.text() == "Choose the sounds first."
+    dialog.set_sounds([tmp_path])
+    dialog.start.click()
+    assert dialog.told.text() == "Sounds need a run that makes motion of them."
+    assert not presenter._batching.busy
+
+
+@pytest.mark.slow
+def test_a_folder_of_sounds_with_a_broken_one_and_one_that_is_not_wanted(
+    qtbot: QtBot, tab: Tab, tmp_path: Path
+) -> None:
+    view, presenter = tab
+    project = presenter._session.project
+    assert project is not None
+    assert (
+        main(["train", str(project.folder), "--recipe", "quick", "--set", "epochs=1", "--set", "steps=2"])
+        == 0
+    )
+    folder, out = tmp_path / "声 sounds", tmp_path / "out"
+    folder.mkdir()
+    for name in ("a: 今日.wav", "b.flac", "z last.wav"):
+        soundfile.write(folder / name, np.random.default_rng(1).normal(0, 0.1, 16_000), 16_000)
+    (folder / "broken.mp3").write_bytes(b"ID3 no sound" * 30)
+    dialog = _opened(view, presenter)
+    dialog.set_sounds([folder])
+    dialog.folder.setText(str(out))
+    _format(dialog, "arrow")
+    dialog.start.click()
+    qtbot.waitUntil(lambda: dialog.list.topLevelItemCount() == 4)
+    last = dialog.list.topLevelItem(3)
+    assert last is not None
+    last.setSelected(True)
+    dialog.skip.click()  # while torch is loaded for the first one
+    rows = _done(qtbot, presenter, dialog)
+    states = {name: (state, words) for name, state, words in rows}
+    assert states["a_ 今日_quick_001.arrow"][0] == "done"
+    assert states["z last_quick_001.arrow"][0] == "cancelled"
+    assert states["broken_quick_001.arrow"] == (
+        "failed",
+        "No sound could be read from broken.mp3. Choose a WAV, FLAC, OGG, MP3 or M4A file.",
+    )
+    assert dialog.told.text() == ("2 files written and read back. 1 failed; the list says why. 1 cancelled.")
+    assert sorted(path.name for path in out.iterdir()) == [
+        "a_ 今日_quick_001.arrow", "b_quick_001.arrow"
+    ]  # fmt: skip
+    assert len(read_motion(out / "b_quick_001.arrow")) == 30
+
+
+def test_cancel_all_ends_it_and_what_was_finished_stays(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None:
+    view, presenter = tab
+    dialog, out = _opened(view, presenter), tmp_path / "out"
+    dialog.material.setCurrentIndex(1)
+    dialog.run.setCurrentIndex(0)
+    dialog.folder.setText(str(out))
+    _format(dialog, "mp4")
+    dialog.start.click()
+    qtbot.waitUntil(lambda: out.is_dir() and any(out.iterdir()))
+    dialog.cancel.click()
+    _done(qtbot, presenter, dialog)
+    assert dialog.told.text() == "Cancelled. What was finished stays."
+    assert not [path for path in out.iterdir() if path.name.startswith(".")], "nothing half-written"
