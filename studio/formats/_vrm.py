@@ -49,7 +49,7 @@ def _avatar(glb: Glb) -> Avatar:
         raise StudioError(f"{glb.path.name} has no humanoid skeleton.", CHOOSE)
     skeleton = _skeleton(nodes, bones)
     owners = nodes.owners(list(bones.values()))
-    meshes = _vrm_mesh.read(glb, nodes, owners)
+    meshes = _vrm_mesh.read(glb, nodes, owners, _unseen(glb, extension, old))
     materials, notes = _vrm_look.read(glb, extension if old else {})
     expressions = _vrm_face.read(extension, old, meshes)
     licence = _vrm_terms.read(extension.get("meta"), old)
@@ -85,6 +85,15 @@ def _bones(extension: dict[str, Any], old: bool, count: int) -> dict[str, int]:
         if node not in found.values():
             found[bone] = node
     return found
+
+
+def _unseen(glb: Glb, extension: dict[str, Any], old: bool) -> frozenset[int]:
+    """Nodes whose meshes only the wearer's own eyes see."""
+    listed = extension.get("firstPerson", {}).get("meshAnnotations", ())
+    if not old:
+        return frozenset(int(one["node"]) for one in listed if one.get("type") == "firstPersonOnly")
+    meshes = {int(one["mesh"]) for one in listed if one.get("firstPersonFlag") == "FirstPersonOnly"}
+    return frozenset(i for i, node in enumerate(glb.document["nodes"]) if node.get("mesh") in meshes)
 
 
 def _skeleton(nodes: Nodes, bones: dict[str, int]) -> Skeleton:

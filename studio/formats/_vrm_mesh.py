@@ -39,15 +39,16 @@ class Meshes:
     notes: tuple[str, ...]
 
 
-def read(glb: Glb, nodes: Nodes, owners: NDArray[np.int32]) -> Meshes:
+def read(glb: Glb, nodes: Nodes, owners: NDArray[np.int32], unseen: frozenset[int] = frozenset()) -> Meshes:
     """All surfaces, each with only the vertices it uses.
 
     Args:
         glb: the file.
         nodes: where its nodes rest.
         owners: the bone that each node follows (N,), -1 for none.
+        unseen: nodes whose meshes are left out.
     """
-    return _Reader(glb, nodes, owners).read()
+    return _Reader(glb, nodes, owners).read(unseen)
 
 
 def too_large(path: Path) -> StudioError:
@@ -64,13 +65,14 @@ class _Reader:
         self._vertices = self._triangles = self._targets = self._numbers = self._left_out = 0
         self._made: list[Surface] = []
 
-    def read(self) -> Meshes:
+    def read(self, unseen: frozenset[int]) -> Meshes:
+        """Go through the nodes."""
         by_node, by_mesh = dict[int, list[int]](), dict[int, list[int]]()
         for index, node in enumerate(self._glb.document["nodes"]):
             if "mesh" not in node:
                 continue
             first, mesh = len(self._made), entry(self._glb.document, "meshes", node["mesh"])
-            for primitive in mesh["primitives"]:
+            for primitive in mesh["primitives"] if index not in unseen else ():
                 self._add(index, node, str(mesh.get("name", "")), primitive)
             places = list(range(first, len(self._made)))
             by_node[index] = places

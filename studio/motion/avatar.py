@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from numpy.typing import NDArray
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
 from studio.motion.skeleton import Skeleton
+
+if TYPE_CHECKING:
+    from studio.motion.skin import Skin
 
 Floats = NDArray[np.float32]
 Array = NDArray[np.floating]
@@ -151,6 +155,13 @@ class Avatar:
     def triangle_count(self) -> int:
         """Triangles of all surfaces."""
         return sum(len(surface.triangles) for surface in self.surfaces)
+
+    @cached_property
+    def skins(self) -> tuple[Skin, ...]:
+        """What moves each surface; worked out once, in a moment: not first on a thread that draws."""
+        from studio.motion.skin import Skin
+
+        return tuple(Skin(surface, len(self.skeleton.bone_names)) for surface in self.surfaces)
 
     @property
     def has_face(self) -> bool:

@@ -39,7 +39,6 @@ class Costume:
         self.avatar = avatar
         self._plotter = plotter
         order = sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i))
-        bones = len(avatar.skeleton.bone_names)
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
         textures: dict[int, Any] = {}
@@ -49,7 +48,7 @@ class Costume:
             look = {"color": palette.ghost, "opacity": 0.55} if ghost else _look(avatar, surface, textures)
             actor = plotter.add_mesh(mesh, smooth_shading=False, ambient=AMBIENT, diffuse=DIFFUSE, **look)
             self._finish(actor, avatar.materials[surface.material], ghost)
-            self._parts.append((i, Skin(surface, bones), mesh))
+            self._parts.append((i, avatar.skins[i], mesh))
             self._actors.append(actor)
 
     def move(self, stance: Stance) -> None:
@@ -99,9 +98,8 @@ def height_of(avatar: Avatar) -> float:
     rest = avatar.skeleton.forward(avatar.skeleton.rest_positions, avatar.skeleton.rest_rotations)
     placements = avatar.placements(*rest)
     tops = []
-    for surface in avatar.surfaces:
-        still = np.zeros(len(surface.morphs), np.float32)
-        vertices, _ = Skin(surface, len(rest[0])).pose(placements, still)
+    for surface, skin in zip(avatar.surfaces, avatar.skins, strict=True):
+        vertices, _ = skin.pose(placements, np.zeros(len(surface.morphs), np.float32))
         tops.append(float(vertices[:, 1].max()))
     return max(tops)
 

@@ -231,6 +231,17 @@ def test_a_picture_is_made_small(tmp_path: Path) -> None:
     assert pictures[0][0, 0, 0] > 240
 
 
+def test_what_only_the_wearer_sees_is_not_shown(good: Path, tmp_path: Path) -> None:
+    def hide(document: Document) -> None:
+        face = len(document["nodes"]) - 1
+        annotation = {"node": face, "type": "firstPersonOnly"}
+        document["extensions"]["VRMC_vrm"]["firstPerson"] = {"meshAnnotations": [annotation]}
+
+    avatar = formats.read_avatar(changed(good, tmp_path, hide))
+    assert [surface.name for surface in avatar.surfaces] == ["からだ"]
+    assert not avatar.has_face
+
+
 def test_what_the_file_allows_is_told(tmp_path: Path) -> None:
     avatar = formats.read_avatar(Maker(0).write(tmp_path / "私の アバター.vrm"))
     assert avatar.name == "小さな Test"

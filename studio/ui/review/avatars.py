@@ -133,6 +133,7 @@ class Avatars(QObject):
 def _opened(path: Path, folder: Path, keep: bool) -> _Opened:
     """Read an avatar, and only one that can be read is copied. Runs on the thread pool."""
     avatar = formats.read_avatar(path)
+    _ = avatar.skins  # here, where nobody waits for pictures
     if not keep:
         return _Opened(avatar, path)
     try:
