@@ -87,7 +87,7 @@ def measured(folder: Path, seed: int, test: tuple[str, ...], val: str, kind: str
     from studio.training.loop_predict import predict
     from studio.training.recipe import load_recipe
 
-    recipe = load_recipe("balanced").with_overrides(["form=alive", f"body={kind}", f"seed={seed}"])
+    recipe = load_recipe("balanced").with_overrides([f"network.body={kind}", f"seed={seed}"])
     project = Project.open(folder)
     try:
         divide(project, test, val)

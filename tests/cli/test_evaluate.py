@@ -158,3 +158,25 @@ def test_a_run_without_weights_is_a_sentence(project: Project, capsys: pytest.Ca
     empty = project.new_run_folder("balanced")
     assert cli.main(["evaluate", str(project.folder), empty.name]) == 1
     assert capsys.readouterr().err.startswith(f"The run {empty.name} has no best.safetensors yet.")
+
+
+@pytest.mark.slow
+def test_figures_say_whether_poses_were_drawn_and_a_seed_gives_the_same_again(
+    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = make_toy_project(("train", "val", "test"))
+    recipe = load_recipe("balanced").with_overrides(
+        ["network.body=flow", "units=8", "steps=2", "epochs=1", "members=1"]
+    )
+    run = train(made, recipe, on_event=lambda event: None).id
+    words = ("evaluate", str(made.folder), run, "--no-baselines")
+    first, again, other, still = (
+        outcome(capsys, *words, *more)[1][-1]
+        for more in (("--seed=1",), ("--seed=1",), ("--seed=2",), ("--liveliness=0",))
+    )
+    assert (first["poses"], still["poses"]) == ("drawn", "expected")
+    assert first["metrics"] == again["metrics"]
+    assert first["metrics"]["geodesic_deg"] != other["metrics"]["geodesic_deg"]
+    assert cli.main([*words, "--seed=1"]) == 0
+    assert f"{run} (seed 1) on " in (text := capsys.readouterr().out)
+    assert ", drawn with seed 1 at liveliness 1\n" in text
