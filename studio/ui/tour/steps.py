@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtWidgets import QLabel
 
 from studio.errors import StudioError
-from studio.ui.tour import curating, recording, reviewing, training
+from studio.ui.tour import curating, living, recording, reviewing, training
 from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 
@@ -72,5 +72,6 @@ STEPS: tuple[tuple[str, Callable[[Guide], None]], ...] = (
     ("the prediction is reviewed", reviewing.review_the_prediction),
     ("the prediction is sent to an avatar", reviewing.send_it),
     ("the prediction is exported", reviewing.export_it),
+    ("the avatar moves live", living.go_live),
     ("the project is as it was when opened again", open_it_again),
 )
