@@ -83,7 +83,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "style": args.style or (chosen.report or {}).get("style", "average"),
         "chance": {"seed": args.seed, "liveliness": args.liveliness},
         "poses": poses_measured(chosen, args.liveliness),
-        "poses": poses_measured(chosen, args.liveliness),
         "split": ground.split,
         "takes": ground.takes,
         "frames": result.frames,
@@ -103,18 +102,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     title = f"{chosen.id} (seed {facts['seed']}) on {ground.words(result.frames)}"
     if facts["poses"] == DRAWN:
         title += f", drawn with seed {args.seed} at liveliness {args.liveliness:g}"
-    if facts["poses"] == DRAWN:
-        title += f", drawn with seed {args.seed} at liveliness {args.liveliness:g}"
     out.done(f"{title}\n{table(rows, every=args.all)}", **facts)
-
-
-EXPECTED, DRAWN = "expected", "drawn"
-
-
-def poses_measured(chosen: Run, liveliness: float) -> str:
-    """Whether a run's figures are those of expected poses or of such as chance draws around them."""
-    draws = bool((chosen.report or {}).get("draws", False))
-    return DRAWN if draws and liveliness > 0 else EXPECTED
 
 
 EXPECTED, DRAWN = "expected", "drawn"
