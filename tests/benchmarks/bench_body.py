@@ -9,9 +9,9 @@ seeds. Each place trains the balanced recipe in its alive form once and shows wh
 - drawn: as the alive form generates, the mean of the figures of three draws.
 - captured: what was captured, held against itself.
 
-Figures are of the body alone. `python -m tests.benchmarks.bench_body [KIND]` measures what is missing, a kind
-being flow (as shipped) or mixture, keeps each place in results/body_runs.json as soon as it is measured, and
-prints the table.
+Figures are of the body alone. `python -m tests.benchmarks.bench_body [KEY=VALUE ...]` measures what is still
+missing with these changes to the recipe, keeps each place in results/body_runs.json as soon as it is known,
+and prints the means over all of them.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ SHOWN = (
 )
 
 
-def run(kind: str = "flow", places: Sequence[tuple[int, tuple[str, ...], str]] = PLACES) -> dict[str, Any]:
+def run(*changes: str, places: Sequence[tuple[int, tuple[str, ...], str]] = PLACES) -> dict[str, Any]:
     """The figures of every place and their means; those measured before are not measured again."""
     from tests.benchmarks.__main__ import machine, plain
 
     kept = json.loads(RUNS.read_text(encoding="utf-8")) if RUNS.is_file() else {}
     kept |= {"machine": machine()}
-    mine = kept.setdefault(kind, {})
+    mine = kept.setdefault(" ".join(("form=alive", *changes)), {})
     missing = [place for place in places if name_of(*place) not in mine]
     if missing:
         from studio.performer.sample import make_sample
@@ -62,11 +62,10 @@ def run(kind: str = "flow", places: Sequence[tuple[int, tuple[str, ...], str]] =
         with tempfile.TemporaryDirectory() as folder:
             make_sample(Path(folder) / "Sample")
             for seed, test, val in missing:
-                mine[name_of(seed, test, val)] = plain(
-                    measured(Path(folder) / "Sample", seed, test, val, kind)
-                )
+                sample = Path(folder) / "Sample"
+                mine[name_of(seed, test, val)] = plain(measured(sample, seed, test, val, changes))
                 RUNS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-    return {"takes_never_seen": mean_of([mine[name_of(*place)] for place in places]), **mine}
+    return {"takes_never_seen": mean_of(list(mine.values())), **mine}
 
 
 def name_of(seed: int, test: tuple[str, ...], val: str) -> str:
@@ -74,49 +73,67 @@ def name_of(seed: int, test: tuple[str, ...], val: str) -> str:
     return f"{' and '.join(test)}, chosen on {val}, seed {seed}"
 
 
-def measured(folder: Path, seed: int, test: tuple[str, ...], val: str, kind: str) -> dict[str, Any]:
+def measured(
+    folder: Path, seed: int, test: tuple[str, ...], val: str, changes: Sequence[str]
+) -> dict[str, Any]:
     """Train without the takes left out and hold everything that can be made against them."""
-    import torch
-
-    from studio.generate import Predictor, load_predictor
-    from studio.model._network import Chance
     from studio.project import Project
     from studio.training import loop
-    from studio.training.gains import region_gains
-    from studio.training.gather import gather
-    from studio.training.loop_predict import predict
+    from studio.training.checkpoint import BEST, load_model
     from studio.training.recipe import load_recipe
 
-    recipe = load_recipe("balanced").with_overrides([f"network.body={kind}", f"seed={seed}"])
+    recipe = load_recipe("balanced").with_overrides(["form=alive", *changes, f"seed={seed}"])
     project = Project.open(folder)
     try:
         divide(project, test, val)
         trained = loop.train(project, recipe, on_event=lambda event: None)
-        predictor = load_predictor(trained.folder)
-        model, takes = predictor.model, material(project, "test")
-        kept = model.network.gain.clone()
-        examples = gather(project, recipe, model.layout, model.fps, model.styles).val
-        style = 0 if not model.style else 1 + model.styles.index(model.style)
-        model.network.gain.fill_(1.0)
-        with torch.no_grad():
-            expected = [predict(model.network, example, style=style) for example in examples]
-        gains = torch.from_numpy(region_gains(expected, examples, model.layout))
-
-        def made(gain: torch.Tensor, chance: Chance) -> dict[str, Any]:
-            model.network.gain.copy_(gain)
-            return figures(takes, lambda m: Predictor(model).generate_samples(m.samples, None, chance))
-
-        draws = [made(kept, Chance(number)) for number in DRAWS]
-        return {
-            "best_epoch": trained.report["best_epoch"] if trained.report else None,
-            "mean_pose": figures(takes, lambda m: mean_pose(model.layout, m)),
-            "expected": made(torch.ones_like(kept), Chance(liveliness=0.0)),
-            "gained": made(gains, Chance(liveliness=0.0)),
-            "drawn": mean_of([{"drawn": draw} for draw in draws])["drawn"],
-            "captured": figures(takes, lambda m: m.motion),
-        }
+        epoch = trained.report["best_epoch"] if trained.report else None
+        return {"best_epoch": epoch, **held(project, load_model(trained.folder / BEST))}
     finally:
         project.close()
+
+
+def held(project: Any, model: Any) -> dict[str, Any]:
+    """The figures of everything that a model makes of the test takes."""
+    from studio.generate import Predictor
+    from studio.model._network import Chance
+
+    takes, kept = material(project, "test"), model.network.gain.clone()
+
+    def made(chance: Chance) -> dict[str, Any]:
+        return figures(takes, lambda m: Predictor(model).generate_samples(m.samples, None, chance))
+
+    draws = [{"drawn": made(Chance(number))} for number in DRAWS]
+    expected = made(Chance(liveliness=0.0))
+    plain = as_plain(project, model)
+    found = {
+        "mean_pose": figures(takes, lambda m: mean_pose(model.layout, m)),
+        "expected": expected,
+        "gained": figures(takes, lambda m: plain.generate_samples(m.samples)),
+        "drawn": mean_of(draws)["drawn"],
+        "captured": figures(takes, lambda m: m.motion),
+    }
+    model.network.gain.copy_(kept)
+    return found
+
+
+def as_plain(project: Any, model: Any) -> Any:
+    """What predicts the expected poses with the gains that the plain form would have."""
+    import torch
+
+    from studio.generate import Predictor
+    from studio.training.gains import region_gains
+    from studio.training.gather import gather
+    from studio.training.loop_predict import predict
+
+    examples = gather(project, model.recipe, model.layout, model.fps, model.styles).val
+    style = 0 if not model.style else 1 + model.styles.index(model.style)
+    with torch.no_grad():
+        expected = [predict(model.network, example, style=style) for example in examples]
+    model.network.gain.copy_(torch.from_numpy(region_gains(expected, examples, model.layout)))
+    model.network.draw = lambda rows, state, style, chance: model.network(rows, state, style)
+    model.network.draws = False
+    return Predictor(model)
 
 
 def divide(project: Any, test: tuple[str, ...], val: str) -> None:
@@ -171,4 +188,4 @@ def table(rows: dict[str, dict[str, float]]) -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(table(run(*sys.argv[1:2])["takes_never_seen"]))
+    sys.stdout.write(table(run(*sys.argv[1:])["takes_never_seen"]))
