@@ -37,7 +37,8 @@ def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) ->
         motion = smoothed(motion, tuning.smoothing)
     layers = Layers(tuning)
     if len(motion) and not layers.empty:
-        inferred = blinks_of(motion) if tuning.blinks > 0 else np.zeros(0)
+        seen = tuning.blinks > 0 and "eyes" in tuning.moves
+        inferred = blinks_of(motion) if seen else np.zeros(0)
         posture = reference or Reference.of(motion)
         blocks = [
             layers.over(motion.at_rows(slice(start, start + BLOCK)), posture, inferred)
@@ -189,6 +190,7 @@ class Tuner:
     def _blinked(self, t: float, pose: Pose) -> NDArray[np.float64]:
         """When the poses blinked by themselves lately."""
         self._inferred = [moment for moment in self._inferred if t - 3.0 * CLEAR < moment < t]
-        if self._lids and pose.shapes[self._lids].max() > INFERRED:
+        seen = bool(self._lids) and "eyes" in self._tuning.moves
+        if seen and pose.shapes[self._lids].max() > INFERRED:
             self._inferred.append(t)
         return np.array(self._inferred)

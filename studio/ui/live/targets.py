@@ -10,9 +10,9 @@ from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QWidget
 
 from studio.playback.neutral import WAVE_SECONDS
-from studio.playback.vmc_target import PRESETS, Destination, Light, TargetState, VmcTarget
+from studio.playback.vmc_target import Destination, Light, TargetState, VmcTarget
 from studio.ui import background, messages, theme
-from studio.ui.review.send_panel import Address, SendPanel, TargetRow
+from studio.ui.review.send_panel import SendPanel, TargetRow, kept_targets
 from studio.ui.session import Session
 
 OFF = TargetState(Light.OFF, 0, 0)
@@ -39,10 +39,10 @@ class LiveTargets(QObject):
         panel.options_changed.connect(self._on_options)
         settings = session.settings
         panel.set_options(settings.send_fps, settings.send_names)
-        title = next((one.title for one in PRESETS if one.port == settings.send_port), "")
-        row = panel.add_target(Address(title, settings.send_host, settings.send_port))
-        row.set_sending(True)  # going live is meant for an avatar
-        self._label(row, True)
+        for address in kept_targets(settings):
+            panel.add_target(address)
+        panel.rows[0].set_sending(True)  # going live is meant for an avatar
+        self._label(panel.rows[0], True)
         _rename(panel)
 
     def begin(self) -> None:
@@ -96,13 +96,13 @@ class LiveTargets(QObject):
         elif not on:
             self._unsend(row)
             row.show_state(OFF, 0.0)
-        self._save(row)
+        self._save()
 
     def _on_address(self, row: TargetRow) -> None:
         if self._live and row.send.isChecked():
             self._unsend(row)
             self._send(row)
-        self._save(row)
+        self._save()
 
     def _on_options(self) -> None:
         panel = self._panel
@@ -157,11 +157,9 @@ class LiveTargets(QObject):
             owner=self,
         )
 
-    def _save(self, row: TargetRow) -> None:
-        """Remember the first target for the next time."""
-        if self._panel.rows and row is self._panel.rows[0]:
-            address = row.address
-            self._session.change_settings(send_host=address.host, send_port=address.port)
+    def _save(self) -> None:
+        """Remember all targets for the next time."""
+        self._session.change_settings(**self._panel.kept)
 
 
 def _name(where: Destination) -> str:

@@ -11,7 +11,7 @@ from studio.errors import StudioError
 from studio.playback.neutral import WAVE_SECONDS
 from studio.playback.vmc_target import PoseSource, TargetState, VmcTarget
 from studio.ui import background, messages
-from studio.ui.review.send_panel import Address, SendPanel, TargetRow
+from studio.ui.review.send_panel import SendPanel, TargetRow, kept_targets
 from studio.ui.session import Session
 
 STATE_MS = 400
@@ -44,9 +44,7 @@ class Sending(QObject):
         session.settings_changed.connect(self.look)
         settings = session.settings
         panel.set_options(settings.send_fps, settings.send_names)
-        first = Address(_title(settings.send_port), settings.send_host, settings.send_port)
-        kept = [address for text in settings.send_targets if (address := Address.parse(text)) is not None]
-        for address in kept or [first]:
+        for address in kept_targets(settings):
             panel.add_target(address)
         panel.add.clicked.connect(self._save)
         self._filled = True
@@ -156,13 +154,8 @@ class Sending(QObject):
 
     def _save(self) -> None:
         """Remember all targets for the next time."""
-        if self._filled and self._panel.rows:
-            addresses = [row.address for row in self._panel.rows]
-            self._session.change_settings(
-                send_host=addresses[0].host,
-                send_port=addresses[0].port,
-                send_targets=tuple(address.text for address in addresses),
-            )
+        if self._filled:
+            self._session.change_settings(**self._panel.kept)
 
     def _show_states(self) -> None:
         now = time.monotonic()
@@ -212,9 +205,3 @@ class Sending(QObject):
 
 def _is_here(host: str) -> bool:
     return host.lower() == "localhost" or host.startswith("127.") or host == "::1"
-
-
-def _title(port: int) -> str:
-    from studio.playback.vmc_target import PRESETS
-
-    return next((preset.title for preset in PRESETS if preset.port == port), "")

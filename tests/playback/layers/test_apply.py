@@ -165,25 +165,25 @@ def test_one_pose_after_another_gives_what_the_whole_motion_gives(shapes: tuple[
     for i, t in enumerate(motion.times):
         frame = motion.at_rows(slice(i, i + 1))
         pose = tuner.pose(float(t), frame.pose(float(t)))
-        assert pose.shapes == pytest.approx(whole.shapes[i], abs=1e-6)
+        np.testing.assert_allclose(pose.shapes, whole.shapes[i], atol=1e-6)
         assert float(rotation.angle_between(pose.rotations, whole.rotations[i]).max()) < 1e-5
-        assert pose.root_position == pytest.approx(whole.root_position[i], abs=1e-6)
-        assert pose.positions == pytest.approx(whole.positions[i], abs=1e-6)
+        np.testing.assert_allclose(pose.root_position, whole.root_position[i], atol=1e-6)
+        np.testing.assert_allclose(pose.positions, whole.positions[i], atol=1e-6)
 
 
 def test_a_stream_without_a_reference_swings_about_its_own_mean() -> None:
-    motion = _lively(30.0, fps=20.0)
+    motion = _lively(20.0, fps=20.0)
     tuner = Tuner(Tuning(head=0.0), motion.shape_names, motion.bone_names)
     poses = [tuner.pose(float(t), motion.pose(float(t))) for t in motion.times]
     head = ALL_BONES.index("Head")
     mean = rotation.normalised(motion.rotations[:, head].mean(axis=0))
     late = np.stack([pose.rotations[head] for pose in poses[240:]])
-    assert np.degrees(rotation.angle_between(late, mean).max()) < 4.0
+    assert np.degrees(rotation.angle_between(late, mean).max()) < 5.0
     assert np.degrees(rotation.angle_between(late, late[:1]).max()) < 0.01, "and holds it once it is found"
 
 
 def test_a_stream_adds_no_blink_right_after_one_of_its_own() -> None:
-    times = np.arange(120 * 30) / 30.0
+    times = np.arange(90 * 30) / 30.0
     values = np.zeros((len(times), 1))
     values[(times % 3.0) < 0.1] = 1.0
     rest = Motion.build([0.0], ("Blink",)).pose(0.0)
@@ -192,8 +192,17 @@ def test_a_stream_adds_no_blink_right_after_one_of_its_own() -> None:
     lids = np.array([tuner.pose(float(t), pose).shapes[0] for t, pose in zip(times, poses, strict=True)])
     begins = np.flatnonzero((lids[1:] > 0) & (lids[:-1] == 0) & (values[1:, 0] == 0)) + 1
     since = times[begins] % 3.0
-    assert len(begins) > 10
+    assert len(begins) > 5
     assert since.min() > 1.0
+
+
+def test_a_blink_that_a_mask_hides_keeps_none_away() -> None:
+    times = np.arange(60 * 30) / 30.0
+    values = ((times % 1.5) < 0.1).astype(float)[:, None]
+    motion = Motion.build(times, ("Blink",), values)
+    assert np.array_equal(tuned(motion, Tuning(blinks=20.0)).shapes, motion.shapes)
+    hidden = tuned(motion, Tuning(blinks=20.0, moves=frozenset({"mouth"})))
+    assert 10 < np.sum((hidden.shapes[1:, 0] > 0) & (hidden.shapes[:-1, 0] == 0)) < 32
 
 
 def test_a_tuning_that_changes_in_mid_stream_takes_effect_with_the_next_pose() -> None:
