@@ -89,7 +89,8 @@ class _Film:
         import av
 
         self._fps = fps
-        self._container: Any = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
+        options = {"movflags": "+faststart"}  # it begins to play before all of it is loaded
+        self._container: Any = av.open(str(path.absolute()), "w", format="mp4", options=options)
         self._video = self._stream(drawing)
         self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
         self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
@@ -192,7 +193,7 @@ def _read_back(
     import av
 
     try:
-        with av.open(str(path)) as film:
+        with av.open(str(path.absolute())) as film:
             video = film.streams.video[0]
             size = (video.width, video.height) == (drawing.width // 2 * 2, drawing.height // 2 * 2)
             pictures, sound = _counted(film)

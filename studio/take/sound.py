@@ -254,7 +254,7 @@ def _decoded(path: Path) -> Iterator[tuple[int, Samples]]:
 
     rate, channels = 0, 0
     try:
-        with av.open(str(path)) as container:
+        with av.open(str(path.absolute())) as container:  # "a: b.mp3" would name a protocol
             if not container.streams.audio:
                 raise _no_sound(path)
             resampler = av.AudioResampler(format="fltp")

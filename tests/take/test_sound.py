@@ -141,3 +141,11 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
     assert error.value.what.startswith("x.wav could not be written: ")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_with_a_colon_is_a_file_and_no_protocol(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a_sound(tmp_path / "plain.mp3", 1.0).replace(tmp_path / "http: 今日.mp3")
+    monkeypatch.chdir(tmp_path)
+    assert sound_info(Path("http: 今日.mp3")).duration == pytest.approx(1.0, abs=0.2)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
 from studio.settings import Settings
+from studio.ui.review.clip import Wanted
 from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.scene import A, B
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
@@ -65,6 +70,32 @@ def test_what_is_selected_is_repeated(qtbot: QtBot, tab: Tab) -> None:
     qtbot.waitUntil(lambda: player.position > 1.2)
     qtbot.waitUntil(lambda: player.position < 1.15)
     assert player.playing
+
+
+def test_the_other_run_is_seen_at_once_while_it_plays(qtbot: QtBot, tab: Tab) -> None:
+    view, presenter = tab
+    scene, truth = presenter.scene, presenter.scene.captured.motion
+    assert truth is not None
+    weak = replace(truth, shapes=(0.3 * truth.shapes).astype(np.float32))
+    wanted = Wanted("quick_001", "calm"), Wanted("quick_001", "calm", seed=3)
+    scene.two = True
+    view.bar.show_two(True)
+    for side, motion in ((A, truth), (B, weak)):
+        scene.sides[side].wanted, scene.sides[side].asked = wanted[side], True
+        presenter._making._on_predicted(side, motion)
+    qtbot.waitUntil(lambda: scene.both_ready)
+    view.loop.click()
+    view.play.click()
+    qtbot.waitUntil(lambda: view.timeline.playhead > 0.1)
+    player = scene.player
+    assert player is not None
+    for front in (B, A, B):
+        qtbot.keyClick(view, Qt.Key.Key_B)
+        tuned = scene.sides[front].tuned
+        assert tuned is not None
+        assert scene.tuned is tuned.motion, "at once, not after it was made again"
+        assert player.playing
+    assert tuple(side.wanted for side in scene.sides) == wanted
 
 
 def test_views_and_the_turntable_move_both_figures(qtbot: QtBot, tab: Tab) -> None:

@@ -96,7 +96,8 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
     before = presenter.scene.tuned.shapes[:, 0].max()
     view.tune.rows["mouth"].box.setValue(0.5)
     qtbot.waitUntil(
-        lambda: presenter.scene.tuned.shapes[:, 0].max() == pytest.approx(before / 2, rel=0.01), timeout=MINUTE
+        lambda: presenter.scene.tuned.shapes[:, 0].max() == pytest.approx(before / 2, rel=0.01),
+        timeout=MINUTE,
     )
     view.tune.reset.click()
     qtbot.waitUntil(lambda: presenter.scene.tuned.shapes[:, 0].max() == pytest.approx(before), timeout=MINUTE)
