@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from studio.cli.evaluate import MAIN, MORE
 from studio.motion import Motion, rotation
 from studio.take.sound import Sound
 from studio.training import metrics_body, metrics_face, metrics_spread
@@ -163,6 +164,16 @@ def test_the_captured_motion_held_against_itself_is_perfect_in_everything() -> N
     assert figures["mouth_lag_ms"] == pytest.approx(0.0, abs=12.0)
     assert figures["frechet"] == pytest.approx(0.0, abs=1e-6)
     assert figures["wrist_cm"] is None
+
+
+def test_every_figure_has_its_place_in_the_table_and_comes_out_the_same_twice() -> None:
+    names, axis = ("Head", "LeftHand", "Hips"), np.tile([1.0, 0.0, 0.0], (len(T), 3, 1))
+    turns = rotation.from_axis_angle(axis, 0.2 * np.sin(T)[:, None])
+    both = Motion.build(T, ("jawOpen", "eyeBlinkLeft"), np.stack([bursts(T)] * 2, axis=1), names, None, turns)
+    pairs = [Pair(both, both, sound=voice())]
+    figures = full(pairs)
+    assert set(figures) == {key for key, _, _ in MAIN + MORE}
+    assert figures == full(pairs)
 
 
 def test_nothing_to_compare_gives_no_figures() -> None:
