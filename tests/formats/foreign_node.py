@@ -49,7 +49,7 @@ def ask(script: str, *words: str) -> dict[str, Any]:
     folder = node_folder()
     shutil.copy(FOREIGN / script, folder)
     done = subprocess.run(
-        ["node", script, *words], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+        ["node", script, *words], cwd=folder, capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stderr
     seen: dict[str, Any] = json.loads(done.stdout)

@@ -59,7 +59,7 @@ async function posed({ file, poses }) {
       if (mesh.isSkinnedMesh) mesh.skeleton.update();
       const found = [];
       const count = mesh.geometry.attributes.position.count;
-      for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 200))) {
+      for (let i = 0; i < count; i += Math.max(1, Math.floor(count / 60))) {
         const v = mesh.getVertexPosition(i, new THREE.Vector3()).applyMatrix4(mesh.matrixWorld);
         const still = new THREE.Vector3().fromBufferAttribute(mesh.geometry.attributes.position, i);
         found.push({ rest: still.toArray(), at: moved(v.toArray()) });
