@@ -26,6 +26,7 @@ from studio.training.styles import styles_of
 
 SHORTEST_SECONDS = 4.0
 """Less sound with motion than this cannot be learnt from."""
+_SILENCE = 1e-4
 HELD_BACK = 0.15
 """Share of the longest training take that is held back where no validation take is marked."""
 
@@ -95,11 +96,7 @@ def gather(
     grids = {m.selection.id: _grid(m, fps) for m in (*train, *val)}
     seconds = sum(float(grids[m.selection.id].valid.sum()) for m in train) / float(fps)
     if seconds < SHORTEST_SECONDS:
-        raise RequestError(
-            f"The training takes hold only {seconds:.1f} s of sound with motion; "
-            f"{SHORTEST_SECONDS:.0f} s are needed.",
-            "Record or import more, or mark more takes for training in Curate.",
-        )
+        raise _too_little(seconds)
     if layout is None:
         seen = [_counting(grids[m.selection.id]) for m in train]
         layout = columns.fit([m for m in seen if len(m)], recipe.channels.scaling)
@@ -126,7 +123,13 @@ def _materials(
     """What is learnt from and what it is checked on."""
     train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
     if not train:
-        raise RequestError("No take with sound and motion is marked for training.", _MARK)
+        why = f": {notes[0].removesuffix(_LEFT_OUT)}" if notes else ""
+        raise RequestError(f"No take with sound and motion is marked for training{why}.", _MARK)
+    if all(_is_silent(material) for material in train):
+        raise RequestError(
+            "The training takes are silent; nothing can be learnt from their sound.",
+            "Check the microphone with Test in Record, and record again.",
+        )
     val = _usable(project.selected("val"), recipe.sound, notes, on_cleaning)
     if not val:
         train, val = _hold_back(train, notes)
@@ -138,6 +141,7 @@ def _materials(
     return train, val
 
 
+_LEFT_OUT = " and is left out."
 _MARK = "Mark at least one as train in Curate, or with `saia split PROJECT --train TAKE`."
 
 
@@ -157,15 +161,27 @@ def _usable(
     for selection, take in chosen:
         material = load_material(selection, take, sound.sample_rate, partial(on_cleaning, selection.id))
         if not len(material.samples):
-            notes.append(f"{selection.id} has no sound and is left out.")
+            notes.append(f"{selection.id} has no sound{_LEFT_OUT}")
         elif len(material.motion) < 2:
-            notes.append(f"{selection.id} has no motion and is left out.")
+            notes.append(f"{selection.id} has no motion{_LEFT_OUT}")
         else:
             _must_be_finite(material)
-            if float(np.abs(material.samples).max()) < 1e-4:
+            if _is_silent(material):
                 notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
             found.append(material)
     return found
+
+
+def _is_silent(material: Material) -> bool:
+    return float(np.abs(material.samples).max()) < _SILENCE
+
+
+def _too_little(seconds: float) -> RequestError:
+    return RequestError(
+        f"The training takes hold only {seconds:.1f} s of sound with motion; "
+        f"{SHORTEST_SECONDS:.0f} s are needed.",
+        "Record or import more, or mark more takes for training in Curate.",
+    )
 
 
 def _must_be_finite(material: Material) -> None:
@@ -207,9 +223,11 @@ def _part(material: Material, start: float, end: float, suffix: str) -> Material
 def _rate(recipe: Recipe, train: list[Material]) -> Fraction:
     if recipe.channels.fps:
         return frame_rate(recipe.channels.fps)
-    frames = [len(m.motion) for m in train]
+    lasting = [m.motion for m in train if m.motion.fps > 0]
+    if not lasting:
+        raise _too_little(0.0)
     # The rate of most frames: one slow take must not decide for hours of fast ones.
-    rates = np.repeat([nominal_rate(m.motion.fps) for m in train], frames)
+    rates = np.repeat([nominal_rate(motion.fps) for motion in lasting], [len(motion) for motion in lasting])
     return learnt_rate(float(np.median(rates)), recipe.channels.most_fps)
 
 

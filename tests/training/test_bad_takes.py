@@ -12,7 +12,7 @@ import pytest
 import soundfile
 
 from studio.dataset import edits
-from studio.errors import StudioError
+from studio.errors import RequestError, StudioError
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
@@ -116,6 +116,37 @@ def test_takes_in_which_nothing_moves_are_a_sentence(make_toy_project: MakeProje
         "Nothing moves in the training takes. Check that the tracker was sending while they were recorded."
     )
     assert project.runs == ()
+
+
+def test_a_take_of_two_frames_alone_is_too_little(make_toy_project: MakeProject, tmp_path: Path) -> None:
+    project = make_toy_project(())
+    added(project, "Short", waving(2 / 30), np.sin(np.arange(96000) / 9), tmp_path)
+    with pytest.raises(RequestError) as caught:
+        trained(project, tiny())
+    assert str(caught.value) == (
+        "The training takes hold only 0.0 s of sound with motion; 4 s are needed. "
+        "Record or import more, or mark more takes for training in Curate."
+    )
+
+
+def test_silent_takes_alone_are_a_sentence(make_toy_project: MakeProject, tmp_path: Path) -> None:
+    project = make_toy_project(())
+    added(project, "Silent", waving(6), np.zeros(96000), tmp_path)
+    with pytest.raises(RequestError) as caught:
+        trained(project, tiny())
+    assert str(caught.value) == (
+        "The training takes are silent; nothing can be learnt from their sound. "
+        "Check the microphone with Test in Record, and record again."
+    )
+
+
+def test_a_take_without_sound_alone_is_named(make_toy_project: MakeProject) -> None:
+    project = make_toy_project(())
+    project.add_take("Mute", TakeInfo("x"), waving(6), None)
+    project.edit("Split", edits.set_split(project.dataset, ["Mute"], "train"))
+    with pytest.raises(RequestError) as caught:
+        trained(project, tiny())
+    assert caught.value.what == "No take with sound and motion is marked for training: Mute has no sound."
 
 
 def test_one_take_alone_is_enough_its_end_checks_the_rest(make_toy_project: MakeProject) -> None:
