@@ -21,6 +21,11 @@ EARLY = 0.003
 """Seconds before it is due that a frame is made, so that it leaves on time."""
 
 
+STARVED = 0.1
+"""Seconds without a frame after which even a late one goes out: where a machine is too busy to make any frame
+in time an avatar stutters, and does not freeze."""
+
+
 @dataclass(frozen=True)
 class Destination:
     """Where to send and how.
@@ -130,7 +135,7 @@ class VmcTarget:
         self._source: PoseSource | None = None
         self._wave_start: float | None = None
         self._sent = self._dropped = 0
-        self._refused_at = float("-inf")
+        self._refused_at = self._sent_at = float("-inf")
         self._problem: StudioError | None = None
         self._began = time.monotonic()
         self._fade = True
@@ -169,7 +174,7 @@ class VmcTarget:
         sock = _connected(destination)
         self._destination, self._problem = destination, None
         self._sent = self._dropped = 0
-        self._refused_at = float("-inf")
+        self._refused_at = self._sent_at = float("-inf")
         self._stop = threading.Event()
         self._fade = True
         self._thread = threading.Thread(
@@ -254,7 +259,8 @@ class VmcTarget:
         datagrams = encode_frame(
             frame.pose, frame.shape_names, frame.bone_names, pace.due - self._began, destination.options
         )
-        if time.monotonic() - pace.due > pace.step and not even_late:
+        now = time.monotonic()
+        if now - pace.due > pace.step and now - self._sent_at < STARVED and not even_late:
             self._dropped += 1
             return
         pace.hold()
@@ -265,6 +271,7 @@ class VmcTarget:
             self._problem = _unreachable(destination, error)
         else:
             self._sent += 1
+            self._sent_at = time.monotonic()
             self._problem = None
 
     def _send_one(self, sock: socket.socket, datagram: bytes) -> None:

@@ -163,6 +163,20 @@ def test_a_late_frame_is_dropped_not_queued(listener: _Listener, target: VmcTarg
     assert np.all(steps > 0.99)  # every beat once: nothing catches up
 
 
+def test_a_machine_too_slow_for_every_frame_still_sends(listener: _Listener, target: VmcTarget) -> None:
+    motion = _motion()
+
+    def pose_at(t: float) -> object:
+        time.sleep(0.05)  # three beats: no frame is ever in time
+        return motion.pose(t)
+
+    source = PoseSource(motion.shape_names, motion.bone_names, pose_at, lambda: 0.0)  # type: ignore[arg-type]
+    target.start(Destination(port=listener.port), source)
+    listener.listen(lambda: target.state.sent >= 5)
+    steps = np.diff([float(params[0]) for _, params in listener.values("/VMC/Ext/T")]) * 60.0
+    assert np.all(steps > 0.99)
+
+
 def test_two_targets_hear_the_same(listener: _Listener) -> None:
     other, targets = _Listener(), [VmcTarget(), VmcTarget()]
     for one, where in zip(targets, (listener, other), strict=True):
