@@ -19,6 +19,7 @@ from studio.ui import background, messages, rooms, theme
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
 from studio.ui.shortcuts import ShortcutsDialog
+from tests.formats.avatars import Maker
 
 HEAVY = ("torch", "librosa", "pyvista", "vtkmodules", "scipy.signal", "lightning_fabric", "pyarrow")
 
@@ -216,6 +217,23 @@ def test_a_sound_dropped_in_review_goes_to_review(open_window, project_folder: P
     window.take_paths((tmp_path / "voice.wav",))
     window._active = "record"
     assert heard == [tmp_path / "voice.wav"]
+
+
+def test_an_avatar_dropped_anywhere_is_worn_in_review(
+    open_window, project_folder: Path, tmp_path: Path, qtbot
+) -> None:
+    window = open_window(str(project_folder))
+    window.take_paths((Maker(0).write(tmp_path / "私.vrm"),))
+    review, _ = window.rooms["review"]
+    qtbot.waitUntil(lambda: review.stage.worn is not None)
+    assert review.isVisible()
+    assert (project_folder / "avatars" / "私.vrm").is_file()
+
+
+def test_a_dropped_avatar_needs_a_project(open_window, tmp_path: Path) -> None:
+    window = open_window()
+    window.take_paths((tmp_path / "私.vrm",))
+    assert window.findChild(QLabel, "toast_text").text() == "There is no project to bring 私.vrm into."
 
 
 def test_the_shortcuts_dialog_lists_keys_and_blocks_nothing(open_window, project_folder: Path) -> None:
