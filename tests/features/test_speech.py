@@ -73,6 +73,7 @@ def test_whisper_hears_what_the_reference_hears() -> None:
     np.testing.assert_allclose(ours, np.array(kept["values"]), atol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["speech", "log_mel_speech"])
 def test_pieces_equal_the_whole(kind: str) -> None:
     spec = AudioSpec(kind=kind, steps_per_frame=2, window=2)
