@@ -43,6 +43,14 @@ def written(path: Path) -> Iterator[Path]:
             beside.unlink(missing_ok=True)
 
 
+def sweep(folder: Path, pid: int) -> None:
+    """Remove what a process that was killed left half-written in a folder and in those directly within."""
+    for pattern in (f".*.{pid}.new", f"*/.*.{pid}.new"):
+        for beside in folder.glob(pattern):
+            with suppress(OSError):
+                beside.unlink(missing_ok=True)
+
+
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file in one piece, readable by people."""
     text = json.dumps(content, ensure_ascii=False, indent=1)

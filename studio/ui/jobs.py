@@ -58,6 +58,11 @@ class Job(QObject):
         return self._process.state() != QProcess.ProcessState.NotRunning
 
     @property
+    def pid(self) -> int:
+        """The child's process number, 0 where none is alive."""
+        return int(self._process.processId())
+
+    @property
     def log(self) -> str:
         """The last lines the child wrote to stderr, for a log drawer or a report."""
         return "\n".join(self._log)

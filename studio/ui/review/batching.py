@@ -13,6 +13,7 @@ from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
 from studio.playback.layers import Tuning, presets
+from studio.take import safe_file
 from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.review.batch_dialog import BatchDialog, BatchWish
@@ -37,6 +38,7 @@ class Batching(QObject):
         self._job: Job | None = None
         self._wish: BatchWish | None = None
         self._scratch: Path | None = None
+        self._ended_child = 0
         view.sources_card.batch_requested.connect(self.show)
         session.project_opened.connect(self._on_project)
 
@@ -114,7 +116,7 @@ class Batching(QObject):
         job.event_received.connect(self._on_event)
         job.done.connect(self._on_done)
         job.failed.connect(self._on_failed)
-        job.cancelled.connect(lambda: self._tell(self.tr("Cancelled. What was finished stays.")))
+        job.cancelled.connect(self._on_cancelled)
         job.ended.connect(self._on_ended)
         dialog.show_entries([])
         dialog.show_folder_button(False)
@@ -188,7 +190,13 @@ class Batching(QObject):
 
     def _on_cancel(self) -> None:
         if self._job is not None:
+            self._ended_child = self._job.pid
             self._job.cancel()
+
+    def _on_cancelled(self) -> None:
+        if self._wish is not None and self._ended_child:
+            safe_file.sweep(self._wish.folder, self._ended_child)  # it may have been too busy to do so
+        self._tell(self.tr("Cancelled. What was finished stays."))
 
     def _on_ended(self) -> None:
         job, self._job = self._job, None

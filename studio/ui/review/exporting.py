@@ -15,6 +15,7 @@ from PySide6.QtGui import QDesktopServices
 from studio import formats
 from studio.motion import Motion
 from studio.motion.clip import only_part
+from studio.take import safe_file
 from studio.take.motion_file import write_motion
 from studio.take.sound import Sound, open_file, read_sound, read_span, write_sound
 from studio.ui import background, messages, theme
@@ -76,6 +77,7 @@ class Exporting(QObject):
         self._scratch: Path | None = None
         self._turn = 0  # what was prepared for another wish is dropped
         self._preparing = False
+        self._ended_child, self._target = 0, Path()
         self._files: list[Path] = []
         panel.show_formats(choices())
         panel.show_fps(session.settings.export_fps)
@@ -107,6 +109,7 @@ class Exporting(QObject):
         options = wish.options
         if options.selection:
             exhibit = exhibit.only_selection()
+        self._target, self._ended_child = wish.folder, 0
         self._turn += 1
         turn, scratch = self._turn, Path(tempfile.mkdtemp(prefix="saia-review-"))
         self._scratch, self._preparing = scratch, True
@@ -194,6 +197,7 @@ class Exporting(QObject):
     def _on_cancel(self) -> None:
         """End it, whether it is being prepared or written; of a half-written file nothing stays."""
         if self._job is not None:
+            self._ended_child = self._job.pid
             self._job.cancel()
         elif self._preparing:
             self._turn += 1
@@ -201,6 +205,8 @@ class Exporting(QObject):
             self._on_cancelled()
 
     def _on_cancelled(self) -> None:
+        if self._ended_child:
+            safe_file.sweep(self._target, self._ended_child)  # it may have been too busy to do so itself
         self._panel.show_busy(None)
         self._panel.show_result(self.tr("Cancelled."), False)
 
