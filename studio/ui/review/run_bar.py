@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
+    QMenu,
     QProgressBar,
     QPushButton,
     QToolButton,
@@ -45,15 +47,14 @@ class RunChooser(QWidget):
         self.styles.setToolTip(
             self.tr("Whose way of moving: a take or performer it learnt from, or the average of all")
         )
-        self.liveliness = QComboBox()
+        self.liveliness = QToolButton()
         self.liveliness.setObjectName(f"review_liveliness{name}")
         self.liveliness.setAccessibleName(self.tr("Liveliness"))
-        self.liveliness.setToolTip(
-            self.tr("How far the body goes from the pose that is expected for the sound")
-        )
-        for value, title in self._livelinesses():
-            self.liveliness.addItem(title, value)
-        for box in (self.run, self.styles, self.liveliness):
+        self.liveliness.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        theme.set_icon(self.liveliness, "mdi6.human-greeting-variant", "muted")
+        theme.as_role(self.liveliness, "quiet")
+        self.liveliness.setMenu(self._liveliness_menu())
+        for box in (self.run, self.styles):
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.another = QToolButton()
         self.another.setObjectName(f"review_another{name}")
@@ -72,17 +73,23 @@ class RunChooser(QWidget):
             row.addWidget(widget)
         self.run.currentIndexChanged.connect(lambda _: self._on_run())
         self.styles.currentIndexChanged.connect(lambda _: self.chosen.emit(self.wanted))
-        self.liveliness.currentIndexChanged.connect(lambda _: self._on_liveliness())
 
-    def _livelinesses(self) -> tuple[tuple[float, str], ...]:
-        """What may be chosen, and what it is called."""
-        return (
+    def _liveliness_menu(self) -> QMenu:
+        """How far the body may go from the pose that is expected for the sound."""
+        menu, group = QMenu(self), QActionGroup(self)
+        for value, title in (
             (0.0, self.tr("As expected")),
             (0.5, self.tr("Calm")),
             (1.0, self.tr("As learnt")),
             (1.5, self.tr("Lively")),
             (2.0, self.tr("Very lively")),
-        )
+        ):
+            action = group.addAction(title)
+            action.setCheckable(True)
+            action.setData(value)
+            menu.addAction(action)
+        group.triggered.connect(self._on_liveliness)
+        return menu
 
     @property
     def draws(self) -> bool:
@@ -112,14 +119,17 @@ class RunChooser(QWidget):
         self._seed += 1
         self.chosen.emit(self.wanted)
 
-    def _on_liveliness(self) -> None:
-        self._lively = float(self.liveliness.currentData())
+    def _on_liveliness(self, action: QAction) -> None:
+        self._show_liveliness(float(action.data()))
         self.chosen.emit(self.wanted)
 
     def _show_liveliness(self, value: float) -> None:
         self._lively = value
-        with QSignalBlocker(self.liveliness):
-            self.liveliness.setCurrentIndex(self.liveliness.findData(value))
+        for action in self.liveliness.menu().actions():
+            action.setChecked(action.data() == value)
+            if action.data() == value:
+                tip = self.tr("Liveliness: {0}. How far the body goes from what is expected for the sound")
+                self.liveliness.setToolTip(tip.format(action.text().lower()))
 
     def _on_run(self) -> None:
         self._seed = 0

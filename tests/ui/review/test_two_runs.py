@@ -143,12 +143,14 @@ def test_a_run_that_draws_is_as_lively_as_chosen(
     presenter._show_lists()
     bar.run.setCurrentIndex(bar.run.findData("alive_001"))
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.5, abs=0.01), timeout=MINUTE)
-    titles = [bar.liveliness.itemText(i) for i in range(bar.liveliness.count())]
-    assert titles == ["As expected", "Calm", "As learnt", "Lively", "Very lively"]
-    assert bar.liveliness.currentText() == "As learnt"
-    bar.liveliness.setCurrentIndex(1)
+    choices = {action.text(): action for action in bar.liveliness.menu().actions()}
+    assert list(choices) == ["As expected", "Calm", "As learnt", "Lively", "Very lively"]
+    assert choices["As learnt"].isChecked()
+    choices["Calm"].trigger()
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.3, abs=0.01), timeout=MINUTE)
     assert presenter.scene.name == "toy_003_alive_001_x0.5"
+    assert choices["Calm"].isChecked()
+    assert bar.liveliness.toolTip().startswith("Liveliness: calm. ")
     bar.run.setCurrentIndex(bar.run.findData("quick_001"))
     assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run is as lively as it learnt"
 
