@@ -28,7 +28,8 @@ TITLE = "glTF"
 SUFFIX = ".glb"
 NOTE = (
     "Skeleton, body and face in one file for Blender, Unity, Unreal and the web; no sound. An avatar keeps "
-    "its surfaces, colours and pictures, not its VRM settings, its hair that swings or its shaders."
+    "its surfaces, colours and pictures, not its VRM settings, its hair that swings or its shaders. Share it "
+    "only as the avatar's own terms allow."
 )
 WEARS = True
 
