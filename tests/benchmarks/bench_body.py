@@ -172,8 +172,8 @@ def figures(takes: Sequence[Any], predict: Callable[[Any], Any]) -> dict[str, An
 
 
 def mean_of(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The mean of every figure over some runs, by row."""
-    rows = [name for name, row in runs[0].items() if isinstance(row, dict)]
+    """The mean of every figure over some runs, by row that all of them have."""
+    rows = [name for name, row in runs[0].items() if isinstance(row, dict) and all(name in r for r in runs)]
     return {
         row: {key: statistics.fmean(float(one[row][key] or 0.0) for one in runs) for key in SHOWN}
         for row in rows
