@@ -30,6 +30,9 @@ LOOK_S = 0.003
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
+BACKLOG_S, CAUGHT_UP_S = 1.0, 0.2
+"""Seconds that sound may wait to be heard; beyond, all but the last is passed over."""
+TELL_BUSY_S = 60.0
 WARM_UP_S = 0.3
 STALLED_S = 0.25
 """Seconds without a pose after which the avatar goes over to idling."""
@@ -105,6 +108,7 @@ class Performance:
         self._late = self._frames = 0
         self._heard_s = 0.0
         self._looked: float | None = None
+        self._told_busy = float("-inf")
         self._spent, self._spent_since, self._load = 0.0, now(), 0.0
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -226,9 +230,24 @@ class Performance:
         began = time.thread_time()
         if self._wanted is not None:
             self._change()
-        for heard in self.source.blocks():
+        for heard in self._fresh(self.source.blocks()):
             self._take(heard)
         self._spend(time.thread_time() - began)
+
+    def _fresh(self, blocks: list[Heard]) -> list[Heard]:
+        """The blocks, less what is too old to be performed: a busy computer must not fall behind for good."""
+        now = self._now()
+        if not blocks or now - blocks[0].captured < BACKLOG_S:
+            return blocks
+        kept = [one for one in blocks if now - one.captured < CAUGHT_UP_S] or blocks[-1:]
+        if now - self._told_busy > TELL_BUSY_S:
+            self._told_busy = now
+            what = (
+                f"This computer is too busy: {kept[0].captured - blocks[0].captured:.1f} s were passed over."
+            )
+            self._said.append(StudioError(what, "Close programs that need much of it."))
+        anew = any(one.anew for one in blocks)
+        return [kept[0]._replace(anew=kept[0].anew or anew), *kept[1:]]
 
     def _take(self, heard: Heard) -> None:
         self._meter.sample_rate = heard.rate

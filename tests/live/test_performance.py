@@ -171,6 +171,16 @@ def test_sound_that_is_lost_leaves_no_lasting_delay() -> None:
     assert made.facts.latency_ms < made.hearing.reach_ms + 60
 
 
+def test_a_computer_that_is_far_too_busy_passes_sound_over_and_does_not_fall_behind() -> None:
+    made, now, _ = performing(loud(12.0))
+    go_on(made, now, 2.0)
+    now.t += 1.9  # nobody came to look for the sound meanwhile
+    go_on(made, now, 3.0)
+    said = [one.what for one in made.notices()]
+    assert said == ["This computer is too busy: 1.7 s were passed over."]
+    assert made.facts.latency_ms < made.hearing.reach_ms + 200
+
+
 def test_another_look_ahead_takes_over_while_it_performs() -> None:
     made, now, _ = performing(loud(8.0), name="saia")
     go_on(made, now, 3.0)

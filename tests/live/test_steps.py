@@ -27,6 +27,7 @@ def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
     shapes = np.stack([np.sin(5 * t) ** 2, np.cos(4 * t) ** 2, np.full(90, 0.25)], axis=1)
     layout = fit([Motion.build(t, ("A", "O", "Neutral"), shapes, ("Head",), None, turns)])
     small = ["width=16", "hearing=2"] if name == "faceformer" else ["units=8"]
+    small += ["network.look_aheads="] if name in ("balanced", "best") else []
     recipe = load_recipe(name).with_overrides([*small, *overrides])
     torch.manual_seed(1)
     network = checkpoint.build_network(recipe, layout, Fraction(fps)).eval()
