@@ -232,13 +232,19 @@ def test_an_impossible_port_is_named(target: VmcTarget) -> None:
 
 def test_the_wave_needs_no_motion(listener: _Listener, target: VmcTarget) -> None:
     target.start(Destination(port=listener.port))
-    target.wave()
-    listener.listen(lambda: not target.waving)
-    hand = np.array(
-        [params[4:] for _, params in listener.values("/VMC/Ext/Bone/Pos", "RightUpperArm")], float
-    )
-    assert len(hand) > 10
-    assert np.degrees(rotation.angle_between(hand, hand[-1])).max() > 40
+
+    def swing() -> float:
+        """Degrees between two of the hand's poses, once there are some."""
+        values = listener.values("/VMC/Ext/Bone/Pos", "RightUpperArm")
+        hand = np.array([params[4:] for _, params in values], float)
+        return float(np.degrees(rotation.angle_between(hand, hand[-1])).max()) if len(hand) > 10 else 0.0
+
+    for _ in range(5):  # a machine that is stopped for the length of a wave misses it
+        target.wave()
+        listener.listen(lambda: not target.waving)
+        if swing() > 40:
+            break
+    assert swing() > 40
     assert len({params[0] for _, params in listener.values("/VMC/Ext/Bone/Pos")}) == 54
 
 
