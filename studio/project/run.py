@@ -39,7 +39,7 @@ class Run:
         """The run in a folder; a damaged report counts as none."""
         report = None
         with suppress(OSError, StudioError):
-            report = safe_file.read_json(folder / "report.json")
+            report = _understood(safe_file.read_json(folder / "report.json"))
         weights = (folder / "best.safetensors").is_file()
         status = "done" if report is not None else "stopped" if weights else "unfinished"
         if report is not None and isinstance(report.get("status"), str):
@@ -54,7 +54,7 @@ class Run:
         return (self.folder / "best.safetensors").is_file()
 
     def epochs(self) -> list[dict[str, Any]]:
-        """Its epoch events in order; a last line cut short by a kill is left out."""
+        """Its epoch events in order; a line cut short by a kill, or damaged, is left out."""
         try:
             lines = (self.folder / "metrics.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
         except OSError:
@@ -65,9 +65,29 @@ class Run:
                 event = json.loads(line)
             except ValueError:
                 continue
-            if isinstance(event, dict):
+            if isinstance(event, dict) and _is_epoch(event):
                 events.append(event)
         return events
+
+
+_KINDS: dict[str, type | tuple[type, ...]] = {
+    "status": str, "train": list, "val": list, "styles": list, "notes": list, "performers": list,
+    "fps": (int, float), "seconds": (int, float), "best_val": dict, "best_epoch": int, "epochs": int,
+}  # fmt: skip
+
+
+def _understood(report: dict[str, Any]) -> dict[str, Any]:
+    """A report without the facts that cannot be what they are called; somebody edited or broke it."""
+    return {
+        key: value
+        for key, value in report.items()
+        if key not in _KINDS or isinstance(value, _KINDS[key]) or (value is None and key == "best_val")
+    }
+
+
+def _is_epoch(event: dict[str, Any]) -> bool:
+    number = event.get("epoch")
+    return isinstance(number, int) and isinstance(event.get("val") or {}, dict)
 
 
 def _goes_on(report: dict[str, Any]) -> bool:
