@@ -33,8 +33,9 @@ def keep_look_aheads(chosen: Run, ground: Ground) -> list[dict[str, Any]]:
 
     predictor = load_predictor(chosen.folder)
     network, rate = predictor.model.network, predictor.model.recipe.sound.sample_rate
-    found = []
-    for ms in network.look_aheads:
+    found: list[dict[str, Any]] = []
+    # A run that hears whole sentences goes live at none of them.
+    for ms in () if predictor.model.recipe.sound.speaks else network.look_aheads:
         network.hear_ahead(ms)
         figures = evaluate(
             lambda material: predictor.generate_samples(
