@@ -116,10 +116,10 @@ class Exporting(QObject):
         self._panel.show_busy(-1.0)
 
         def prepared(sound: Path | None) -> None:
-            self._preparing = False
-            if turn != self._turn:  # cancelled meanwhile
+            if turn != self._turn:  # cancelled meanwhile; another may be under way by now
                 shutil.rmtree(scratch, ignore_errors=True)
                 return
+            self._preparing = False
             words = ["export", str(project.folder), str(scratch / "motion.arrow"), f"--name={wish.name}"]
             words += ["-o", str(wish.folder), "--format", ",".join(one.name for one in wish.formats)]
             words += ["--audio", str(sound)] if sound else []
@@ -128,8 +128,8 @@ class Exporting(QObject):
             self._start(words + _look(exhibit, options))
 
         def failed(error: BaseException) -> None:
-            self._preparing = False
             if turn == self._turn:
+                self._preparing = False
                 self._on_error(error)
             else:
                 shutil.rmtree(scratch, ignore_errors=True)

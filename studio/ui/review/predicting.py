@@ -41,6 +41,7 @@ class Predicting(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._job: Job | None = None
+        self._path = Path()  # where a child writes the whole motion
         self._wish = 0  # the newest wins
         self._pieces = _Pieces()
 
@@ -131,6 +132,8 @@ class Predicting(QObject):
 
         def failed(_error: BaseException) -> None:
             pieces.reading = False  # the whole file is read at the end
+            if wish == self._wish and pieces.over:
+                self._read_whole()
 
         background.run(work, done, failed, owner=self)
 
@@ -140,6 +143,11 @@ class Predicting(QObject):
         self._pieces.drop()
         if motion is not None:
             self.predicted.emit(motion)
+
+    def _read_whole(self) -> None:
+        """The child has ended, and its pieces are not all of it: read what it wrote at last."""
+        self._pieces.drop()
+        self._read(self._path)
 
     def _on_event(self, job: Job, event: dict[str, Any]) -> None:
         if job is not self._job:
@@ -159,12 +167,11 @@ class Predicting(QObject):
         pieces = self._pieces
         if job is not self._job or not path.is_file():
             return
-        pieces.over = True
+        self._path, pieces.over = path, True
         if pieces.complete:
             self._complete()
         elif not pieces.reading:
-            pieces.drop()
-            self._read(path)
+            self._read_whole()
 
     def _on_failed(self, job: Job, what: str, remedy: str) -> None:
         if job is self._job:

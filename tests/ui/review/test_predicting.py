@@ -75,6 +75,20 @@ def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
     assert not seen
 
 
+def test_a_last_piece_that_cannot_be_read_does_not_keep_the_whole_back(
+    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+) -> None:
+    job = predicting._job
+    assert job is not None
+    _piece(tmp_path, 0)
+    with qtbot.waitSignal(predicting.predicted, timeout=30_000) as whole:
+        predicting._on_event(job, {"event": "piece", "file": str(tmp_path / "gone.arrow")})
+        assert predicting._pieces.reading
+        predicting._on_generated(job, tmp_path / "piece_0.arrow")  # before that reading has come back
+    assert whole.args is not None
+    assert len(whole.args[0]) == 60
+
+
 def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predicting, tmp_path: Path) -> None:
     job, folder = predicting._job, predicting._pieces.folder
     assert job is not None
