@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -172,8 +171,8 @@ def from_plain(plain: dict[str, Any], name: str) -> Tuning:
 
 def _number(value: Any, key: str, limits: tuple[float, float], name: str) -> float:
     low, high = limits
-    number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
-    if not number or not low <= value <= high:
+    number = not isinstance(value, bool) and isinstance(value, int | float)
+    if not number or not low <= value <= high:  # neither is true of what is no number
         raise StudioError(f"{name}: {key} must be a number from {low:g} to {high:g}.", _ANOTHER)
     return float(value)
 

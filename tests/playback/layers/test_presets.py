@@ -90,6 +90,8 @@ CORRECT = "Correct the file, or choose another preset."
         ({"mouth": "loud"}, f"x.json: mouth must be a number from 0 to 2. {CORRECT}"),
         ({"mouth": True}, f"x.json: mouth must be a number from 0 to 2. {CORRECT}"),
         ({"mouth": float("nan")}, f"x.json: mouth must be a number from 0 to 2. {CORRECT}"),
+        ({"mouth": 10**400}, f"x.json: mouth must be a number from 0 to 2. {CORRECT}"),
+        ({"mouth": float("inf")}, f"x.json: mouth must be a number from 0 to 2. {CORRECT}"),
         ({"plant_feet": 1}, f"x.json: plant_feet must be true or false. {CORRECT}"),
         ({"shapes": {}}, f"x.json: shapes must be a list. {CORRECT}"),
         ({"shapes": [{"gain": 2}]}, f"x.json: each of shapes needs the name of a blend shape. {CORRECT}"),
