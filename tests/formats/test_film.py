@@ -19,6 +19,7 @@ from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.picture.camera import Orbit
 from studio.picture.palette import DARK
+from tests.formats.avatars import Maker
 from tests.formats.examples import a_motion, a_sound
 
 SMALL = Drawing(192, 108, fps=20.0)
@@ -71,6 +72,33 @@ def test_a_click_is_heard_with_its_picture(tmp_path: Path, bones: bool) -> None:
     heard = int(np.flatnonzero(loud > 0.3 * loud.max())[0]) / 48_000
     assert opened == pytest.approx(CLICK_S)
     assert heard == pytest.approx(CLICK_S, abs=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [0, 1])
+def test_a_film_of_an_avatar_shows_it_speaking_in_time(tmp_path: Path, version: int) -> None:
+    vrm = Maker(version).write(tmp_path / "私 a.vrm")
+    motion, sound = mouth_opening_at(0.3, 0.6), a_sound(tmp_path / "voice.wav", 0.6)
+    near = replace(SMALL, view=Orbit.preset("front", 0.25), avatar=vrm)
+    mp4.write(tmp_path / "near.mp4", motion, sound, near)
+    frames = frames_of(tmp_path / "near.mp4").astype(int)
+    assert len(frames) == 12
+    assert int(np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2, 3)).argmax()) + 1 == 6, "its own mouth opens"
+    assert len(sound_of(tmp_path / "near.mp4")) == pytest.approx(0.6 * 48_000, abs=4_800)
+    clothes = []
+    for name, avatar in (("avatar", vrm), ("stick", None)):
+        mp4.write(tmp_path / f"{name}.mp4", motion, None, replace(SMALL, avatar=avatar))
+        first = frames_of(tmp_path / f"{name}.mp4")[0].astype(int)
+        clothes.append(int(((first[..., 2] > first[..., 0] + 60) & (first[..., 0] < 110)).sum()))
+    assert clothes[0] > 100 + 3 * clothes[1], "all of it is dressed"
+
+
+def test_an_avatar_that_cannot_be_read_leaves_no_film(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.vrm"
+    broken.write_bytes(b"glTF" + bytes(40))
+    with pytest.raises(StudioError, match=r"broken\.vrm"):
+        mp4.write(tmp_path / "out" / "a.mp4", a_motion(10), None, replace(SMALL, avatar=broken))
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_film_without_sound_is_as_long_as_its_motion(tmp_path: Path) -> None:
