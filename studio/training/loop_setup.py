@@ -20,7 +20,8 @@ from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.gather import Gathered
 from studio.training.losses import Loss, column_weights
-from studio.training.recipe import Recipe, TrainingSettings
+from studio.training.recipe import Recipe
+from studio.training.recipe_settings import TrainingSettings
 
 
 def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:

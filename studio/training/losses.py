@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from studio.features.motion import FACE, Layout
-from studio.training.recipe import LossSettings
+from studio.training.recipe_settings import LossSettings
 
 _TINY = 1e-8
 _QUIET_SHAPE, _QUIET_BODY = 0.02, 0.002

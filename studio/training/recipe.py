@@ -8,7 +8,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -16,118 +15,12 @@ from studio.errors import RequestError, StudioError
 from studio.features.audio import AudioSpec
 from studio.features.variation import Variation
 from studio.paths import resource
+from studio.training.recipe_settings import ChannelSettings, LossSettings, TrainingSettings
+from studio.training.recipe_values import Scalar, check, converted, full_key, pair, toml
 
-Scalar = bool | int | float | str
 DEFAULT = "balanced"
 FORMAT_VERSION = 1
 _INHERITED_LEVELS = 8
-
-
-@dataclass(frozen=True)
-class ChannelSettings:
-    """How motion becomes columns.
-
-    Args:
-        fps: frames a second that are learnt; 0 takes that of the takes, at most `most_fps`.
-        most_fps: faster takes are learnt at a whole fraction of their rate not above this.
-        scaling: "group", "minmax" or "none" (see features.motion.fit).
-    """
-
-    fps: float = 0.0
-    most_fps: float = 30.0
-    scaling: str = "group"
-
-
-@dataclass(frozen=True)
-class LossSettings:
-    """What is held against a prediction.
-
-    Args:
-        point: "mse", "huber" (delta 1) or "mae", per value.
-        velocity: weight of the same on frame-to-frame changes, times the group's weight.
-        face_variance, body_variance: weights of the squared difference of deviations over a crop, times
-            the group's weight; they keep motion alive.
-        face, body: weights of blend shapes and of bones.
-        face_cosine, body_cosine: weights of |theta - cos(y_{t-1}, y_t)|.
-        face_theta, body_theta: the cosine wanted; 1 asks for no change.
-        theta: "fixed" uses those numbers, "capture" the cosine of the captured neighbours.
-        balance: columns are weighted by 1 / (deviation + a little)^balance before errors are taken, so that
-            small movements count too; 0 leaves them.
-        body_velocity, body_balance: those of bones where they differ; below 0 the same as of shapes. A body
-            sways more slowly than lips move: a high velocity weight keeps it from trembling.
-        variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
-    """
-
-    point: str = "mse"
-    velocity: float = 1.0
-    face_variance: float = 0.0
-    body_variance: float = 0.0
-    face: float = 1.0
-    body: float = 1.0
-    face_cosine: float = 0.0
-    body_cosine: float = 0.0
-    face_theta: float = 1.0
-    body_theta: float = 1.0
-    theta: str = "fixed"
-    balance: float = 0.0
-    body_velocity: float = -1.0
-    body_balance: float = -1.0
-    variance_over: str = "crop"
-
-    def of_body(self, name: str) -> float:
-        """The "velocity" or "balance" that holds for bones."""
-        own = float(getattr(self, f"body_{name}"))
-        return own if own >= 0 else float(getattr(self, name))
-
-
-@dataclass(frozen=True)
-class TrainingSettings:
-    """How weights are found.
-
-    Args:
-        epochs: after this many it ends.
-        steps: optimiser steps an epoch; 0 is one pass over all frames.
-        crops: pieces of takes in a step.
-        crop_frames: motion frames in a piece.
-        optimiser: "adamw" or "adam".
-        learning_rate: its highest value.
-        weight_decay: of AdamW.
-        schedule: "one_cycle" or "constant".
-        clip: gradients are scaled down to this norm; 0 leaves them.
-        average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
-        start_at_mean: the output begins at the training mean.
-        liveliness: 0 leaves predictions as they are, 1 gives each region of the body (head, torso, arms...)
-            the motion captured in the validation takes.
-        validate_every: epochs between validations.
-        style_by: what counts as a style: each "take", each "performer", "none", or "auto": performers
-            where several are named with several takes each, else takes.
-        style_dropout: share of crops learnt as the average style.
-        seed: of everything random.
-        accelerator: "auto", "cpu", "cuda" or "mps".
-        devices: how many of them on this machine; under torchrun its own count is used.
-        precision: of the arithmetic: "auto" mixes in 16 bits on NVIDIA graphics cards and is "32" elsewhere;
-            "bf16" and "fp16" mix anywhere. Weights, losses and validation stay 32 bits wide.
-    """
-
-    epochs: int = 40
-    steps: int = 20
-    crops: int = 8
-    crop_frames: int = 150
-    optimiser: str = "adamw"
-    learning_rate: float = 3e-3
-    weight_decay: float = 0.01
-    schedule: str = "one_cycle"
-    clip: float = 1.0
-    average: float = 0.0
-    start_at_mean: bool = True
-    liveliness: float = 0.0
-    validate_every: int = 1
-    style_by: str = "none"
-    style_dropout: float = 0.3
-    seed: int = 1
-    accelerator: str = "auto"
-    devices: int = 1
-    precision: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -169,9 +62,9 @@ class Recipe:
         facts = self.as_dict()
         tables = {name: facts.pop(name) for name in (*_SECTIONS, "network")}
         lines = [f"version = {FORMAT_VERSION}"]
-        lines += [f"{key} = {_toml(value)}" for key, value in facts.items()]
+        lines += [f"{key} = {toml(value)}" for key, value in facts.items()]
         for name, table in tables.items():
-            lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
+            lines += ["", f"[{name}]", *(f"{key} = {toml(value)}" for key, value in table.items())]
         return "\n".join(lines) + "\n"
 
     def settings(self) -> dict[str, Scalar]:
@@ -190,20 +83,20 @@ class Recipe:
         Raises:
             RequestError: a key or a value that is not possible.
         """
-        pairs = [_pair(text) for text in overrides]
+        pairs = [pair(text) for text in overrides]
         recipe = self
         for key, value in pairs:
             if key == "form":
                 recipe = _with_form(recipe, value)
         for key, value in pairs:
             if key != "form":
-                recipe = recipe._with_value(_full_key(key, recipe.settings()), value)
-        _check(recipe)
+                recipe = recipe._with_value(full_key(key, recipe.settings()), value)
+        check(recipe.settings(), recipe.network)
         return recipe
 
     def _with_value(self, key: str, text: str) -> Recipe:
         section, _, name = key.partition(".")
-        value = _converted(key, text, self.settings()[key])
+        value = converted(key, text, self.settings()[key])
         if section == "network":
             return replace(self, network={**self.network, name: value})
         try:
@@ -337,103 +230,5 @@ def _build(name: str, content: Mapping[str, Any]) -> Recipe:
         recipe = Recipe(name=str(content.get("name", name)), **facts)
     except TypeError as error:
         raise StudioError(f"The recipe {name} is damaged: {error}.", "Restore the file.") from error
-    _check(recipe)
+    check(recipe.settings(), recipe.network)
     return recipe
-
-
-def _pair(text: str) -> tuple[str, str]:
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise RequestError(f"{text!r} is not a setting.", "Write it as key=value, e.g. training.epochs=20.")
-    return key.strip(), value.strip()
-
-
-def _full_key(key: str, known: Mapping[str, Scalar]) -> str:
-    if key in known:
-        return key
-    ending = [name for name in known if name.endswith(f".{key}")]
-    if len(ending) == 1:
-        return ending[0]
-    if ending:
-        raise RequestError(f"The setting {key} is not clear.", f"Name one of: {', '.join(ending)}.")
-    by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
-    # Any three are more help than all fifty, so even far ones count as near.
-    near = dict.fromkeys(by_end[name] for name in get_close_matches(key, by_end, n=6, cutoff=0.0))
-    remedy = f"Did you mean {_or(tuple(near)[:3])}? `saia train --list` shows all of them."
-    raise RequestError(f"There is no setting called {key}.", remedy)
-
-
-def _converted(key: str, text: str, old: Scalar) -> Scalar:
-    try:
-        if isinstance(old, bool):
-            return {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[
-                text.lower()
-            ]
-        if isinstance(old, int):
-            return int(text)
-        if isinstance(old, float):
-            value = float(text)
-            if value - value != 0:
-                raise ValueError
-            return value
-    except (ValueError, KeyError) as error:
-        kind = {bool: "yes or no", int: "a whole number", float: "a number"}[type(old)]
-        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {kind}.") from error
-    return text
-
-
-_CHOICES = {
-    "channels.scaling": ("group", "minmax", "none"),
-    "loss.point": ("mse", "huber", "mae"),
-    "loss.theta": ("fixed", "capture"),
-    "loss.variance_over": ("crop", "batch"),
-    "training.style_by": ("auto", "take", "performer", "none"),
-    "training.optimiser": ("adamw", "adam"),
-    "training.schedule": ("one_cycle", "constant"),
-    "training.accelerator": ("auto", "cpu", "cuda", "mps", "gpu"),
-    "training.precision": ("auto", "32", "bf16", "fp16"),
-}
-_LIMITS = {
-    "channels.fps": (0, 240), "channels.most_fps": (1, 240), "training.epochs": (1, 100_000),
-    "training.steps": (0, 1_000_000), "training.crops": (1, 10_000), "training.crop_frames": (2, 100_000),
-    "training.learning_rate": (0, 10), "training.weight_decay": (0, 10), "training.clip": (0, 1e6),
-    "training.average": (0, 0.99999), "training.liveliness": (0, 2), "training.validate_every": (1, 100_000),
-    "training.devices": (1, 1024),
-    "training.seed": (0, 2**32 - 1), "training.style_dropout": (0, 1), "loss.balance": (0, 2),
-    "loss.body_balance": (-1, 2), "loss.body_velocity": (-1, 1e6),
-    "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
-    "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
-    "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),
-    "augment.band_mask_width": (0, 1000), "augment.token_noise": (0, 10), "augment.token_drop": (0, 0.95),
-}  # fmt: skip
-
-
-_WIDEST = 8192
-
-
-def _check(recipe: Recipe) -> None:
-    """RequestError for a value outside of what can work."""
-    known = recipe.settings()
-    for key, choices in _CHOICES.items():
-        if known[key] not in choices:
-            raise RequestError(f"{known[key]!r} is not possible for {key}.", f"Choose {_or(choices)}.")
-    for key, (low, high) in _LIMITS.items():
-        value = known[key]
-        if not isinstance(value, int | float) or not low <= value <= high:
-            raise RequestError(f"{value} is not possible for {key}.", f"Choose {low:g} to {high:g}.")
-    for key, value in recipe.network.items():
-        if isinstance(value, int) and not isinstance(value, bool) and not 1 <= value <= _WIDEST:
-            raise RequestError(f"{value} is not possible for network.{key}.", f"Choose 1 to {_WIDEST}.")
-
-
-def _or(words: tuple[str, ...]) -> str:
-    return ", ".join(words[:-1]) + f" or {words[-1]}"
-
-
-def _toml(value: Scalar) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-        return f'"{escaped}"'
-    return repr(value)

@@ -14,7 +14,8 @@ from studio.project import Project
 from studio.training.events import Epoch, Event
 from studio.training.loop import train
 from studio.training.loop_setup import make_fabric, precision_for
-from studio.training.recipe import TrainingSettings, load_recipe
+from studio.training.recipe import load_recipe
+from studio.training.recipe_settings import TrainingSettings
 
 MakeProject = Callable[..., Project]
 CARD = torch.cuda.is_available()

@@ -1,0 +1,115 @@
+"""One value of a recipe: how it is written, what it may be, and what to say where it may not be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+
+from studio.errors import RequestError
+
+Scalar = bool | int | float | str
+
+
+def pair(text: str) -> tuple[str, str]:
+    """Key and value of "key=value"; RequestError for anything else."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise RequestError(f"{text!r} is not a setting.", "Write it as key=value, e.g. training.epochs=20.")
+    return key.strip(), value.strip()
+
+
+def full_key(key: str, known: Mapping[str, Scalar]) -> str:
+    """The dotted name that is meant; RequestError where none is, or several."""
+    if key in known:
+        return key
+    ending = [name for name in known if name.endswith(f".{key}")]
+    if len(ending) == 1:
+        return ending[0]
+    if ending:
+        raise RequestError(f"The setting {key} is not clear.", f"Name one of: {', '.join(ending)}.")
+    by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
+    # Any three are more help than all fifty, so even far ones count as near.
+    near = dict.fromkeys(by_end[name] for name in get_close_matches(key, by_end, n=6, cutoff=0.0))
+    remedy = f"Did you mean {one_of(tuple(near)[:3])}? `saia train --list` shows all of them."
+    raise RequestError(f"There is no setting called {key}.", remedy)
+
+
+def converted(key: str, text: str, old: Scalar) -> Scalar:
+    """The value a text says, of the old one's kind; RequestError where it says none."""
+    try:
+        if isinstance(old, bool):
+            return {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}[
+                text.lower()
+            ]
+        if isinstance(old, int):
+            return int(text)
+        if isinstance(old, float):
+            value = float(text)
+            if value - value != 0:
+                raise ValueError
+            return value
+    except (ValueError, KeyError) as error:
+        kind = {bool: "yes or no", int: "a whole number", float: "a number"}[type(old)]
+        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {kind}.") from error
+    return text
+
+
+_CHOICES = {
+    "channels.scaling": ("group", "minmax", "none"),
+    "loss.point": ("mse", "huber", "mae"),
+    "loss.theta": ("fixed", "capture"),
+    "loss.variance_over": ("crop", "batch"),
+    "training.style_by": ("auto", "take", "performer", "none"),
+    "training.optimiser": ("adamw", "adam"),
+    "training.schedule": ("one_cycle", "constant"),
+    "training.accelerator": ("auto", "cpu", "cuda", "mps", "gpu"),
+    "training.precision": ("auto", "32", "bf16", "fp16"),
+}
+_LIMITS = {
+    "channels.fps": (0, 240), "channels.most_fps": (1, 240), "training.epochs": (1, 100_000),
+    "training.steps": (0, 1_000_000), "training.crops": (1, 10_000), "training.crop_frames": (2, 100_000),
+    "training.learning_rate": (0, 10), "training.weight_decay": (0, 10), "training.clip": (0, 1e6),
+    "training.average": (0, 0.99999), "training.liveliness": (0, 2), "training.validate_every": (1, 100_000),
+    "training.devices": (1, 1024),
+    "training.seed": (0, 2**32 - 1), "training.style_dropout": (0, 1), "loss.balance": (0, 2),
+    "loss.body_balance": (-1, 2), "loss.body_velocity": (-1, 1e6),
+    "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
+    "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
+    "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),
+    "augment.band_mask_width": (0, 1000), "augment.token_noise": (0, 10), "augment.token_drop": (0, 0.95),
+}  # fmt: skip
+_WIDEST = 8192
+
+
+def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar]) -> None:
+    """RequestError for a value outside of what can work.
+
+    Args:
+        known: every changeable value by its dotted name.
+        network: those of the network by their own names.
+    """
+    for key, choices in _CHOICES.items():
+        if known[key] not in choices:
+            raise RequestError(f"{known[key]!r} is not possible for {key}.", f"Choose {one_of(choices)}.")
+    for key, (low, high) in _LIMITS.items():
+        value = known[key]
+        if not isinstance(value, int | float) or not low <= value <= high:
+            raise RequestError(f"{value} is not possible for {key}.", f"Choose {low:g} to {high:g}.")
+    for key, value in network.items():
+        if isinstance(value, int) and not isinstance(value, bool) and not 1 <= value <= _WIDEST:
+            raise RequestError(f"{value} is not possible for network.{key}.", f"Choose 1 to {_WIDEST}.")
+
+
+def one_of(words: tuple[str, ...]) -> str:
+    """Words as a choice: "a, b or c"."""
+    return ", ".join(words[:-1]) + f" or {words[-1]}"
+
+
+def toml(value: Scalar) -> str:
+    """A value as a recipe file has it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'"{escaped}"'
+    return repr(value)
