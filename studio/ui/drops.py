@@ -1,4 +1,4 @@
-"""What dropped files are: a project (packed or not), a run, a sound or an avatar for Review, or material."""
+"""What dropped files are: a project (packed or not), a run, sounds or an avatar for Review, or material."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ SOUNDS = frozenset(
 
 @dataclass(frozen=True)
 class Drop:
-    """What to do with dropped paths; only one of the six is filled.
+    """What to do with dropped paths; only one of the seven is filled.
 
     Args:
         project: a project folder to open.
         packed: a packed project to open.
         run: a run that was exported elsewhere.
-        sound: a sound to generate motion for at once.
+        sounds: sounds to generate motion for at once.
+        batch: a folder of nothing but sounds, to make motion files of.
         avatar: a .vrm to wear in Review.
         imports: files and folders to bring into the project.
     """
@@ -26,7 +27,8 @@ class Drop:
     project: Path | None = None
     packed: Path | None = None
     run: Path | None = None
-    sound: Path | None = None
+    sounds: tuple[Path, ...] = ()
+    batch: Path | None = None
     avatar: Path | None = None
     imports: tuple[Path, ...] = ()
 
@@ -49,6 +51,17 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
         return Drop(run=first)
     if first is not None and first.suffix.lower() == ".vrm":
         return Drop(avatar=first)
-    if first is not None and room == "review" and first.suffix.lower() in SOUNDS:
-        return Drop(sound=first)
+    if room == "review" and paths and all(path.suffix.lower() in SOUNDS for path in paths):
+        return Drop(sounds=paths)
+    if first is not None and room == "review" and _holds_sounds_alone(first):
+        return Drop(batch=first)
     return Drop(imports=paths)
+
+
+def _holds_sounds_alone(folder: Path) -> bool:
+    """Whether there is nothing in a folder that could be a take's motion."""
+    try:
+        inside = [path for path in folder.iterdir() if not path.name.startswith(".")]
+        return bool(inside) and all(path.suffix.lower() in SOUNDS and path.is_file() for path in inside)
+    except OSError:
+        return False  # a file, or a folder that may not be read: the import says so

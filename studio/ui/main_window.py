@@ -195,8 +195,10 @@ class MainWindow(QMainWindow):
             self.packing.ask_place(drop.packed)
         elif drop.run is not None:
             self._take_run(drop.run)
-        elif drop.sound is not None:
-            self.session.sound_dropped.emit(drop.sound)
+        elif drop.sounds:
+            self.session.sounds_dropped.emit(drop.sounds)
+        elif drop.batch is not None:
+            self.session.batch_dropped.emit(drop.batch)
         elif drop.avatar is not None:
             self._take_avatar(drop.avatar)
         else:

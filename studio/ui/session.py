@@ -29,7 +29,8 @@ class Session(QObject):
         settings_changed: a preference was changed.
         status_changed: (key, text, health) for the status strip; health is "good", "warn", "bad" or "".
         rolling_changed: a recording began or ended.
-        sound_dropped: a sound file was dropped on the window while Review was shown.
+        sounds_dropped: sound files were dropped on the window while Review was shown, a tuple of paths.
+        batch_dropped: a folder of sounds was.
         avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
@@ -45,7 +46,8 @@ class Session(QObject):
     settings_changed = Signal()
     status_changed = Signal(str, str, str)
     rolling_changed = Signal(bool)
-    sound_dropped = Signal(object)
+    sounds_dropped = Signal(object)
+    batch_dropped = Signal(object)
     avatar_dropped = Signal(object)
     run_dropped = Signal(object)
     import_requested = Signal(object)

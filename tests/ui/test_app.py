@@ -209,14 +209,19 @@ def test_dropped_sound_is_imported_by_a_child(
     assert [take.id for take in window.session.project.takes] == ["声"]
 
 
-def test_a_sound_dropped_in_review_goes_to_review(open_window, project_folder: Path, tmp_path: Path) -> None:
+def test_sounds_dropped_in_review_go_to_review(open_window, project_folder: Path, tmp_path: Path) -> None:
     window = open_window(str(project_folder))
     heard = []
-    window.session.sound_dropped.connect(heard.append)
+    window.session.sounds_dropped.connect(heard.append)
+    window.session.batch_dropped.connect(heard.append)
     window._active = "review"  # the room itself is tested in its own folder
     window.take_paths((tmp_path / "voice.wav",))
+    folder = tmp_path / "voices"
+    folder.mkdir()
+    (folder / "a.wav").touch()
+    window.take_paths((folder,))
     window._active = "record"
-    assert heard == [tmp_path / "voice.wav"]
+    assert heard == [(tmp_path / "voice.wav",), folder]
 
 
 def test_an_avatar_dropped_anywhere_is_worn_in_review(

@@ -40,6 +40,7 @@ class Batching(QObject):
         self._scratch: Path | None = None
         self._ended_child = 0
         view.sources_card.batch_requested.connect(self.show)
+        session.batch_dropped.connect(self._on_dropped)
         session.project_opened.connect(self._on_project)
 
     @property
@@ -76,10 +77,15 @@ class Batching(QObject):
             self._job.close()
         self._clean()
 
+    def _on_dropped(self, folder: Path) -> None:
+        """Offer motion of all sounds in a folder; behind a batch under way it waits in the form."""
+        self.show()
+        if self._dialog is not None:
+            self._dialog.set_sounds([folder])
+
     def _on_project(self) -> None:
         """Another project: what is under way belongs to the one before."""
-        if self._job is not None:
-            self._job.cancel()
+        self._on_cancel()
         self._drop_dialog()
 
     def _drop_dialog(self) -> None:

@@ -100,7 +100,7 @@ class ReviewPresenter(QObject):
         session.project_opened.connect(self._on_project)
         session.takes_changed.connect(self._show_lists)
         session.runs_changed.connect(self._show_lists)
-        session.sound_dropped.connect(lambda path: self.add_sounds([Path(str(path))]))
+        session.sounds_dropped.connect(lambda paths: self.add_sounds(list(paths)))
 
     # -- lists -------------------------------------------------------------------------------------
 

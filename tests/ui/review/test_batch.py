@@ -112,6 +112,18 @@ def test_what_is_missing_is_said(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None
     assert not presenter._batching.busy
 
 
+def test_a_dropped_folder_waits_in_the_form(tab: Tab, tmp_path: Path) -> None:
+    view, presenter = tab
+    presenter._session.batch_dropped.emit(tmp_path / "声 sounds")
+    dialog = presenter._batching.dialog
+    assert dialog is not None
+    assert dialog.isVisible()
+    assert dialog.material.currentData() == "sounds"
+    assert dialog.chosen.text() == str(tmp_path / "声 sounds")
+    assert not presenter._batching.busy, "nothing begins before a person says so"
+    assert _opened(view, presenter) is not dialog, "the form is a new one the next time"
+
+
 @pytest.mark.slow
 def test_a_folder_of_sounds_with_a_broken_one_and_one_that_is_not_wanted(
     qtbot: QtBot, tab: Tab, tmp_path: Path
