@@ -89,7 +89,7 @@ def read(path: Path, shipped: bool = False) -> Preset:
     if content.get("format") != FORMAT or not isinstance(content.get("tuning"), dict):
         raise StudioError(f"{path.name} is no preset of Saia Studio.", "Choose another file.")
     safe_file.check_version(path, content, VERSION)
-    title = str(content.get("title") or path.stem).strip()[:60] or path.stem
+    title = " ".join(str(content.get("title") or "").split())[:60] or path.stem
     return Preset(title, from_plain(content["tuning"], path.name), path, shipped)
 
 
@@ -114,6 +114,22 @@ def save(folder: Path, title: str, tuning: Tuning) -> Preset:
         raise RequestError(f"{title} is a preset of the studio.", "Choose another name.")
     same = [preset for preset in saved(folder)[0] if preset.title.casefold() == title.casefold()]
     return write(same[0].path if same else _free(folder, title), title, tuning)
+
+
+def keep(folder: Path, preset: Preset) -> Preset:
+    """Keep a preset from elsewhere among a folder's, under another title where that is another tuning's.
+
+    Raises:
+        StudioError: it cannot be written.
+    """
+    known = {one.title.casefold(): one for one in (*saved(folder)[0], *shipped())}
+    title, number = preset.title, 1
+    while (same := known.get(title.casefold())) is not None:
+        if same.tuning == preset.tuning:
+            return same
+        number += 1
+        title = f"{preset.title[:56]} {number}"
+    return save(folder, title, preset.tuning)
 
 
 def _free(folder: Path, title: str) -> Path:

@@ -133,6 +133,8 @@ class Making(QObject):
         def failed(error: BaseException) -> None:
             self._tuning = False
             messages.show_error(self._view, error)
+            if self._again:
+                self.tune()
 
         background.run(work, show, failed, owner=self)
 

@@ -86,9 +86,7 @@ class Tunings(QObject):
 
         def keep() -> Preset:
             found = presets.read(path)
-            if folder is None or any(one.title == found.title for one in presets.shipped()):
-                return found
-            return presets.save(folder, found.title, found.tuning)
+            return presets.keep(folder, found) if folder is not None else found
 
         def words(kept: Preset) -> str:
             self._panel.set_tuning(kept.tuning)

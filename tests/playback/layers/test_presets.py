@@ -49,6 +49,19 @@ def test_saving_under_a_title_again_replaces_and_another_title_never_does(tmp_pa
     ]
 
 
+def test_a_preset_from_elsewhere_takes_the_place_of_none(tmp_path: Path) -> None:
+    mine = presets.save(tmp_path / "own", "Mine", FULL)
+    theirs = presets.write(tmp_path / "theirs.json", " mine\n", Tuning(blinks=1.0))
+    for _ in range(2):  # the second time it is there already
+        kept = presets.keep(tmp_path / "own", presets.read(theirs.path))
+        assert (kept.title, kept.tuning) == ("mine 2", Tuning(blinks=1.0))
+    calm = presets.write(tmp_path / "calm.json", "CALM", Tuning(blinks=2.0))
+    assert presets.keep(tmp_path / "own", presets.read(calm.path)).title == "CALM 2"
+    assert presets.keep(tmp_path / "own", presets.find("Calm")).shipped
+    found = {one.title: one.tuning.blinks for one in presets.saved(tmp_path / "own")[0]}
+    assert found == {"CALM 2": 2.0, "Mine": mine.tuning.blinks, "mine 2": 1.0}
+
+
 @pytest.mark.parametrize(
     ("title", "sentence"),
     [

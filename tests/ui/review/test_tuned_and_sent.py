@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 from pythonosc.osc_packet import OscPacket
 
+from studio.errors import StudioError
+from studio.motion import Motion
+from studio.playback.layers import Tuning
 from studio.project import Project
 from studio.settings import Settings
 from studio.ui.review.presenter import ReviewPresenter
@@ -48,6 +54,30 @@ def listeners() -> Iterator[list[socket.socket]]:
     yield found
     for listener in found:
         listener.close()
+
+
+class Damaged:
+    """In the place of a motion: it cannot be tuned."""
+
+    @property
+    def fps(self) -> float:
+        raise StudioError("There is not enough memory.", "Close other programs.")
+
+
+def test_sliders_live_on_after_a_tuning_that_failed(qtbot: QtBot, tab: Tab) -> None:
+    view, presenter = tab
+    scene, right = presenter.scene, presenter.scene.captured
+    qtbot.waitUntil(lambda: not presenter._making._tuning)
+    scene.captured = replace(right, motion=cast(Motion, Damaged()))
+    view.tune.set_tuning(Tuning(smoothing=0.1))
+    told = "There is not enough memory."
+    qtbot.waitUntil(lambda: told in [one.text() for one in view.window().findChildren(QLabel, "toast_text")])
+    scene.captured = right
+    before = scene.tuned
+    view.tune.set_tuning(Tuning(mouth=0.0))
+    qtbot.waitUntil(lambda: scene.tuned is not None and scene.tuned is not before)
+    assert scene.tuned is not None
+    assert scene.tuned.shapes[:, scene.tuned.shape_names.index("A")].max() == 0.0
 
 
 def _choose(view: ReviewView, title: str) -> None:
