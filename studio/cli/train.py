@@ -146,7 +146,9 @@ def _ended_as_by_ctrl_c() -> Iterator[None]:
         raise KeyboardInterrupt
 
     asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.signal(number, end) for number in asked}
+    # Under nohup a closed terminal is to end nothing.
+    heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, end) for number in heeded}
     try:
         yield
     finally:

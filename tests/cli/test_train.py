@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from studio import cli
+from studio.cli.train import _ended_as_by_ctrl_c
 from studio.project import Project
 
 MakeProject = Callable[..., Project]
@@ -276,3 +277,14 @@ def alive(pid: int) -> bool:
     except OSError:
         return False
     return True
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no such signal")
+def test_under_nohup_a_closed_terminal_ends_no_training() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with _ended_as_by_ctrl_c():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
