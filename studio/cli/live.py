@@ -145,7 +145,7 @@ class _Stage:
         self._poses = on and self._out.as_json
 
     def _look_ahead(self, text: str) -> None:
-        if not text.isdigit():
+        if not (text.isascii() and text.isdigit()):
             raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
         heard = self._live.choose_look_ahead(int(text))
         self._out.event("look_ahead", f"It hears {heard.reach_ms:.0f} ms ahead now.",
@@ -154,6 +154,7 @@ class _Stage:
     def _tune(self, text: str) -> None:
         self._live.tune(text)
         self._targets.show()
+        self._out.event("channels", "", **self._live.channel_facts())
 
     def _say(self, error: StudioError) -> None:
         self._out.event("notice", str(error), what=error.what, remedy=error.remedy)

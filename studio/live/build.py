@@ -19,6 +19,7 @@ from studio.live.performance import Performance, rest_motion
 from studio.live.sources import LEAD_S, Microphone, SoundFile, Source
 from studio.live.stand import Stand
 from studio.live.steps import Hearing, hearing, look_aheads
+from studio.motion import Pose
 from studio.playback.layers import Tuning, presets
 from studio.playback.lip_sync import seen, sound_delay_ms
 from studio.playback.vmc_target import PoseSource
@@ -127,17 +128,24 @@ class Live:
 
     def pose_source(self) -> PoseSource:
         """What targets send."""
-        return PoseSource(*self._stand.names, self.performance.pose_at, self.performance.position)
+        return named_source(self._stand, self.performance)
 
     def ready_facts(self) -> dict[str, Any]:
         """What a display needs to know once."""
         model, heard = self.performance.model, self.performance.hearing
-        rest = self._stand.rest
         return {
             "run": self.run, "source": self.performance.source.name, "style": self.style,
             "fps": float(model.fps), "look_aheads": list(look_aheads(model)), **asdict(heard),
-            "shape_names": self._stand.shape_names, "bone_names": self._stand.bone_names,
-            "positions": rest.positions.round(5),
+            **self.channel_facts(),
+        }  # fmt: skip
+
+    def channel_facts(self) -> dict[str, Any]:
+        """The channels of the poses that go out, which layers may change, and where their bones rest."""
+        shapes, bones = self._stand.names
+        kept = [self._stand.bone_names.index(name) for name in bones]
+        return {
+            "shape_names": shapes, "bone_names": bones,
+            "positions": self._stand.rest.positions[kept].round(5),
         }  # fmt: skip
 
     def facts(self) -> dict[str, Any]:
@@ -165,7 +173,8 @@ class Live:
     def words(self) -> str:
         """How it stands, in one line for a terminal."""
         facts = self.performance.facts
-        what = "speaking" if facts.speaking else "idle"
+        what = "speaking" if facts.speaking else "idle" if self.idles else "silent"
+        what = "no sound comes" if facts.lost else what
         switches = [name for name in ("muted", "frozen", "neutral") if getattr(self, name)]
         what = ", ".join(switches) or what
         return (
@@ -192,11 +201,30 @@ def make(run_folder: Path, learnt: Sequence[Path], wanted: Wanted) -> Live:
     heard = hearing(model, wanted.look_ahead_ms)
     rate = model.recipe.sound.sample_rate
     gain = Gain(level_of_takes(learnt), rate, wanted.gain)
-    sound = Conditioning(rate, gain, Gate() if wanted.gate else None, wanted.suppress)
+    # Always with a gate: the gain learns from speech alone, and idling may be switched on later.
+    sound = Conditioning(rate, gain, Gate(), wanted.suppress)
     stand = Stand(rest_motion(model, style), idles=wanted.gate)
     performance = Performance(model, heard, _source(wanted, heard), sound, stand, style, chance)
     named = model.styles[style - 1] if style else styles.AVERAGE
     return Live(run_folder.name, performance, named)
+
+
+def named_source(stand: Stand, performance: Performance) -> PoseSource:
+    """What a target sends: poses of the channels the stand has now, never of others.
+
+    While layers change, the last pose of these channels is sent again until the target is shown the new ones.
+    """
+    names = stand.names
+    last: Pose | None = None
+
+    def pose_at(moment: float) -> Pose:
+        nonlocal last
+        pose, its = performance.named_pose_at(moment)
+        if its == names:
+            last = pose
+        return last if last is not None else stand.at_ease(names)
+
+    return PoseSource(*names, pose_at, performance.position)
 
 
 def _source(wanted: Wanted, heard: Hearing) -> Source:

@@ -76,6 +76,7 @@ class Delay:
         self._step = step
         self._seen: deque[tuple[float, float]] = deque()
         self._value: float | None = None
+        self._anew = False
         self._set_at = 0.0
 
     def saw(self, now: float, lateness: float) -> None:
@@ -83,8 +84,8 @@ class Delay:
         self._seen.append((now, lateness))
         while self._seen and now - self._seen[0][0] > REMEMBERED_S:
             self._seen.popleft()
-        if self._value is None:
-            self._value, self._set_at = self.wanted, now
+        if self._value is None or self._anew:
+            self._value, self._set_at, self._anew = self.wanted, now, False
         self._move(now)
 
     @property
@@ -103,9 +104,12 @@ class Delay:
         return self._value or 0.0
 
     def forget(self) -> None:
-        """What was seen says nothing any more: another look-ahead, another device."""
+        """What was seen says nothing any more: another look-ahead, another device.
+
+        The delay stays until the next pose says it anew: an avatar must not run ahead and back meanwhile.
+        """
         self._seen.clear()
-        self._value = None
+        self._anew = True
 
     def _move(self, now: float) -> None:
         assert self._value is not None

@@ -18,8 +18,8 @@ from studio.features.audio import Floats
 from studio.live.conditioning import Conditioning
 from studio.live.moments import GUESSED, Delay
 from studio.live.sources import Heard, Source
-from studio.live.stand import Stand
-from studio.live.steps import Hearing, Steps, hearing, silent_pose
+from studio.live.stand import Names, Stand
+from studio.live.steps import Hearing, Steps, silent_pose
 from studio.model._network import Chance
 from studio.motion import Motion, Pose
 from studio.playback.neutral import between
@@ -34,6 +34,8 @@ BACKLOG_S, CAUGHT_UP_S = 1.0, 0.2
 """Seconds that sound may wait to be heard; beyond, all but the last is passed over."""
 TELL_BUSY_S = 60.0
 WARM_UP_S = 0.3
+LOST_S = 1.5
+"""Seconds without any sound, silent or not, after which the microphone counts as lost."""
 STALLED_S = 0.25
 """Seconds without a pose after which the avatar goes over to idling."""
 
@@ -52,6 +54,7 @@ class Facts:
         seconds: sound heard.
         load: share of a core used by making poses lately.
         drift_ppm: how much longer the device's second is than the computer's.
+        lost: no sound has come for a while.
     """
 
     peak_dbfs: float
@@ -66,6 +69,7 @@ class Facts:
     seconds: float
     load: float
     drift_ppm: float
+    lost: bool
 
 
 class Performance:
@@ -108,6 +112,7 @@ class Performance:
         self._late = self._frames = 0
         self._heard_s = 0.0
         self._looked: float | None = None
+        self._got_at: float | None = None
         self._told_busy = float("-inf")
         self._spent, self._spent_since, self._load = 0.0, now(), 0.0
         self._stop = threading.Event()
@@ -132,7 +137,7 @@ class Performance:
             StudioError: the source cannot be opened.
         """
         torch.set_num_threads(1)
-        for _ in Steps(self.model, self._hearing, self._style).feed(_silence(self.model)):
+        for _ in Steps(self.model, self._hearing, self._style).feed(_silence(self.model, self._hearing)):
             pass  # the first poses of a process take longer, and must not hold up the ones that are seen
         self.source.start()
         self._thread = threading.Thread(target=self._run, name="live", daemon=True)
@@ -162,11 +167,13 @@ class Performance:
     def facts(self) -> Facts:
         """How it stands."""
         sound, gate = self.sound, self.sound.gate
+        lost = self._got_at is not None and self._now() - self._got_at > LOST_S
+        deaf = lost or sound.muted
         return Facts(
-            self._meter.peak_dbfs if not sound.muted else FLOOR_DBFS,
-            self._meter.rms_dbfs if not sound.muted else FLOOR_DBFS,
+            FLOOR_DBFS if deaf else self._meter.peak_dbfs,
+            FLOOR_DBFS if deaf else self._meter.rms_dbfs,
             self._meter.clipped,
-            sound.speaking and not sound.muted,
+            sound.speaking and not deaf,
             gate.chance if gate is not None else 1.0,
             sound.gain.db,
             1000.0 * self._delay.value,
@@ -175,6 +182,7 @@ class Performance:
             self._heard_s,
             self._load,
             sound.drift_ppm,
+            lost,
         )
 
     def reset_clip(self) -> None:
@@ -189,17 +197,19 @@ class Performance:
 
     def pose_at(self, moment: float) -> Pose:
         """The pose of a moment, everything laid over it. From any thread."""
+        return self.named_pose_at(moment)[0]
+
+    def named_pose_at(self, moment: float) -> tuple[Pose, Names]:
+        """The same with its channels."""
         with self._lock:
             found = self._found(moment)
-        return self.stand.pose(moment, *found)
+        return self.stand.named_pose(moment, *found)
 
     def _found(self, moment: float) -> tuple[Pose | None, bool]:
         """The model's pose of a moment, and whether somebody speaks then."""
         poses = self._poses
         if not poses:
             return None, False
-        while len(poses) > 2 and poses[1][0] <= moment - KEPT_S:
-            poses.popleft()
         after = next((i for i in range(len(poses) - 1, -1, -1) if poses[i][0] <= moment), -1) + 1
         if after == 0:
             return poses[0][1], poses[0][2]
@@ -250,6 +260,7 @@ class Performance:
         return [kept[0]._replace(anew=kept[0].anew or anew), *kept[1:]]
 
     def _take(self, heard: Heard) -> None:
+        self._got_at = self._now()
         self._meter.sample_rate = heard.rate
         self._meter.feed(heard.samples)
         samples, gap = self.sound.take(heard)
@@ -283,6 +294,9 @@ class Performance:
             if self._poses and moment <= self._poses[-1][0]:
                 moment = self._poses[-1][0] + 1e-4
             self._poses.append((moment, pose, speaking))
+            # Here, for there may be nobody who asks for poses.
+            while len(self._poses) > 2 and self._poses[1][0] <= now - self._delay.value - KEPT_S:
+                self._poses.popleft()
 
     def _change(self) -> None:
         assert self._wanted is not None
@@ -327,10 +341,9 @@ def _beyond(before: Pose, last: Pose, share: float) -> Pose:
     return replace(pose, shapes=np.clip(pose.shapes, 0.0, 1.0))
 
 
-def _silence(model: Model) -> Floats:
-    return np.zeros(
-        round((WARM_UP_S + hearing(model).latency_ms / 1000) * model.recipe.sound.sample_rate), np.float32
-    )
+def _silence(model: Model, heard: Hearing) -> Floats:
+    seconds = WARM_UP_S + heard.latency_ms / 1000
+    return np.zeros(round(seconds * model.recipe.sound.sample_rate), np.float32)
 
 
 def rest_motion(model: Model, style: int = 0) -> Motion:

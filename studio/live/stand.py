@@ -13,6 +13,7 @@ FADE_S = 0.35
 PANIC_S = 0.25
 IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
 """What an avatar does while nobody speaks."""
+Names = tuple[tuple[str, ...], tuple[str, ...]]
 _SAME_S = 0.003
 """Poses asked for so close together are one: several senders get the same."""
 
@@ -38,17 +39,14 @@ class Stand:
         self._last: Pose | None = None
         self.frozen = False
         self.neutral = False
+        self.names: Names = (), ()
+        """Shapes and bones of the poses that go out."""
         self.retune(tuning or Tuning())
 
     @property
     def tuning(self) -> Tuning:
         """The person's own layers."""
         return self._tuner.tuning
-
-    @property
-    def names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Shapes and bones of the poses that go out."""
-        return self._tuner.shape_names, self._tuner.bone_names
 
     @property
     def idling(self) -> float:
@@ -68,7 +66,10 @@ class Stand:
                 sway=IDLE.sway if not tuning.sway else 0.0,
             )
             self._idler = Tuner(own, self.shape_names, self.bone_names, self._reference)
-            self._neutral = _at_ease(*self.names, self.bone_names, self.rest)
+            before, self.names = self.names, (self._tuner.shape_names, self._tuner.bone_names)
+            if self.names != before:  # a pose of other channels must not be held on to
+                self._last = None
+            self._neutral = self.at_ease(self.names)
             self._at = None
 
     def pose(self, moment: float, made: Pose | None, speaking: bool) -> Pose:
@@ -90,6 +91,16 @@ class Stand:
             self._last = self._eased(moment, made, speaking, step)
             return self._last
 
+    def named_pose(self, moment: float, made: Pose | None, speaking: bool) -> tuple[Pose, Names]:
+        """The same with the channels it has, which another tuning may just have changed."""
+        with self._lock:
+            return self.pose(moment, made, speaking), self.names
+
+    def at_ease(self, names: Names) -> Pose:
+        """The neutral pose of some of its channels, with the proportions of its rest."""
+        kept = [self.bone_names.index(name) for name in names[1]]
+        return neutral_pose(*names, self.rest.positions[kept])
+
     def _eased(self, moment: float, made: Pose | None, speaking: bool, step: float) -> Pose:
         still = made is None or (self.idles and not speaking)
         self._idle_share = _towards(self._idle_share, float(still), step / FADE_S)
@@ -103,12 +114,6 @@ class Stand:
         if self._neutral_share > 0:  # over everything: a panic key is no matter of taste
             pose = between(pose, self._neutral, _smooth(self._neutral_share))
         return pose
-
-
-def _at_ease(shapes: tuple[str, ...], bones: tuple[str, ...], of: tuple[str, ...], rest: Pose) -> Pose:
-    """The neutral pose of some channels, with the proportions of a pose that has the bones `of`."""
-    kept = [of.index(name) for name in bones]
-    return neutral_pose(shapes, bones, rest.positions[kept])
 
 
 def _towards(value: float, goal: float, most: float) -> float:

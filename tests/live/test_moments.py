@@ -69,6 +69,8 @@ def test_what_is_known_ahead_needs_no_delay() -> None:
 def test_after_forgetting_the_next_poses_say_it_anew() -> None:
     delay = Delay(1 / 30)
     delay.saw(0.0, 1.0)
+    before = delay.value
     delay.forget()
+    assert delay.value == before  # until then an avatar must not run ahead
     delay.saw(1.0, 0.1)
     assert delay.value < 0.2

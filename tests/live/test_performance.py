@@ -7,7 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from studio.capture.meter import FLOOR_DBFS
 from studio.errors import StudioError
+from studio.live.build import named_source
 from studio.live.conditioning import Conditioning
 from studio.live.gain import Gain
 from studio.live.gate import Gate
@@ -15,6 +17,7 @@ from studio.live.performance import Performance, rest_motion
 from studio.live.sources import Heard
 from studio.live.stand import Stand
 from studio.live.steps import hearing
+from studio.playback.layers import Tuning
 from tests.live.test_steps import speech, untrained
 
 RATE, BLOCK = 48_000, 240
@@ -204,3 +207,40 @@ def test_a_failure_of_the_live_thread_is_told_when_it_is_stopped() -> None:
     until(lambda: made.ended)
     with pytest.raises(StudioError, match="The source is broken"):
         made.stop()
+
+
+def test_a_lost_microphone_is_told_of_until_it_is_back() -> None:
+    made, now, source = performing(loud(3.0), lambda samples: 1.0)
+    go_on(made, now, 2.0)
+    assert (made.facts.lost, made.facts.speaking) == (False, True)
+    source.sound = source.sound[: source.place]
+    go_on(made, now, 3.0)
+    assert (made.facts.lost, made.facts.speaking) == (True, False)
+    assert made.facts.peak_dbfs == FLOOR_DBFS
+    source.replug(loud(2.0), RATE)
+    go_on(made, now, 1.0)
+    assert not made.facts.lost
+
+
+def test_poses_that_nobody_asks_for_are_forgotten() -> None:
+    made, now, _ = performing(np.zeros(12 * RATE, np.float32))
+    for _ in range(12 * 60):
+        now.t += 1 / 60
+        made.look()
+    assert made.facts.frames > 300
+    assert len(made._poses) < 200
+
+
+def test_a_target_never_gets_channels_it_was_not_told_of() -> None:
+    made, now, _ = performing(loud(4.0))
+    go_on(made, now, 2.0)
+    target = named_source(made.stand, made)
+    before = target.pose_at(made.position())
+    made.stand.frozen = True
+    made.stand.retune(Tuning(moves=frozenset({"mouth"}), left_out=True))
+    later = named_source(made.stand, made)
+    now.t += 0.1
+    np.testing.assert_array_equal(target.pose_at(made.position()).shapes, before.shapes)
+    pose = later.pose_at(made.position())
+    assert (len(pose.shapes), len(pose.rotations)) == (len(later.shape_names), len(later.bone_names))
+    assert len(later.bone_names) < len(target.bone_names)

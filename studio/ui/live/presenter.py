@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 NOTICE_MS = 6_000
 """How long a notice of the child stands in the status sentence."""
 WARM_UP_MS = 300
+USUAL_MS = 100
+"""The look-ahead that `saia live` takes where none is chosen."""
 
 
 class LivePresenter(QObject):
@@ -133,6 +135,8 @@ class LivePresenter(QObject):
             self._on_notice(str(event["what"]), str(event["remedy"]))
         elif kind == "ready":
             self._on_ready(Ready.of(event))
+        elif kind == "channels" and self._ready is not None:
+            self._ready = self._ready.of_channels(event)
         elif kind == "look_ahead":
             self._show_look_aheads(int(event["look_ahead_ms"]))
 
@@ -213,14 +217,17 @@ class LivePresenter(QObject):
             view.show_status(self.tr("Neutral: the avatar stands still until you switch it off (N)."), "warn")
         elif state.frozen:
             view.show_status(self.tr("Frozen: the avatar holds still until you switch it off (F)."), "warn")
+        elif state.lost:
+            told = self.tr("No sound comes from {0}: it goes on by itself as soon as some does.")
+            view.show_status(told.format(self._ready.source), "bad")
         elif state.muted:
             view.show_status(self.tr("Muted: nothing you say is heard (M)."), "warn")
         elif state.speaking:
             view.show_status(self.tr("Live: {0} is heard.").format(self._ready.source), "good")
         else:
-            view.show_status(
-                self.tr("Live: {0} is quiet, the avatar idles.").format(self._ready.source), "good"
-            )
+            quiet = self.tr("Live: {0} is quiet, the avatar idles.")
+            told = quiet if state.idling > 0 else self.tr("Live: {0} is quiet.")
+            view.show_status(told.format(self._ready.source), "good")
 
     # Choices
 
@@ -277,8 +284,7 @@ class LivePresenter(QObject):
         if ready is not None:
             plain = {ready.look_ahead_ms: LookAhead(ready.look_ahead_ms, ready.reach_ms)}
             offered = [known.get(ms) or plain.get(ms) or LookAhead(ms, ms) for ms in ready.look_aheads]
-        usual = int((run.report or {}).get("look_ahead_ms") or 100) if run is not None else 0
-        self._view.latency.show_look_aheads(offered, chosen_ms or usual)
+        self._view.latency.show_look_aheads(offered, chosen_ms or USUAL_MS)
 
     def _on_look_ahead(self, ms: int) -> None:
         self._look_ahead_ms = ms

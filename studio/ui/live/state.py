@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,8 +63,17 @@ class Ready:
             np.asarray(event["positions"], dtype=np.float32).reshape(-1, 3),
         )
 
+    def of_channels(self, event: Mapping[str, Any]) -> Ready:
+        """The same with other channels: layers leave some out."""
+        return replace(
+            self,
+            shape_names=tuple(map(str, event["shape_names"])),
+            bone_names=tuple(map(str, event["bone_names"])),
+            positions=np.asarray(event["positions"], dtype=np.float32).reshape(-1, 3),
+        )
+
     def pose(self, event: Mapping[str, Any]) -> Pose | None:
-        """A pose of these channels; None where layers left some of them out."""
+        """A pose of these channels; None where it has others."""
         rotations = np.asarray(event["rotations"], dtype=np.float32).reshape(-1, 4)
         shapes = np.asarray(event["shapes"], dtype=np.float32)
         if len(rotations) != len(self.bone_names) or len(shapes) != len(self.shape_names):
@@ -88,6 +97,8 @@ class State:
         seen: "unseen", "seen" or "minded" by viewers.
         muted, frozen, neutral: the switches.
         clipped: the sound clipped.
+        lost: no sound comes from the microphone.
+        idling: how far the avatar idles, 0 to 1.
         load: share of a core used.
         targets: how each target does, by "HOST:PORT".
     """
@@ -101,6 +112,8 @@ class State:
     frozen: bool
     neutral: bool
     clipped: bool
+    lost: bool
+    idling: float
     load: float
     targets: Mapping[str, TargetState]
 
@@ -110,7 +123,8 @@ class State:
         return cls(
             bool(event["speaking"]), float(event["gain_db"]), float(event["latency_ms"]),
             int(event["sound_delay_ms"]), str(event["seen"]), bool(event["muted"]), bool(event["frozen"]),
-            bool(event["neutral"]), bool(event["clipped"]), float(event["load"]),
+            bool(event["neutral"]), bool(event["clipped"]), bool(event["lost"]),
+            float(event["idling"]), float(event["load"]),
             {str(one["to"]): _target(one) for one in event.get("targets", ())},
         )  # fmt: skip
 

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from studio.project import Project
 from studio.settings import Settings
+from studio.ui.jobs import Job
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.presenter import LivePresenter
 from studio.ui.live.state import LookAhead, look_aheads_of
@@ -124,6 +125,56 @@ def test_options_become_the_words_of_the_command(room: Callable[..., Room], toy_
     view.source.noise.setChecked(True)
     view.latency.look_ahead_chosen.emit(200)
     assert presenter._options() == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
+
+
+def _ready(shapes: tuple[str, ...], bones: tuple[str, ...]) -> dict[str, object]:
+    channels = {"shape_names": shapes, "bone_names": bones, "positions": [[0.0, 1.0, 0.0]] * len(bones)}
+    about = {"source": "Mic", "look_aheads": [100], "look_ahead_ms": 100, "reach_ms": 92.0}
+    return {"event": "ready", **about, **channels}
+
+
+def _pose(shapes: int, bones: int) -> dict[str, object]:
+    rest, turn = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]
+    held: dict[str, object] = {"rotations": [turn] * bones, "positions": [rest][:bones]}
+    held |= {"root_position": rest, "root_rotation": turn}
+    return {"event": "pose", "shapes": [0.5] * shapes, "peak_dbfs": -20.0, "rms_dbfs": -30.0, **held}
+
+
+def test_poses_are_seen_whatever_channels_a_tuning_leaves(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._on_event(_ready(("A",), ("Hips", "Head")))
+    presenter._on_event(_pose(1, 2))
+    presenter._on_event(_pose(2, 0))  # of channels it does not know yet
+    assert view.meters.shown_names == ("A",)
+    presenter._on_event({**_ready(("A", "Joy"), ()), "event": "channels"})
+    presenter._on_event(_pose(2, 0))
+    assert view.meters.shown_names == ("A", "Joy")
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"lost": True}, "No sound comes from Mic: it goes on by itself as soon as some does."),
+        ({"speaking": True}, "Live: Mic is heard."),
+        ({"idling": 1.0}, "Live: Mic is quiet, the avatar idles."),
+        ({}, "Live: Mic is quiet."),
+    ],
+)
+def test_the_status_says_what_is_heard(
+    how: dict[str, object], said: str, room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._job = Job(presenter)
+    presenter._on_event(_ready(("A",), ()))
+    names = ("speaking", "muted", "frozen", "neutral", "clipped", "lost")
+    numbers = {"gain_db": 0.0, "latency_ms": 100.0, "sound_delay_ms": 100, "idling": 0.0, "load": 0.1}
+    facts = {"event": "state", "seen": "seen", **dict.fromkeys(names, False), **numbers}
+    presenter._on_event(facts | how)
+    assert view.status.text() == said
 
 
 @pytest.mark.slow
