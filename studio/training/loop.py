@@ -44,6 +44,8 @@ from studio.training.preview import Previewing
 from studio.training.recipe import Recipe, read_recipe
 from studio.training.sampling import picks
 
+SETTLED_FROM = 0.8
+"""Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
 _ALARM_FROM = 0.25
 """Share of the epochs before which standing still is no reason for alarm: every model begins there."""
 
@@ -200,7 +202,7 @@ class _Training:
         progress, of = self.progress, self.recipe.training.epochs
         found = self.check(self.steps.average) if due else None
         figures: metrics.Figures = found.figures if found else {}
-        best = found is not None and found.loss < progress.best_loss
+        best = found is not None and (found.loss < progress.best_loss or self._settled(found))
         still = is_still(figures.get("motion_ratio"))
         event = Epoch(
             progress.epoch,
@@ -224,6 +226,17 @@ class _Training:
         self.folder.append(event)
         self.tell(event)
         progress.told = time.monotonic()
+
+    def _settled(self, found: Checked) -> bool:
+        """Whether what was best comes from before the learning rate came down, and this epoch from after it.
+
+        While a cycle's rate is high the weights are thrown about; one lucky moment of them on the validation
+        takes says little of other takes, so the first settled epoch takes its place whatever its loss.
+        """
+        progress, settings = self.progress, self.recipe.training
+        if settings.schedule != "one_cycle" or not math.isfinite(found.loss):
+            return False
+        return progress.best_epoch <= SETTLED_FROM * settings.epochs < progress.epoch
 
     def _keep_best(self, found: Checked) -> None:
         """Write the model as it would be used, gains and all: whatever ends the training, it is complete."""

@@ -172,6 +172,17 @@ def test_the_best_weights_are_those_of_the_best_epoch(make_toy_project: MakeProj
     assert same_weights(run.folder / "best.safetensors", until_best.folder / "best.safetensors")
 
 
+def test_a_cycle_is_not_judged_by_a_lucky_epoch_of_its_fast_part(make_toy_project: MakeProject) -> None:
+    # A rate this high makes later epochs worse than earlier ones, and yet the settled one is kept.
+    run, events = trained(make_toy_project(), tiny("epochs=5", "learning_rate=0.3"))
+    told = epochs(events)
+    assert min(told, key=lambda e: e.val_loss).epoch < 5
+    assert told[-1].best
+    assert run.report is not None
+    assert run.report["best_epoch"] == 5
+    assert run.report["best_val"] == told[-1].val
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides"),
