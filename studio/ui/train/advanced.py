@@ -145,7 +145,9 @@ class AdvancedDrawer(QWidget):
         ahead = form.look_ahead_ms
         self.look_ahead.setEnabled(ahead is not None)
         self.look_ahead.setValue(ahead or 0)
-        hears = self.tr("How far the network hears ahead of each frame; a live avatar is late by as much")
+        hears = self.tr(
+            "How far the network hears ahead of each frame; Live has a choice of its own where it can"
+        )
         self.look_ahead.setToolTip(hears if ahead is not None else self.tr("This recipe has no such setting"))
         only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
         self.form.setToolTip(only)

@@ -24,6 +24,7 @@ class Figure:
     unit: str = ""
 
 
+_AS_MUCH = QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")
 FIGURES = tuple(
     Figure(*words)
     for words in (
@@ -51,12 +52,9 @@ FIGURES = tuple(
          QT_TRANSLATE_NOOP("Compare", "Mean angle between predicted and captured bones"), "°"),
         ("wrist_cm", QT_TRANSLATE_NOOP("Compare", "Wrists off"), 1,
          QT_TRANSLATE_NOOP("Compare", "Mean distance of the wrists from where they were"), "cm"),
-        ("motion_ratio_head", QT_TRANSLATE_NOOP("Compare", "Motion of the head"), 2,
-         QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")),
-        ("motion_ratio_torso", QT_TRANSLATE_NOOP("Compare", "Motion of the torso"), 2,
-         QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")),
-        ("motion_ratio_arms", QT_TRANSLATE_NOOP("Compare", "Motion of the arms"), 2,
-         QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")),
+        ("motion_ratio_head", QT_TRANSLATE_NOOP("Compare", "Motion of the head"), 2, _AS_MUCH),
+        ("motion_ratio_torso", QT_TRANSLATE_NOOP("Compare", "Motion of the torso"), 2, _AS_MUCH),
+        ("motion_ratio_arms", QT_TRANSLATE_NOOP("Compare", "Motion of the arms"), 2, _AS_MUCH),
         ("frechet", QT_TRANSLATE_NOOP("Compare", "Strangeness"), 2,
          QT_TRANSLATE_NOOP("Compare", "Frechet distance of the motion: 0 is the same, 1 a frozen mean")),
     )
