@@ -16,11 +16,11 @@ _VERSION = 1
 
 def kept(project: Path) -> tuple[Path, ...]:
     """The avatars in a project's folder, by name."""
-    folder = project / FOLDER
-    if not folder.is_dir():
-        return ()
-    found = (path for path in folder.iterdir() if path.suffix.lower() == SUFFIX and path.is_file())
-    return tuple(sorted(path for path in found if not path.name.startswith(".")))
+    try:
+        found = [path for path in (project / FOLDER).iterdir() if path.suffix.lower() == SUFFIX]
+        return tuple(sorted(path for path in found if path.is_file() and not path.name.startswith(".")))
+    except OSError:
+        return ()  # there is none, or it may not be read
 
 
 def chosen(project: Path) -> Path | None:

@@ -54,8 +54,9 @@ class RunChooser(QWidget):
         theme.set_icon(self.liveliness, "mdi6.human-greeting-variant", "muted")
         theme.as_role(self.liveliness, "quiet")
         self.liveliness.setMenu(self._liveliness_menu())
-        for box in (self.run, self.styles):
-            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        for box in (self.run, self.styles):  # as wide as its names, narrower where there is no room
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+            box.setMaximumWidth(240)
         self.another = QToolButton()
         self.another.setObjectName(f"review_another{name}")
         self.another.setAccessibleName(self.tr("Another take"))

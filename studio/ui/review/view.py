@@ -83,7 +83,7 @@ class ReviewView(QWidget):
         self.columns.addWidget(self._middle())
         self.columns.addWidget(self._right())
         self.columns.setStretchFactor(1, 1)
-        self.columns.setSizes([210, 740, 300])
+        self.columns.setSizes([195, 735, 326])
         outer.addWidget(self.columns)
         space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
         space.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)

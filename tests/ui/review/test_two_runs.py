@@ -19,6 +19,7 @@ from studio.take.motion_file import read_motion, write_motion
 from studio.ui.review import clip, votes
 from studio.ui.review.clip import RunChoice, Wanted
 from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.run_bar import RunBar
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
@@ -224,3 +225,20 @@ def test_a_vote_ends_without_an_answer_when_another_sound_comes(
     assert not presenter.scene.blind
     qtbot.waitUntil(lambda: presenter.scene.both_ready, timeout=MINUTE)
     assert votes.kept(toy_project) == ()
+
+
+def test_a_runs_name_is_read_in_a_small_window_and_a_long_one_pushes_nothing_out(qtbot: QtBot) -> None:
+    bar = RunBar()
+    qtbot.addWidget(bar)
+    bar.show_ghost_choice(True, True)
+    bar.resize(722, 40)
+    bar.show()
+    box, long = bar.first.run, "best_of_the_evening_with_mocopi_003"
+    bar.show_runs(
+        [RunChoice("balanced_006", ("average", "Chat"), "average")], [Wanted("balanced_006"), Wanted()]
+    )
+    qtbot.waitUntil(lambda: box.width() >= box.sizeHint().width())
+    bar.show_runs([RunChoice(long, ("average", "Chat"), "average", True)], [Wanted(long), Wanted()])
+    qtbot.waitUntil(bar.first.another.isVisible)
+    assert box.width() >= 130
+    assert bar.minimumSizeHint().width() <= 722
