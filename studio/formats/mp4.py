@@ -71,7 +71,7 @@ def write(
                 first = film.draw(painter, count, drawing)
         except av.FFmpegError as error:
             raise OSError(error.errno, error.strerror) from error
-    _read_back(path, drawing, fps, count, seconds, first)
+        _read_back(beside, path.name, drawing, fps, count, seconds, first)
     drawing.on_progress(1.0)
     return (path,)
 
@@ -187,9 +187,9 @@ def _can_encode(name: str) -> bool:
 
 
 def _read_back(
-    path: Path, drawing: Drawing, fps: Fraction, count: int, seconds: float, first: Pixels
+    path: Path, name: str, drawing: Drawing, fps: Fraction, count: int, seconds: float, first: Pixels
 ) -> None:
-    """Whether the film is the one that was drawn; StudioError where it is not."""
+    """Whether the film is the one that was drawn; a StudioError that names it where it is not."""
     import av
 
     try:
@@ -200,12 +200,12 @@ def _read_back(
             film.seek(0)
             shown = next(film.decode(video)).to_ndarray(format="rgb24")
     except (av.FFmpegError, IndexError, StopIteration) as error:
-        raise not_read_back(path.name) from error
+        raise not_read_back(name) from error
     wanted = first[: shown.shape[0], : shown.shape[1], :3].astype(np.int16)
     alike = shown.shape == wanted.shape and float(np.abs(shown - wanted).mean()) < ALIKE
     whole = pictures == count and abs(sound - seconds) < 0.1
     if not (size and whole and alike and abs(float(video.average_rate or 0) - float(fps)) < 0.01):
-        raise not_read_back(path.name)
+        raise not_read_back(name)
 
 
 def _counted(film: Any) -> tuple[int, float]:

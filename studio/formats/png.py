@@ -47,8 +47,8 @@ def write(
         picture = np.ascontiguousarray(picture[..., :3])
     with safe_file.written(path) as beside:
         Image.fromarray(picture).save(beside, format="PNG")
-    with Image.open(path) as back:
-        if not np.array_equal(np.asarray(back), picture):
-            raise not_read_back(path.name)
+        with Image.open(beside) as back:
+            if not np.array_equal(np.asarray(back), picture):
+                raise not_read_back(path.name)
     drawing.on_progress(1.0)
     return (path,)

@@ -132,10 +132,10 @@ def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) 
     path, fps = tmp_path / "a.mp4", mp4._rate(20.0)
     mp4.write(path, a_motion(20), None, SMALL)
     first = frames_of(path)[0]
-    mp4._read_back(path, SMALL, fps, 7, 0.0, first)
+    mp4._read_back(path, path.name, SMALL, fps, 7, 0.0, first)
     for count, seconds, picture in ((8, 0.0, first), (7, 1.0, first), (7, 0.0, 255 - first)):
         with pytest.raises(StudioError) as error:
-            mp4._read_back(path, SMALL, fps, count, seconds, picture)
+            mp4._read_back(path, path.name, SMALL, fps, count, seconds, picture)
         assert error.value.what == "a.mp4 did not read back as it was written."
 
 
