@@ -32,6 +32,7 @@ class Sending(QObject):
         self._panel, self._session, self._source = panel, session, source
         self._targets: dict[TargetRow, VmcTarget] = {}
         self._pools: dict[TargetRow, QThreadPool] = {}
+        self._leaving: list[tuple[VmcTarget, QThreadPool]] = []  # removed, and may still fade to rest
         self._counts: dict[TargetRow, tuple[float, int]] = {}
         self._timer = QTimer(self)
         self._timer.setInterval(STATE_MS)
@@ -68,12 +69,13 @@ class Sending(QObject):
     def close(self) -> None:
         """Fade all avatars to rest and stop."""
         self._timer.stop()
-        for pool in self._pools.values():
+        for pool in (*self._pools.values(), *(pool for _, pool in self._leaving)):
             pool.clear()
             pool.waitForDone(CLOSING_MS)
-        for target in self._targets.values():
+        targets = [*self._targets.values(), *(target for target, _ in self._leaving)]
+        for target in targets:
             target.stop(wait=False)
-        for target in self._targets.values():
+        for target in targets:
             target.stop()
 
     def _on_added(self, row: TargetRow) -> None:
@@ -88,8 +90,7 @@ class Sending(QObject):
 
     def _on_removed(self, row: TargetRow) -> None:
         self._stop(row)
-        self._targets.pop(row)
-        self._pools.pop(row)
+        self._leaving.append((self._targets.pop(row), self._pools.pop(row)))
         self._counts.pop(row, None)
         self._save()
         self.look()

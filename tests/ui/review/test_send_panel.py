@@ -133,6 +133,20 @@ def test_what_was_asked_last_of_a_target_holds(qtbot: QtBot, listeners: list[soc
     sending.close()
 
 
+def test_a_window_that_closes_waits_for_a_target_that_was_removed(
+    qtbot: QtBot, listeners: list[socket.socket]
+) -> None:
+    kept = tuple(f"VNyan=127.0.0.1:{listener.getsockname()[1]}" for listener in listeners)
+    panel, sending, _ = _made(qtbot, Settings(send_targets=kept))
+    row = panel.rows[0]
+    target = sending._targets[row]
+    row.send.click()
+    qtbot.waitUntil(lambda: target.state.sent > 0)
+    row.remove.click()
+    sending.close()
+    assert not target.running, "its avatar has come to rest"
+
+
 def test_the_same_target_twice_is_told(qtbot: QtBot) -> None:
     panel, sending, _ = _made(qtbot, Settings(send_targets=("VNyan=127.0.0.1:1", "Warudo=127.0.0.1:1")))
     assert _words(panel.rows[1]).startswith("127.0.0.1 port 1 is in the list twice. Remove one")
