@@ -306,7 +306,7 @@ class Performance:
         self._delay.forget()
 
     def _notice_sleep(self) -> None:
-        """A gap in the clock between two looks, or between a clock that sleeps and one that does not."""
+        """Say so where nobody got to look for long, by a clock that goes on while the computer sleeps."""
         awake = self._awake()
         if self._looked is not None:
             gone = awake - self._looked

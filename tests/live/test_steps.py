@@ -13,6 +13,7 @@ from studio.errors import RequestError, StudioError
 from studio.features.motion import fit
 from studio.generate import Predictor
 from studio.live.steps import Hearing, Steps, hearing, look_aheads, silent_pose
+from studio.model._network import Chance
 from studio.motion import Motion, rotation
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
@@ -119,6 +120,17 @@ def test_every_look_ahead_of_one_run_streams_as_it_generates(name: str, fps: str
     waited = np.array(after) / RATE - np.arange(len(after)) / float(model.fps)
     assert waited.min() * 1000 >= heard.reach_ms - 0.1
     assert ms - 40 < heard.reach_ms <= max(ms + 3, 25)
+
+
+@pytest.mark.parametrize("kind", ["flow", "mixture"])
+def test_a_drawn_body_streams_as_it_generates(kind: str) -> None:
+    model, sound = untrained("balanced", "30", f"network.body={kind}", f"network.{AHEADS}"), speech(2.0)
+    drawn = [values for _, values in Steps(model, hearing(model, 500), 0, Chance(3)).feed(sound)]
+    live = model.layout.motion(np.concatenate(drawn), np.arange(sum(map(len, drawn))) / 30)
+    whole = Predictor(model).generate_samples(sound, None, Chance(3))
+    other = Predictor(model).generate_samples(sound, None, Chance(4))
+    np.testing.assert_allclose(live.rotations, whole.rotations[: len(live)], atol=1e-5)
+    assert np.abs(other.rotations - whole.rotations).max() > 1e-2
 
 
 def test_every_look_ahead_is_causal() -> None:

@@ -161,7 +161,7 @@ class LivePresenter(QObject):
         self._targets.show_states(state.targets)
         if not self._notice.isActive():
             self._show_status()
-        self._session.status_changed.emit("live", self.tr("Live"), "good")
+        self._session.status_changed.emit("live", self.tr("Live"), "warn" if state.lost else "good")
 
     def _on_pose(self, event: dict[str, Any]) -> None:
         view, ready = self._view, self._ready
