@@ -38,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--to", action="append", metavar="HOST:PORT",
         help="where an avatar program listens (127.0.0.1:39539); may be repeated; none for nowhere",
     )  # fmt: skip
-    parser.add_argument("--look-ahead", type=int, metavar="MS", help="how far it hears ahead (the run's own)")
+    parser.add_argument(
+        "--look-ahead", type=int, metavar="MS", help="how far it hears ahead (100, or the nearest)"
+    )
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
     parser.add_argument("--style", metavar="NAME", help="whose way of moving (chosen on validation)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="which draw, for runs that draw")

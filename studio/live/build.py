@@ -35,7 +35,7 @@ class Wanted:
         device: a microphone by name; None for the system's own.
         file: a sound to perform instead.
         output: where a file is heard.
-        look_ahead_ms: None for the run's own.
+        look_ahead_ms: the nearest that the run offers is taken; None for the usual one.
         style, seed, liveliness: as for generating.
         gate: idle while nobody speaks.
         gain: bring the microphone to the level of the training takes.
