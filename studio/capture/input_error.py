@@ -33,6 +33,6 @@ def no_sound(what: str) -> InputError:
     check = "Check that a microphone is plugged in and allowed"
     return InputError(
         what,
-        f"{check}, or add --device none to record motion alone.",
+        f"{check}. Without one, record takes --device none and live takes --file.",
         f"{check}, then refresh the list of devices.",
     )

@@ -107,7 +107,7 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
         remedy = f"Free some space on the disk of {path.parent}."
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         remedy = f"Allow writing in {path.parent}, or choose another folder."
-    elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG):
+    elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ENOENT):
         remedy = f"Choose another place than {path.parent}."
     else:
         remedy = f"Free some space or check the folder {path.parent}."

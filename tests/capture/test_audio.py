@@ -55,5 +55,5 @@ def test_without_a_microphone_window_and_terminal_each_say_what_can_be_done_ther
         audio.find_device(None)
     check = "Check that a microphone is plugged in and allowed"
     assert caught.value.what == "This computer has no sound input."
-    assert caught.value.remedy == f"{check}, or add --device none to record motion alone."
+    assert caught.value.remedy == f"{check}. Without one, record takes --device none and live takes --file."
     assert caught.value.in_window == f"{check}, then refresh the list of devices."

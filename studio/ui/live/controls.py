@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from studio.ui import theme
@@ -43,6 +44,18 @@ class Controls(QWidget):
             row.addWidget(button)
             self._buttons[name] = button
         self.show_live(False)
+
+    def heed_keys_of(self, widget: QWidget) -> None:
+        """Take the switches' keys from a widget that would use them: a list finds typed letters."""
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            name = next((name for name, key in KEYS.items() if event.text().upper() == key), "")
+            if name and event.modifiers() == Qt.KeyboardModifier.NoModifier:
+                self._buttons[name].click()
+                return True
+        return super().eventFilter(watched, event)
 
     def button(self, name: str) -> QPushButton:
         """One of the switches."""

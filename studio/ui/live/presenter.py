@@ -72,6 +72,13 @@ class LivePresenter(QObject):
         self._active = False
         self._tell("poses off")
 
+    def may_close(self) -> bool:
+        """Whether the window may close; while live it asks, for the avatar stops with it."""
+        if self._job is None:
+            return True
+        question, details = self.tr("You are live."), self.tr("The avatar stops when the window closes.")
+        return messages.ask(self._view, question, details, self.tr("End and close"), self.tr("Stay live"))
+
     def close(self) -> None:
         """The window closes."""
         self._notice.stop()

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QSplitter, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QScrollArea,
+    QSplitter,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.ui import theme
 from studio.ui.live.controls import Controls
@@ -53,6 +61,8 @@ class LiveView(QWidget):
         columns.setSizes([310, 640, 300])
         outer.addWidget(columns)
         self.figure.installEventFilter(self)
+        for box in self.findChildren(QComboBox):
+            self.controls.heed_keys_of(box)
 
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the room."""
@@ -88,7 +98,7 @@ class LiveView(QWidget):
         return scroll
 
     def _middle(self) -> QWidget:
-        self.figure = StickFigure(None, self.tr("Choose a run and a microphone, and go live."))
+        self.figure = StickFigure(None, self.tr("Press Go live, and speak: your avatar moves here."))
         self.figure.setObjectName("live_figure")
         self.face = DrawnFace(self.figure)
         self.face.resize(FACE)

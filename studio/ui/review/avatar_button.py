@@ -34,7 +34,7 @@ class AvatarButton(QWidget):
         self.button = QToolButton()
         self.button.setObjectName("avatar_button")
         self.button.setText(self.tr("Avatar"))
-        self.button.setToolTip(self.tr("Show your own avatar (.vrm) instead of the stick figure"))
+        self.button.setToolTip(self.tr("Show your own avatar (.vrm) instead of the plain figure"))
         self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         theme.set_icon(self.button, "mdi6.account-box-outline", "muted")
@@ -64,7 +64,7 @@ class AvatarButton(QWidget):
         """
         self.menu.clear()
         group = QActionGroup(self.menu)
-        self._choice(group, self.tr("None: stick figure"), None, chosen is None)
+        self._choice(group, self.tr("None: the plain figure"), None, chosen is None)
         for path in own:
             self._choice(group, path.stem, path, path == chosen)
         if recent:

@@ -252,6 +252,7 @@ class BatchDialog(QDialog):
         self.folder.setObjectName("batch_folder")
         self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
         self.tuned.setObjectName("batch_tuned")
+        self.tuned.setChecked(True)  # as in Export: what is tuned is what is exported
         browse = self._small(self.tr("Choose"), "batch_browse", self._choose_folder)
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)

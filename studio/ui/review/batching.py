@@ -16,6 +16,7 @@ from studio.playback.layers import Tuning, presets
 from studio.take import safe_file
 from studio.ui import messages
 from studio.ui.jobs import Job
+from studio.ui.plural import counted
 from studio.ui.review.batch_dialog import BatchDialog, BatchWish
 from studio.ui.review.exporting import choices
 from studio.ui.review.listing import Listing
@@ -161,7 +162,8 @@ class Batching(QObject):
     def _on_done(self, facts: dict[str, Any]) -> None:
         made, failed = len(facts.get("files", ())), len(facts.get("failed", ()))
         left = len(facts.get("cancelled", ()))
-        words = self.tr("{0} files written and read back.").format(made)
+        files = counted(made, self.tr("1 file"), self.tr("{0} files"))
+        words = self.tr("{0} written and read back.").format(files)
         words += " " + self.tr("{0} failed; the list says why.").format(failed) if failed else ""
         words += " " + self.tr("{0} cancelled.").format(left) if left else ""
         self._tell(words, "warn" if failed else "good")

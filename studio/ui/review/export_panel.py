@@ -203,7 +203,11 @@ class ExportPanel(QWidget):
 
     def _on_export(self) -> None:
         choice, name = self._chosen(), self.name.text().strip()
-        if choice is not None and name and self.folder.text().strip():
+        if not name:
+            self.show_result(self.tr("Give it a name first."), False)
+        elif not self.folder.text().strip():
+            self.show_result(self.tr("Choose a folder first."), False)
+        elif choice is not None:
             folder = Path(self.folder.text().strip()).expanduser()
             fps, options = float(self.fps.currentData()), self.options.options
             self.export_requested.emit(ExportWish(name, (choice, *self._also()), fps, folder, options))

@@ -130,7 +130,7 @@ class Showing(QObject):
             return "", ""
         parts = []
         if c.rmse is not None:
-            parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))
+            parts.append(self.tr("face error {0}").format(f"{c.rmse:.3f}"))
         if c.pearson is not None:
             parts.append(self.tr("r {0}").format(f"{c.pearson:.2f}"))
         if c.motion_ratio is not None:

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
 from studio.settings import Settings
+from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.presenter import LivePresenter
@@ -234,3 +236,39 @@ def test_a_microphone_that_is_not_there_is_a_sentence(
     said = " ".join(toast.text.text() for toast in view.window().findChildren(Toast))
     assert "There is no sound input called Old one." in said
     assert view.source.start.text() == "Go live"
+
+
+def test_the_keys_work_where_a_list_has_the_keyboard(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot
+) -> None:
+    add_run(toy_project)
+    view, _, _ = room(toy_project)
+    view.controls.show_live(True)
+    switched: list[tuple[str, bool]] = []
+    view.controls.switched.connect(lambda name, on: switched.append((name, on)))
+    tuning = view.source.tuning
+    qtbot.waitUntil(lambda: tuning.findText("Mouth only") >= 0)
+    before = tuning.currentIndex()
+    qtbot.keyClick(tuning, Qt.Key.Key_M)
+    assert switched == [("mute", True)]
+    assert tuning.currentIndex() == before
+
+
+def test_closing_asks_while_it_is_live(
+    room: Callable[..., Room], toy_project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add_run(toy_project)
+    _, presenter, _ = room(toy_project)
+    asked: list[str] = []
+
+    def stay(_parent: object, question: str, *_words: str) -> bool:
+        asked.append(question)
+        return False
+
+    monkeypatch.setattr(messages, "ask", stay)
+    assert presenter.may_close()
+    assert not asked
+    presenter._job = Job(presenter)
+    assert not presenter.may_close()
+    assert asked == ["You are live."]
+    presenter._job = None
