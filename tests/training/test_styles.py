@@ -93,7 +93,7 @@ def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
 ) -> None:
     project = two_styles(make_toy_project)
     recipe = load_recipe("balanced").with_overrides(
-        ["units=32", "members=1", "epochs=10", "steps=20", "crops=4", "crop_frames=90"]
+        ["units=32", "members=1", "epochs=20", "steps=20", "crops=4", "crop_frames=90"]
     )
     run = train(project, recipe, on_event=lambda event: None)
     predictor = load_predictor(run.folder)
