@@ -15,7 +15,9 @@ from pytestqt.qtbot import QtBot
 from studio.dataset import edits
 from studio.motion import Motion, rotation
 from studio.project import Project
+from studio.settings import Settings
 from studio.take import TakeInfo
+from studio.ui.session import Session
 
 PATIENCE_MS = 60_000
 
@@ -64,6 +66,14 @@ def toy_project(tmp_path: Path) -> Project:
         _add(project, number, 6.0, folder)
     project.edit("Keep one for validation", edits.set_split(project.dataset, ["toy_003"], "val"))
     return project
+
+
+@pytest.fixture
+def session(toy_project: Project) -> Session:
+    """What every tab is given, with the toy project open."""
+    session = Session(Settings())
+    session.project = toy_project
+    return session
 
 
 def _add(project: Project, number: int, seconds: float, folder: Path) -> None:

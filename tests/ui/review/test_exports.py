@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import av
@@ -15,30 +14,18 @@ from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 from studio.formats import bvh
-from studio.project import Project
-from studio.settings import Settings
 from studio.take.motion_file import read_motion
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
-from studio.ui.session import Session
 
 Tab = tuple[ReviewView, ReviewPresenter]
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
-    session = Session(Settings())
-    session.project = toy_project
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
+def tab(tab: Tab) -> Tab:
+    view, _ = tab
     view.tabs.setCurrentWidget(view.export)
-    yield view, presenter
-    presenter.close()
+    return tab
 
 
 def _choose(view: ReviewView, first: str, *also: str) -> None:

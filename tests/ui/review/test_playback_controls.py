@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,30 +10,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from studio.project import Project
-from studio.settings import Settings
 from studio.ui.review.clip import Wanted
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A, B
 from studio.ui.review.view import ReviewView
-from studio.ui.session import Session
 
 Tab = tuple[ReviewView, ReviewPresenter]
-
-
-@pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
-    session = Session(Settings())
-    session.project = toy_project
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
-    yield view, presenter
-    presenter.close()
 
 
 def _trigger(view: ReviewView, name: str) -> None:

@@ -9,8 +9,6 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion
-from studio.project import Project
-from studio.settings import Settings
 from studio.take.motion_file import write_motion
 from studio.ui.jobs import Job
 from studio.ui.review.clip import Wanted
@@ -18,7 +16,6 @@ from studio.ui.review.predicting import Predicting, _Pieces
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
-from studio.ui.session import Session
 
 
 def _piece(folder: Path, number: int, seconds: float = 2.0) -> dict[str, str]:
@@ -105,18 +102,10 @@ def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predictin
 
 
 def test_the_beginning_plays_and_the_rest_is_marked_on_the_timeline(
-    qtbot: QtBot, toy_project: Project
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
-    session = Session(Settings())
-    session.project = toy_project
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
+    view, presenter = tab
     scene = presenter.scene
-    qtbot.waitUntil(lambda: scene.tuned is not None)
     assert scene.captured.motion is not None
     scene.sides[A].wanted, scene.sides[A].asked = Wanted("quick_001"), True
     half = scene.captured.motion.between(0.0, 3.0)

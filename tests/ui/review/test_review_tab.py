@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +16,6 @@ from pytestqt.qtbot import QtBot
 from studio.cli import main
 from studio.dataset import edits
 from studio.formats import bvh
-from studio.project import Project
-from studio.settings import Settings
 from studio.take.motion_file import read_motion
 from studio.ui.messages import Toast
 from studio.ui.review.clip import Wanted
@@ -28,25 +25,6 @@ from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
 MINUTE = 60_000
-
-
-@pytest.fixture
-def session(toy_project: Project) -> Session:
-    session = Session(Settings())
-    session.project = toy_project
-    return session
-
-
-@pytest.fixture
-def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[ReviewView, ReviewPresenter]]:
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    yield view, presenter
-    presenter.close()
 
 
 def _loaded(qtbot: QtBot, presenter: ReviewPresenter) -> None:
@@ -62,8 +40,7 @@ def _text(view: ReviewView, name: str) -> str:
 def test_a_take_nobody_trained_on_comes_up_first(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
-    view, presenter = tab
-    _loaded(qtbot, presenter)
+    view, _ = tab
     item = view.sources.currentItem()
     assert item.data(Qt.ItemDataRole.UserRole) == "take:toy_003"
     assert view.stage.captured.isVisible()
@@ -74,7 +51,6 @@ def test_playing_moves_the_playhead_and_the_figure(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     qtbot.mouseClick(view.play, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: view.timeline.playhead > 0.3, timeout=MINUTE)
     if presenter.scene.player is not None and presenter.scene.player.playing:
@@ -91,7 +67,6 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     assert presenter.scene.tuned is not None
     before = presenter.scene.tuned.shapes[:, 0].max()
     view.tune.rows["mouth"].box.setValue(0.5)
@@ -105,7 +80,6 @@ def test_tuning_changes_what_is_shown_and_a_reset_brings_it_back(
 
 def test_head_and_body_are_tuned_apart(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
 
     def nod() -> float:
         tuned = presenter.scene.tuned
@@ -126,7 +100,6 @@ def test_sending_reaches_a_listener_and_the_light_says_so(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
         listener.settimeout(60.0)
@@ -144,8 +117,7 @@ def test_sending_reaches_a_listener_and_the_light_says_so(
 def test_an_export_is_a_real_file_that_reads_back(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
-    view, presenter = tab
-    _loaded(qtbot, presenter)
+    view, _ = tab
     assert [view.export.format.itemData(row) for row in (0, 1, 2)] == ["vrma", "bvh", "saia_csv"]
     view.export.format.setCurrentIndex(view.export.format.findData("bvh"))
     view.export.export.click()
@@ -164,7 +136,6 @@ def test_an_export_asks_before_it_writes_over_a_file(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session, replace: bool
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     assert session.project is not None
     there = session.project.exports_folder / "Blendshapes" / "toy_003.csv"
     there.parent.mkdir(parents=True)
@@ -205,7 +176,6 @@ def test_a_take_without_sound_says_why_a_run_predicts_nothing(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     assert session.project is not None
     why = view.findChild(QLabel, "why_no_prediction")
     assert why is not None
@@ -229,8 +199,7 @@ def test_a_take_without_sound_says_why_a_run_predicts_nothing(
 def test_a_long_sentence_beside_the_transport_leaves_the_send_panel_whole(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
-    view, presenter = tab
-    _loaded(qtbot, presenter)
+    view, _ = tab
     view.tabs.setCurrentWidget(view.send)
     view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
     view.show_notice("No sound device can play.")
@@ -252,7 +221,6 @@ def test_a_sound_that_is_none_is_told_of_and_does_not_get_into_the_list(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], tmp_path: Path
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     broken, good = tmp_path / "壊れた.wav", tmp_path / "good.wav"
     broken.write_bytes(b"this is no sound at all")
     soundfile.write(good, np.random.default_rng(1).normal(0, 0.1, 16_000).astype(np.float32), 16_000)
@@ -266,7 +234,6 @@ def test_a_kept_sound_that_broke_goes_to_the_trash(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     project = session.project
     assert project is not None
     (project.folder / "sounds").mkdir()
@@ -289,7 +256,6 @@ def test_a_dropped_sound_stays_with_the_project_until_it_is_removed(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session, tmp_path: Path
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     project = session.project
     assert project is not None
     sound = tmp_path / "другой звук.flac"
@@ -313,7 +279,6 @@ def test_a_take_that_went_is_no_longer_on_the_stage(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     session.remove_take("toy_003")
     assert not any(title.startswith("toy_003") for title in _titles(view))
     qtbot.waitUntil(lambda: presenter.scene.player is not None, timeout=MINUTE)
@@ -325,7 +290,6 @@ def test_a_part_plays_to_its_end_and_then_from_its_beginning_again(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
     view, presenter = tab
-    _loaded(qtbot, presenter)
     project = session.project
     assert project is not None
     take = project.take("toy_003")
@@ -347,7 +311,6 @@ def test_what_was_moved_in_curate_is_seen_moved(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], session: Session
 ) -> None:
     _, presenter = tab
-    _loaded(qtbot, presenter)
     project, before = session.project, presenter.scene.captured.motion
     assert project is not None
     assert before is not None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -17,19 +16,6 @@ from studio.settings import Settings
 from studio.ui.review.send_panel import Address, SendPanel, TargetRow
 from studio.ui.review.sending import Sending
 from studio.ui.session import Session
-
-
-@pytest.fixture
-def listeners() -> Iterator[list[socket.socket]]:
-    found = []
-    for _ in range(2):
-        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        listener.bind(("127.0.0.1", 0))
-        listener.settimeout(60.0)
-        found.append(listener)
-    yield found
-    for listener in found:
-        listener.close()
 
 
 def _made(qtbot: QtBot, settings: Settings) -> tuple[SendPanel, Sending, Session]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import cast
 
@@ -17,43 +16,19 @@ from pythonosc.osc_packet import OscPacket
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.playback.layers import Tuning
-from studio.project import Project
-from studio.settings import Settings
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.send_panel import Address
 from studio.ui.review.view import ReviewView
-from studio.ui.session import Session
 from tests.patience import until
 
 Tab = tuple[ReviewView, ReviewPresenter]
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[Tab]:
-    session = Session(Settings())
-    session.project = toy_project
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and view.tune.presets.list.count() == 5)
-    yield view, presenter
-    presenter.close()
-
-
-@pytest.fixture
-def listeners() -> Iterator[list[socket.socket]]:
-    found = []
-    for _ in range(2):
-        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        listener.bind(("127.0.0.1", 0))
-        listener.settimeout(60.0)
-        found.append(listener)
-    yield found
-    for listener in found:
-        listener.close()
+def tab(qtbot: QtBot, tab: Tab) -> Tab:
+    view, _ = tab
+    qtbot.waitUntil(lambda: view.tune.presets.list.count() == 5)
+    return tab
 
 
 class Damaged:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.settings import Settings
 from studio.take.motion_file import read_motion, write_motion
 from studio.ui.review import clip, votes
 from studio.ui.review.clip import RunChoice, Wanted
@@ -25,6 +23,7 @@ from studio.ui.session import Session
 
 MINUTE = 60_000
 STYLES = ("toy_001", "友: 静か")
+Tab = tuple[ReviewView, ReviewPresenter]
 
 
 def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths: float) -> None:
@@ -46,21 +45,18 @@ def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths:
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[tuple[ReviewView, ReviewPresenter]]:
+def session(session: Session, toy_project: Project) -> Session:
     _run(toy_project, "quick_001", own=0.5)
     _run(toy_project, "styled_001", STYLES, own=0.8, other=0.2)
-    session = Session(Settings())
-    session.project = toy_project
     session.wanted_run = "styled_001"
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
+    return session
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, tab: Tab) -> Tab:
+    _, presenter = tab
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.8, abs=0.01), timeout=MINUTE)
-    yield view, presenter
-    presenter.close()
+    return tab
 
 
 def _peak(presenter: ReviewPresenter) -> float:
@@ -79,9 +75,7 @@ def _text(view: ReviewView, name: str) -> str:
     return found.text()
 
 
-def test_a_run_offers_its_styles_and_the_validated_one_first(
-    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
-) -> None:
+def test_a_run_offers_its_styles_and_the_validated_one_first(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
     box = view.bar.first.styles
     assert [box.itemText(i) for i in range(box.count())] == ["toy_001 (best)", "average", "友: 静か"]
@@ -104,9 +98,7 @@ def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_pat
     assert clip.run_choice(run) == RunChoice("quick_001")
 
 
-def test_a_run_that_draws_gives_another_take(
-    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
-) -> None:
+def test_a_run_that_draws_gives_another_take(qtbot: QtBot, tab: Tab, toy_project: Project) -> None:
     view, presenter = tab
     assert not view.bar.first.another.isVisible(), "this one gives the same each time"
     _run(toy_project, "saia_001", own=0.5)
@@ -127,9 +119,7 @@ def test_a_run_that_draws_gives_another_take(
     assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run begins with its first take"
 
 
-def test_a_run_that_draws_is_as_lively_as_chosen(
-    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
-) -> None:
+def test_a_run_that_draws_is_as_lively_as_chosen(qtbot: QtBot, tab: Tab, toy_project: Project) -> None:
     view, presenter = tab
     bar = view.bar.first
     assert not bar.liveliness.isVisible(), "this one has nothing to be lively with"
@@ -162,7 +152,7 @@ def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:
     qtbot.waitUntil(lambda: presenter.scene.both_ready, timeout=MINUTE)
 
 
-def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
+def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)
     a, b = view.bar.vote.sides
@@ -178,7 +168,7 @@ def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: tuple[ReviewView, Revi
     assert not view.bar.vote.isVisible()
 
 
-def test_sliders_tune_both_runs(qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]) -> None:
+def test_sliders_tune_both_runs(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)
     view.tune.rows["mouth"].box.setValue(0.5)
@@ -189,7 +179,7 @@ def test_sliders_tune_both_runs(qtbot: QtBot, tab: tuple[ReviewView, ReviewPrese
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_a_blind_vote_hides_the_names_keeps_the_answer_and_tells_after(
-    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project, number: int
+    qtbot: QtBot, tab: Tab, toy_project: Project, number: int
 ) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)
@@ -216,7 +206,7 @@ def test_a_blind_vote_hides_the_names_keeps_the_answer_and_tells_after(
 
 
 def test_a_vote_ends_without_an_answer_when_another_sound_comes(
-    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter], toy_project: Project
+    qtbot: QtBot, tab: Tab, toy_project: Project
 ) -> None:
     view, presenter = tab
     _two(qtbot, view, presenter)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 
 import pytest
 from PySide6.QtCore import Qt
@@ -11,7 +10,6 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.settings import Settings
 from studio.ui.session import Session
 from studio.ui.train.compare_dialog import CompareDialog
 from studio.ui.train.compare_facts import compared, title
@@ -65,23 +63,14 @@ def test_the_table_shows_numbers_and_marks(qtbot: QtBot) -> None:
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[tuple[TrainView, TrainPresenter]]:
+def session(session: Session, toy_project: Project) -> Session:
     for name in ("quick_001", "quick_002"):
         folder = toy_project.new_run_folder("quick")
         (folder / "best.safetensors").write_bytes(b"no weights at all")
         line = {"event": "epoch", "epoch": 1, "of": 1, "val": {"rmse": 0.05}}
         (folder / "metrics.jsonl").write_text(json.dumps(line) + "\n", encoding="utf-8")
         assert folder.name == name
-    session = Session(Settings())
-    session.project = toy_project
-    view = TrainView()
-    presenter = TrainPresenter(view, session)
-    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    yield view, presenter
-    presenter.close()
+    return session
 
 
 def _button(view: TrainView, name: str) -> QPushButton:

@@ -12,7 +12,6 @@ from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
 from studio.project import Project
-from studio.settings import Settings
 from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.session import Session
@@ -24,13 +23,6 @@ from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
 LONG = 30_000
-
-
-@pytest.fixture
-def session(toy_project: Project) -> Session:
-    session = Session(Settings())
-    session.project = toy_project
-    return session
 
 
 @pytest.fixture

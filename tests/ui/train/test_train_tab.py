@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,25 +19,6 @@ from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
 MINUTE = 60_000
-
-
-@pytest.fixture
-def session(toy_project: Project) -> Session:
-    session = Session(Settings())
-    session.project = toy_project
-    return session
-
-
-@pytest.fixture
-def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
-    view = TrainView()
-    presenter = TrainPresenter(view, session)
-    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    yield view, presenter
-    presenter.close()
 
 
 def _start(qtbot: QtBot, view: TrainView, epochs: int) -> None:

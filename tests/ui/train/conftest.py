@@ -1,0 +1,25 @@
+"""What tests of Train share: the tab as it stands in the window, on the toy project."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.ui.session import Session
+from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.view import TrainView
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
+    """The tab, shown."""
+    view = TrainView()
+    presenter = TrainPresenter(view, session)
+    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
+    view.resize(1280, 754)
+    view.show()
+    presenter.activate()
+    yield view, presenter
+    presenter.close()
