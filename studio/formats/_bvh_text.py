@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from studio.errors import StudioError
 from studio.motion import rotation
-from studio.take import safe_file
 
 Array = NDArray[np.float64]
 
@@ -79,7 +78,7 @@ class Bvh:
 
 
 def write(path: Path, bvh: Bvh) -> None:
-    """Write a file in one piece: dots for decimals, four of them."""
+    """Write a file: dots for decimals, four of them."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
@@ -89,7 +88,7 @@ def write(path: Path, bvh: Bvh) -> None:
     values = np.round(bvh.frames, 4) + 0.0
     table = pa.table({f"c{i}": np.ascontiguousarray(values[:, i]) for i in range(values.shape[1])})
     options = arrow_csv.WriteOptions(include_header=False, delimiter=" ")
-    with safe_file.written(path) as beside, beside.open("wb") as file:
+    with path.open("wb") as file:
         file.write(("\n".join(lines) + "\n").encode())
         arrow_csv.write_csv(table, file, options)
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import StudioError
-from studio.take import safe_file
 
 Array = NDArray[np.float64]
 
@@ -77,7 +76,7 @@ class Numbers:
 
 
 def write(path: Path, document: dict[str, Any], numbers: Numbers) -> None:
-    """Write a GLB in one piece; buffers, views and accessors are put into the document."""
+    """Write a GLB; buffers, views and accessors are put into the document."""
     data = numbers.data()
     document = document | {
         "buffers": [{"byteLength": len(data)}], "bufferViews": numbers.views, "accessors": numbers.accessors
@@ -86,7 +85,7 @@ def write(path: Path, document: dict[str, Any], numbers: Numbers) -> None:
     text += b" " * (-len(text) % 4)
     data += b"\0" * (-len(data) % 4)
     length = _HEADER.size + 2 * _CHUNK.size + len(text) + len(data)
-    with safe_file.written(path) as beside, beside.open("wb") as file:
+    with path.open("wb") as file:
         file.write(_HEADER.pack(b"glTF", 2, length))
         file.write(_CHUNK.pack(len(text), b"JSON") + text)
         file.write(_CHUNK.pack(len(data), b"BIN\0") + data)

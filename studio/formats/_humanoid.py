@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from studio.errors import StudioError
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import ALL_BONES
 
@@ -50,8 +49,3 @@ def on_grid(motion: Motion, fps: float = 0.0) -> Motion:
     grid = np.arange(int(np.floor(max(float(motion.times[-1]), 0.0) * fps + 1e-6)) + 1) / fps
     is_even = len(grid) == len(motion) and np.allclose(grid, motion.times, rtol=0, atol=1e-6)
     return motion if is_even else motion.at(grid)
-
-
-def not_read_back(name: str) -> StudioError:
-    """What to say of a file that reads otherwise than it was written."""
-    return StudioError(f"{name} did not read back as it was written.", "Export it again to another disk.")

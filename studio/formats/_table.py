@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import StudioError
-from studio.take import safe_file
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -278,7 +277,7 @@ def check_suffix(path: Path, suffix: str) -> None:
 
 
 def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.floating]]) -> None:
-    """Write columns of numbers as CSV in one piece; every number reads back exactly.
+    """Write columns of numbers as CSV; every number reads back exactly.
 
     Args:
         path: where to.
@@ -290,7 +289,7 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
 
     table = pa.table({f"c{i}": pa.array(np.ascontiguousarray(v)) for i, v in enumerate(values)})
     options = arrow_csv.WriteOptions(include_header=False, batch_size=8192)
-    with safe_file.written(path) as beside, beside.open("wb") as file:
+    with path.open("wb") as file:
         line = io.StringIO()
         csv.writer(line, lineterminator="\n").writerow(names)
         file.write(line.getvalue().encode())

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.errors import StudioError
 from studio.formats._imported import Imported
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion
 from studio.motion.mend import mended
-from studio.take.motion_file import read_motion, write_motion
+from studio.take.motion_file import put_motion, read_motion
 
 TITLE = "Saia motion (Apache Arrow)"
 SUFFIX = ".arrow"
@@ -34,15 +34,16 @@ def read(path: Path, audio: Path | None = None) -> Imported:
 def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
     """Write a motion file; the sound is not part of it."""
     check_suffix(path, SUFFIX)
-    write_motion(path, motion)
-    back = read_motion(path)
+    return checked(
+        path, lambda beside: put_motion(beside, motion), lambda beside: _alike(read_motion(beside), motion)
+    )
+
+
+def _alike(back: Motion, motion: Motion) -> bool:
     pairs = (
         (back.times, motion.times), (back.shapes, motion.shapes), (back.positions, motion.positions),
         (back.rotations, motion.rotations), (back.root_position, motion.root_position),
         (back.root_rotation, motion.root_rotation),
     )  # fmt: skip
-    if not all(np.array_equal(got, wanted) for got, wanted in pairs):
-        raise StudioError(
-            f"{path.name} did not read back as it was written.", "Export it again to another disk."
-        )
-    return (path,)
+    names = (back.shape_names, back.bone_names) == (motion.shape_names, motion.bone_names)
+    return names and all(np.array_equal(got, wanted) for got, wanted in pairs)

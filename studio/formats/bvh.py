@@ -17,8 +17,9 @@ from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bone_names import humanoid_names
 from studio.formats._bone_tables import BoneTables, UnknownSkeleton, corrected, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
-from studio.formats._humanoid import DEFAULT_FPS, grounded_body, not_read_back, on_grid
+from studio.formats._humanoid import DEFAULT_FPS, grounded_body, on_grid
 from studio.formats._imported import Imported
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
@@ -62,9 +63,11 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     order = _depth_first(skeleton)
     joints = _joints(skeleton, order)
     frames = _frames(even, order)
-    _bvh_text.write(path, Bvh(joints, 1.0 / fps, frames))
-    _compare(_bvh_text.read(path), frames, even, order, path)
-    return (path,)
+    return checked(
+        path,
+        lambda beside: _bvh_text.write(beside, Bvh(joints, 1.0 / fps, frames)),
+        lambda beside: _fits(_bvh_text.read(beside), frames, even, order),
+    )
 
 
 def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None) -> Imported:
@@ -158,8 +161,8 @@ def _frames(motion: Motion, order: list[int]) -> Array:
     return np.concatenate([hips, angles], axis=1)
 
 
-def _compare(bvh: Bvh, written: Array, motion: Motion, order: list[int], path: Path) -> None:
-    """Refuse to call exported what reads back otherwise.
+def _fits(bvh: Bvh, written: Array, motion: Motion, order: list[int]) -> bool:
+    """Whether a file holds what was to be written.
 
     Every number of every frame must be the one written, and on frames all over the file every bone must
     stand where the motion has it.
@@ -174,9 +177,8 @@ def _compare(bvh: Bvh, written: Array, motion: Motion, order: list[int], path: P
         expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * _MIRROR_POSITION / METRES
         part = Bvh(bvh.joints, bvh.frame_time, bvh.frames[rows])
         got = _skeleton(bvh).forward(*part.local())[0]
-        if float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM:
-            return
-    raise not_read_back(path.name)
+        return float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM
+    return False
 
 
 def _rooted(skeleton: Skeleton, hips: int) -> Skeleton:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from studio.errors import RequestError
 from studio.formats import _glb, _glb_body
 from studio.formats._glb import Glb, Numbers, entry
-from studio.formats._humanoid import DEFAULT_FPS, grounded_body, not_read_back, on_grid
+from studio.formats._humanoid import DEFAULT_FPS, grounded_body, on_grid
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
 from studio.formats.vrma import rest_skeleton
 from studio.motion import Motion, Skeleton, rotation
@@ -62,9 +63,11 @@ def write(
     positions, turns = _moved(worn, even, None if avatar is not None else 1.0)
     weights = _weights(worn, even)
     document, numbers = _document(worn, even.times, positions, turns, weights)
-    _glb.write(path, document, numbers)
-    _compare(path, worn.skeleton, even.times, positions, turns, weights)
-    return (path,)
+    return checked(
+        path,
+        lambda beside: _glb.write(beside, document, numbers),
+        lambda beside: _fits(beside, worn.skeleton, even.times, positions, turns, weights),
+    )
 
 
 def _worn(avatar: Path | None, motion: Motion) -> Avatar:
@@ -157,10 +160,10 @@ def _animation(tracks: list[tuple[int, str, int]], times: int) -> dict[str, Any]
     return {"name": "Motion", "samplers": samplers, "channels": channels}
 
 
-def _compare(
+def _fits(
     path: Path, skeleton: Skeleton, times: Array, positions: Array, turns: Array, weights: list[Array]
-) -> None:
-    """Refuse to call exported what reads back otherwise: all times and weights, and bones all over it."""
+) -> bool:
+    """Whether a file holds what was to be written: all times and weights, and bones all over it."""
     glb = _glb.read(path)
     tracks = _tracks(glb)
     count = len(skeleton.bone_names)
@@ -173,8 +176,7 @@ def _compare(
     p, q = _read_bones(glb, tracks, skeleton, rows)
     far = np.abs(p - positions[rows]).max(initial=0.0)
     angle = rotation.angle_between(q, turns[rows]).max(initial=0.0)
-    if not same or far > _TOLERANCE_M or angle > _TOLERANCE_RADIANS:
-        raise not_read_back(path.name)
+    return bool(same and far <= _TOLERANCE_M and angle <= _TOLERANCE_RADIANS)
 
 
 def _tracks(glb: Glb) -> dict[tuple[int, str], Array]:

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.formats._arkit import arkit_weights
-from studio.formats._humanoid import not_read_back, on_grid
+from studio.formats._humanoid import on_grid
 from studio.formats._imported import Imported
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted, header, read_table
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
 from studio.motion.channels import ARKIT_SHAPES, canonical_shape
 from studio.motion.mend import hold_last
-from studio.take import safe_file
 
 TITLE = "Live Link Face CSV"
 SUFFIX = ".csv"
@@ -110,13 +110,15 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]
     row = f"%s,{len(names)}," + ",".join(["%.10f"] * len(names)) + "\n"
     values = np.concatenate([weights, *angles.values()], axis=1) + 0.0
-    with safe_file.written(path) as beside, beside.open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join(("Timecode", "BlendshapeCount", *names)) + "\n")
-        file.writelines(
-            row % (_timecode(t), *line) for t, line in zip(even.times, values.tolist(), strict=True)
-        )
-    _compare(path, even, weights, angles)
-    return (path,)
+
+    def put(beside: Path) -> None:
+        with beside.open("w", encoding="utf-8", newline="") as file:
+            file.write(",".join(("Timecode", "BlendshapeCount", *names)) + "\n")
+            file.writelines(
+                row % (_timecode(t), *line) for t, line in zip(even.times, values.tolist(), strict=True)
+            )
+
+    return checked(path, put, lambda beside: _fits(beside, even, weights, angles))
 
 
 def _timecode(t: float) -> str:
@@ -139,20 +141,19 @@ def _angles(motion: Motion) -> dict[str, NDArray[np.float64]]:
     return found
 
 
-def _compare(
+def _fits(
     path: Path, motion: Motion, weights: NDArray[np.float64], angles: dict[str, NDArray[np.float64]]
-) -> None:
-    """Refuse to call exported what reads back otherwise: every time, every weight, every turn."""
+) -> bool:
+    """Whether a file holds what was to be written: every time, every weight, every turn."""
     back = read(path).motion
     if back is None or len(back) != len(motion) or back.shape_names != ARKIT_SHAPES:
-        raise not_read_back(path.name)
-    far = max(np.abs(back.times - motion.times).max(), np.abs(back.shapes - weights).max())
+        return False
+    apart = [np.abs(back.times - motion.times).max(), np.abs(back.shapes - weights).max()]
     for bone, (yaw, pitch, roll) in ((bone, values.T) for bone, values in angles.items()):
         wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
         got = back.rotations[:, back.bone_names.index(bone)]
-        far = max(far, rotation.angle_between(got, wanted).max())
-    if far > 1e-3:
-        raise not_read_back(path.name)
+        apart.append(rotation.angle_between(got, wanted).max())
+    return all(far <= 1e-3 for far in apart)  # what is no number is never near
 
 
 def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from studio.errors import RequestError, StudioError
 from studio.formats._drawing import Drawing, Painter, Pixels
-from studio.formats._humanoid import not_read_back
+from studio.formats._read_back import not_read_back
 from studio.formats._table import check_suffix
 from studio.motion import Motion
 from studio.take import safe_file

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from studio.errors import RequestError
-from studio.formats._humanoid import not_read_back
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
 from studio.motion import Motion
-from studio.take import safe_file
 
 TITLE = "NumPy arrays"
 SUFFIX = ".npz"
@@ -40,9 +39,14 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
         "root_position": motion.root_position,
         "root_rotation": motion.root_rotation,
     }
-    with safe_file.written(path) as beside, beside.open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **arrays)
-    with np.load(path, allow_pickle=False) as back:
-        if set(back.files) != set(arrays) or not all(np.array_equal(back[n], a) for n, a in arrays.items()):
-            raise not_read_back(path.name)
-    return (path,)
+
+    def put(beside: Path) -> None:
+        with beside.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **arrays)
+
+    def fits(beside: Path) -> bool:
+        with np.load(beside, allow_pickle=False) as back:
+            same = (np.array_equal(back[name], values) for name, values in arrays.items())
+            return set(back.files) == set(arrays) and all(same)
+
+    return checked(path, put, fits)

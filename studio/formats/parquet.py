@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from studio.errors import RequestError
-from studio.formats._humanoid import not_read_back
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
 from studio.motion import Motion
-from studio.take import safe_file
 
 TITLE = "Parquet table"
 SUFFIX = ".parquet"
@@ -42,9 +41,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     columns += [("Root" + axis, motion.root_rotation[:, i]) for i, axis in enumerate(_TURN)]
     arrays = [pa.array(np.ascontiguousarray(values)) for _, values in columns]
     table = pa.Table.from_arrays(arrays, names=[name for name, _ in columns])
-    with safe_file.written(path) as beside:
-        pq.write_table(table, str(beside), compression="zstd")
-    # Read as one file: its own name must not be taken for a partition's.
-    if not pq.ParquetFile(str(path)).read().equals(table):
-        raise not_read_back(path.name)
-    return (path,)
+
+    def fits(beside: Path) -> bool:
+        with pq.ParquetFile(str(beside)) as file:  # as one file: its name is no partition's
+            return bool(file.read().equals(table))
+
+    return checked(path, lambda beside: pq.write_table(table, str(beside), compression="zstd"), fits)

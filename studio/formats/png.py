@@ -8,10 +8,9 @@ import numpy as np
 
 from studio.errors import RequestError
 from studio.formats._drawing import Drawing, Painter
-from studio.formats._humanoid import not_read_back
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
 from studio.motion import Motion
-from studio.take import safe_file
 
 TITLE = "Still picture"
 SUFFIX = ".png"
@@ -45,10 +44,11 @@ def write(
         picture = painter.picture(at)
     if not drawing.clear:
         picture = np.ascontiguousarray(picture[..., :3])
-    with safe_file.written(path) as beside:
-        Image.fromarray(picture).save(beside, format="PNG")
+
+    def fits(beside: Path) -> bool:
         with Image.open(beside) as back:
-            if not np.array_equal(np.asarray(back), picture):
-                raise not_read_back(path.name)
+            return np.array_equal(np.asarray(back), picture)
+
+    files = checked(path, lambda beside: Image.fromarray(picture).save(beside, format="PNG"), fits)
     drawing.on_progress(1.0)
-    return (path,)
+    return files

@@ -7,20 +7,24 @@ values under attribute-major headers.
 from __future__ import annotations
 
 import re
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import RequestError, StudioError
+from studio.formats import _sound
 from studio.formats._imported import Imported
+from studio.formats._read_back import not_read_back, reading_back
 from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
 from studio.motion import Motion
 from studio.motion.channels import VRM0_SHAPES, canonical_bone
 from studio.motion.mend import hold_last
 from studio.motion.skeleton import Skeleton
-from studio.take.sound import read_sound, sound_info, write_sound
+from studio.take import safe_file
+from studio.take.sound import sound_info
 
 TITLE = "SAIA CSV"
 SUFFIX = ".csv"
@@ -85,19 +89,26 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
         The files written, read back and compared.
     """
     check_suffix(path, SUFFIX)
+    if not len(motion) or not (motion.shape_names or motion.bone_names):
+        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+    shapes_path, bones_path, sound_path = targets(path)
     files: list[Path] = []
-    if motion.shape_names or not motion.bone_names:
-        files.append(path.parent / SHAPES_FOLDER / path.name)
-        order = _shape_order(motion.shape_names)
-        names = ("Time", *(motion.shape_names[i] for i in order))
-        write_table(files[-1], names, [motion.times, *(motion.shapes[:, i] for i in order)])
-    if motion.bone_names:
-        files.append(path.parent / BONES_FOLDER / path.name)
-        _write_bones(files[-1], motion)
-    _compare(motion, read(files[0]).motion, path)
-    if audio is not None:
-        files.append(path.parent / AUDIO_FOLDER / f"{path.stem}.wav")
-        _write_audio(files[-1], audio)
+    shapes = bones = None
+    with ExitStack() as whole:  # none of them takes its name before all of them are right
+
+        def beside(file: Path) -> Path:
+            files.append(file)
+            return whole.enter_context(safe_file.written(file))
+
+        if motion.shape_names:
+            _write_shapes(shapes := beside(shapes_path), motion)
+        if motion.bone_names:
+            _write_bones(bones := beside(bones_path), motion)
+        if audio is not None:
+            _sound.put(sound := beside(sound_path), audio)
+        with reading_back(path.name):
+            if not _fits(motion, shapes, bones) or (audio is not None and not _sound.fits(sound, audio)):
+                raise not_read_back(path.name)
     return tuple(files)
 
 
@@ -290,6 +301,12 @@ def _shape_order(names: tuple[str, ...]) -> list[int]:
     return list(range(len(names)))
 
 
+def _write_shapes(path: Path, motion: Motion) -> None:
+    order = _shape_order(motion.shape_names)
+    names = ("Time", *(motion.shape_names[i] for i in order))
+    write_table(path, names, [motion.times, *(motion.shapes[:, i] for i in order)])
+
+
 def _write_bones(path: Path, motion: Motion) -> None:
     order = sorted(range(len(motion.bone_names)), key=lambda j: motion.bone_names[j])
     names = ["Time"]
@@ -301,28 +318,26 @@ def _write_bones(path: Path, motion: Motion) -> None:
     write_table(path, names, columns)
 
 
-def _compare(wanted: Motion, got: Motion | None, path: Path) -> None:
-    """Refuse to call something exported that does not read back as it was."""
-    fits = got is not None and len(got) == len(wanted) and np.allclose(got.times, wanted.times, atol=1e-6)
-    if fits and got is not None:
-        shapes = [got.shape_names.index(name) for name in wanted.shape_names]
-        bones = [got.bone_names.index(name) for name in wanted.bone_names]
-        fits = (
-            np.allclose(got.shapes[:, shapes], wanted.shapes, atol=1e-5)
-            and np.allclose(got.positions[:, bones], wanted.positions, atol=1e-5)
-            and bool((np.abs((got.rotations[:, bones] * wanted.rotations).sum(-1)) > 1 - 1e-5).all())
-        )
-    if not fits:
-        raise StudioError(
-            f"{path.name} did not read back as it was written.", "Export it again to another disk."
-        )
+def _fits(wanted: Motion, shapes: Path | None, bones: Path | None) -> bool:
+    """Whether the tables hold what was to be written."""
+    return (shapes is None or _fits_shapes(wanted, _read_shapes(shapes, []))) and (
+        bones is None or _fits_bones(wanted, _read_bones(bones, []))
+    )
 
 
-def _write_audio(path: Path, audio: Path) -> None:
-    info = sound_info(audio)
-    if info.container in ("WAV", "WAVEX"):
-        from studio.take.safe_file import copied
+def _fits_shapes(wanted: Motion, got: Motion) -> bool:
+    order = [got.shape_names.index(name) for name in wanted.shape_names]
+    return _in_time(wanted, got) and np.allclose(got.shapes[:, order], wanted.shapes, atol=1e-5)
 
-        copied(audio, path)
-    else:
-        write_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16")
+
+def _fits_bones(wanted: Motion, got: Motion) -> bool:
+    order = [got.bone_names.index(name) for name in wanted.bone_names]
+    return (
+        _in_time(wanted, got)
+        and np.allclose(got.positions[:, order], wanted.positions, atol=1e-5)
+        and bool((np.abs((got.rotations[:, order] * wanted.rotations).sum(-1)) > 1 - 1e-5).all())
+    )
+
+
+def _in_time(wanted: Motion, got: Motion) -> bool:
+    return len(got) == len(wanted) and np.allclose(got.times, wanted.times, atol=1e-6)

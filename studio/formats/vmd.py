@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.formats import _vmd_bones
-from studio.formats._humanoid import grounded_body, not_read_back, on_grid
+from studio.formats._humanoid import grounded_body, on_grid
 from studio.formats._imported import Imported
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
 from studio.motion.channels import VRM1_TO_VRM0
-from studio.take import safe_file
 
 TITLE = "MikuMikuDance motion"
 SUFFIX = ".vmd"
@@ -118,13 +118,16 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
         )
     bone_rows = _rows(_BONE, [_bone_rows(name, at, turn) for name, (at, turn) in bones.items()])
     morph_rows = _rows(_MORPH, [_morph_rows(name, weights) for name, weights in morphs.items()])
-    with safe_file.written(path) as beside, beside.open("wb") as file:
-        file.write(_MAGIC.ljust(30, b"\0") + path.stem.encode("cp932", "ignore")[:19].ljust(20, b"\0"))
-        for part in (bone_rows, morph_rows):
-            file.write(struct.pack("<I", len(part)) + part.tobytes())
-        file.write(struct.pack("<3I", 0, 0, 0))  # camera, light, shadow
-    _compare(path, morphs, bones, len(even))
-    return (path,)
+    model = path.stem.encode("cp932", "ignore")[:19].ljust(20, b"\0")
+
+    def put(beside: Path) -> None:
+        with beside.open("wb") as file:
+            file.write(_MAGIC.ljust(30, b"\0") + model)
+            for part in (bone_rows, morph_rows):
+                file.write(struct.pack("<I", len(part)) + part.tobytes())
+            file.write(struct.pack("<3I", 0, 0, 0))  # camera, light, shadow
+
+    return checked(path, put, lambda beside: _fits(beside, morphs, bones, len(even)))
 
 
 def _morphs(motion: Motion) -> dict[str, Array]:
@@ -237,19 +240,16 @@ def _shape(morph: str) -> str:
     return _FROM_MORPH.get(morph, morph)
 
 
-def _compare(
-    path: Path, morphs: dict[str, Array], bones: dict[str, tuple[Array, Array]], frames: int
-) -> None:
-    """Refuse to call exported what reads back otherwise: every morph and every bone on every frame."""
+def _fits(path: Path, morphs: dict[str, Array], bones: dict[str, tuple[Array, Array]], frames: int) -> bool:
+    """Whether a file holds what was to be written: every morph and every bone on every frame."""
     got_bones, got_morphs = _read(path)
     faces = {_name(raw): _morph_track(part, frames - 1) for raw, part in _by_name(got_morphs)}
     bodies = {_name(raw): _bone_track(part, frames - 1) for raw, part in _by_name(got_bones)}
     if set(faces) != set(morphs) or set(bodies) != set(bones):
-        raise not_read_back(path.name)
-    far = max((float(np.abs(faces[n] - np.clip(w, 0, 1)).max()) for n, w in morphs.items()), default=0.0)
+        return False
+    apart = [float(np.abs(faces[name] - np.clip(w, 0, 1)).max()) for name, w in morphs.items()]
     for name, (at, turn) in bones.items():
         moved, turned = bodies[name]
         angle = rotation.angle_between(turned, turn).max(initial=0.0)
-        far = max(far, float(np.abs(moved - at).max()) / 10, float(angle))
-    if far > 1e-3:
-        raise not_read_back(path.name)
+        apart += [float(np.abs(moved - at).max()) / 10, float(angle)]
+    return all(far <= 1e-3 for far in apart)  # what is no number is never near

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from studio.errors import StudioError
+from studio.formats import _sound
 from studio.formats._imported import Imported
+from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
 from studio.motion import Motion
-from studio.take import safe_file
-from studio.take.sound import read_sound, sound_info, write_sound
+from studio.take.sound import sound_info
 
 TITLE = "Sound"
 SUFFIX = ".wav"
@@ -34,14 +35,4 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     check_suffix(path, SUFFIX)
     if audio is None:
         raise StudioError(f"There is no sound to write to {path.name}.", "Choose a take with sound.")
-    info = sound_info(audio)
-    if info.container in ("WAV", "WAVEX"):
-        safe_file.copied(audio, path)
-    else:
-        write_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16")
-    written = sound_info(path)
-    if (written.sample_rate, written.channels) != (info.sample_rate, info.channels):
-        raise StudioError(
-            f"{path.name} did not read back as it was written.", "Export it again to another disk."
-        )
-    return (path,)
+    return checked(path, lambda beside: _sound.put(beside, audio), lambda beside: _sound.fits(beside, audio))

@@ -26,6 +26,12 @@ ROWS_PER_BATCH = 4096
 
 def write_motion(path: Path, motion: Motion) -> None:
     """Write a motion in one piece; the values come back exactly."""
+    with safe_file.written(path) as beside:
+        put_motion(beside, motion)
+
+
+def put_motion(path: Path, motion: Motion) -> None:
+    """Write a motion to a path as it stands; OSError where the disk does not take it."""
     import pyarrow as pa
 
     facts = {
@@ -43,8 +49,7 @@ def write_motion(path: Path, motion: Motion) -> None:
     table = pa.table(columns).replace_schema_metadata(facts)
     options = pa.ipc.IpcWriteOptions(compression="lz4")
     with (
-        safe_file.written(path) as beside,
-        pa.OSFile(str(beside), "wb") as file,
+        pa.OSFile(str(path), "wb") as file,
         pa.ipc.new_file(file, table.schema, options=options) as writer,
     ):
         writer.write_table(table, max_chunksize=ROWS_PER_BATCH)

@@ -211,16 +211,20 @@ def _finite(samples: Samples) -> Samples:
 
 def write_sound(path: Path, sound: Sound, subtype: str = "PCM_16") -> None:
     """Write a WAV or FLAC file in one piece (by suffix); subtype is libsndfile's name of the encoding."""
-    import soundfile
-
     from studio.take import safe_file
 
-    container = path.suffix.lstrip(".").upper()
     with safe_file.written(path) as beside:
-        try:
-            soundfile.write(str(beside), sound.samples, sound.sample_rate, subtype=subtype, format=container)
-        except soundfile.LibsndfileError as error:  # what the disk said is lost in it
-            raise OSError(str(error)) from error
+        put_sound(beside, sound, subtype, path.suffix.lstrip(".").upper())
+
+
+def put_sound(path: Path, sound: Sound, subtype: str, container: str) -> None:
+    """Write a sound to a path as it stands; OSError where the disk does not take it."""
+    import soundfile
+
+    try:
+        soundfile.write(str(path), sound.samples, sound.sample_rate, subtype=subtype, format=container)
+    except soundfile.LibsndfileError as error:  # what the disk said is lost in it
+        raise OSError(str(error)) from error
 
 
 def _must_exist(path: Path) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from studio import formats
@@ -16,6 +18,7 @@ from tests.formats.examples import a_motion, a_sound
 ALL = formats.names()
 READERS = tuple(formats.readers())
 WRITERS = tuple(formats.writers())
+MOVING = tuple(name for name in WRITERS if name != "wav" and not getattr(formats.load(name), "DRAWS", False))
 BOTH = tuple(name for name in WRITERS if name in READERS)
 
 
@@ -87,6 +90,22 @@ def test_writing_over_a_file_replaces_it_whole(module: ModuleType, tmp_path: Pat
     files = write(module, path, a_motion(20), audio)
     if hasattr(module, "read") and (back := module.read(files[0]).motion) is not None:
         assert len(back) == len(a_motion(20).resampled(getattr(module, "FPS", 60.0)))
+
+
+@pytest.mark.parametrize("module", MOVING, indirect=True)
+def test_what_reads_back_otherwise_takes_no_name(module: ModuleType, tmp_path: Path) -> None:
+    """Numbers that are none are read back as others: what was there stays, and nothing is left beside it."""
+    audio = a_sound(tmp_path / "in" / "voice.wav")
+    path = tmp_path / "out" / f"take{formats.written_suffix(module)}"
+    before = {file: file.read_bytes() for file in write(module, path, a_motion(20), audio)}
+    good = a_motion(20)
+    shapes, positions, rotations = good.shapes.copy(), good.positions.copy(), good.rotations.copy()
+    shapes[7], positions[7], rotations[7] = np.nan, np.nan, np.nan
+    bad = replace(good, shapes=shapes, positions=positions, rotations=rotations)
+    with np.errstate(invalid="ignore"), pytest.raises(StudioError) as error:
+        write(module, path, bad, audio)
+    assert error.value.what == f"{path.name} did not read back as it was written."
+    assert {file: file.read_bytes() for file in path.parent.rglob("*") if file.is_file()} == before
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00\x01\x02\x03" * 64, b"RIFF", "こんにちは\n世界\n".encode()])
