@@ -26,9 +26,10 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.review.clip import RunChoice
+from studio.ui.review.clip import RunChoice, Wanted
 from studio.ui.review.export_options import MoreFormats
 from studio.ui.review.export_panel import FormatChoice
+from studio.ui.review.run_bar import RunChooser
 from studio.ui.widgets.card import label
 
 KINDS = "*.wav *.mp3 *.flac *.ogg *.opus *.m4a *.aac *.mp4 *.mov *.mkv *.webm"
@@ -40,14 +41,14 @@ class BatchWish:
 
     Args:
         sounds: files and folders; empty for the takes of the project.
-        run: what makes the motion, "" for the captured one.
+        wanted: what makes the motion, and how; no run for the captured one.
         formats: names of formats.
         folder: where to.
         tuned: with the sliders of Tune.
     """
 
     sounds: tuple[Path, ...]
-    run: str
+    wanted: Wanted
     formats: tuple[str, ...]
     folder: Path
     tuned: bool
@@ -58,6 +59,7 @@ class BatchDialog(QDialog):
 
     Args:
         runs: those that can generate.
+        wanted: the one that is proposed, and how it is to move.
         formats: those that can be written.
         folder: proposed for what is made.
         parent: the tab.
@@ -77,6 +79,7 @@ class BatchDialog(QDialog):
     def __init__(
         self,
         runs: Sequence[RunChoice],
+        wanted: Wanted,
         formats: Sequence[FormatChoice],
         folder: Path,
         parent: QWidget | None = None,
@@ -91,7 +94,7 @@ class BatchDialog(QDialog):
         column.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         column.setSpacing(12)
         self._form = QWidget()
-        self._form.setLayout(self._build_form(runs, formats, folder))
+        self._form.setLayout(self._build_form(runs, wanted, formats, folder))
         column.addWidget(self._form)
         self.list = self._build_list()
         column.addWidget(self.list, 1)
@@ -185,8 +188,8 @@ class BatchDialog(QDialog):
         elif folder:
             names = self.more.chosen(besides="") or ("vrma",)
             sounds = () if takes else self._sounds
-            run = str(self.run.currentData() or "")
-            wish = BatchWish(sounds, run, names, Path(folder).expanduser(), self.tuned.isChecked())
+            wanted = self.chooser.wanted
+            wish = BatchWish(sounds, wanted, names, Path(folder).expanduser(), self.tuned.isChecked())
             self.start_requested.emit(wish)
 
     def _on_skip(self) -> None:
@@ -222,14 +225,19 @@ class BatchDialog(QDialog):
         self.chosen.setText(words)
         self.run.setItemText(0, self.tr("No run, captured only") if takes else self.tr("Choose a run"))
 
+    def _show_manner(self) -> None:
+        """How the run is to move, in words: an icon alone does not say it."""
+        self.manner.setText(self.chooser.manner)
+        self.manner.setVisible(bool(self.chooser.manner))
+
     def _show_formats(self) -> None:
         names = self.more.chosen(besides="") or ("vrma",)
         self.formats.setText(", ".join(self._titles.get(name, name) for name in names))
 
     def _build_form(
-        self, runs: Sequence[RunChoice], formats: Sequence[FormatChoice], folder: Path
+        self, runs: Sequence[RunChoice], wanted: Wanted, formats: Sequence[FormatChoice], folder: Path
     ) -> QGridLayout:
-        self.material, self.run = QComboBox(), QComboBox()
+        self.material = QComboBox()
         self.material.setObjectName("batch_material")
         self.material.addItem(self.tr("Sounds"), "sounds")
         self.material.addItem(self.tr("All takes of the project"), "takes")
@@ -237,12 +245,9 @@ class BatchDialog(QDialog):
         self.files = self._small(self.tr("Choose files"), "batch_files", self._choose_files)
         self.whole_folder = self._small(self.tr("Choose a folder"), "batch_sounds", self._choose_material)
         self.chosen = label("", "caption", "batch_chosen")
+        self.chosen.setAccessibleName(self.tr("Chosen sounds"))
         self.chosen.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.run.setObjectName("batch_run")
-        self.run.addItem("", "")
-        for choice in runs:
-            self.run.addItem(choice.id, choice.id)
-        self.run.setCurrentIndex(self.run.count() - 1)
+        self._build_run(runs, wanted)
         self.more = MoreFormats()
         self.more.show_formats({one.name: f"{one.title} ({one.suffix})" for one in formats})
         self.more.changed.connect(self._show_formats)
@@ -261,7 +266,9 @@ class BatchDialog(QDialog):
         rows: tuple[tuple[str, tuple[QWidget, ...]], ...] = (
             (self.tr("Of"), (self.material, self.files, self.whole_folder)),
             ("", (self.chosen,)),
-            (self.tr("Run"), (self.run, self.tuned)),
+            (self.tr("Run"), (self.chooser,)),
+            ("", (self.manner,)),
+            ("", (self.tuned,)),
             (self.tr("Formats"), (self.formats, self.more)),
             (self.tr("Folder"), (self.folder, browse)),
         )
@@ -270,10 +277,23 @@ class BatchDialog(QDialog):
             line = QHBoxLayout()
             line.setSpacing(theme.INSIDE)
             for place, widget in enumerate(widgets):
-                widget.setAccessibleName(words or self.tr("Chosen sounds"))
-                line.addWidget(widget, 1 if place == 0 else 0)
+                if words:
+                    widget.setAccessibleName(words)
+                line.addWidget(widget, 1 if place == 0 and widget is not self.chooser else 0)
+            line.addStretch(0)
             grid.addLayout(line, row, 1)
         return grid
+
+    def _build_run(self, runs: Sequence[RunChoice], wanted: Wanted) -> None:
+        """The same choice as over the stage, on what is chosen there."""
+        self.chooser = RunChooser("", "_batch", "")
+        self.chooser.caption.hide()
+        self.run = self.chooser.run
+        self.manner = label("", "caption", "batch_manner")
+        self.manner.setWordWrap(True)
+        self.chooser.show_runs(runs, wanted)
+        self.chooser.chosen.connect(lambda _: self._show_manner())
+        self._show_manner()
 
     def _small(self, words: str, name: str, slot: object) -> QPushButton:
         button = QPushButton(words)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.plural import counted
 from studio.ui.review.batch_dialog import BatchDialog, BatchWish
+from studio.ui.review.clip import Wanted
 from studio.ui.review.exporting import choices
 from studio.ui.review.listing import Listing
 from studio.ui.review.view import ReviewView
@@ -25,6 +26,17 @@ from studio.ui.session import Session
 
 THERE = " is there already."
 """How the command's sentence ends where it would write over a file."""
+
+
+def words_of(wish: BatchWish, project: Path, takes: Sequence[str]) -> list[str]:
+    """The command that makes a batch, of its sounds or of all takes of a project."""
+    wanted = wish.wanted
+    if wish.sounds:
+        words = ["generate", str(project), wanted.run, *(str(path) for path in wish.sounds)]
+    else:
+        words = ["export", str(project), *(f"{wanted.run}:{take}" if wanted.run else take for take in takes)]
+    words += wanted.words if wanted.run else ()
+    return [*words, "-o", str(wish.folder), "--format", ",".join(wish.formats)]
 
 
 class Batching(QObject):
@@ -61,9 +73,8 @@ class Batching(QObject):
             return
         if self._dialog is None or not self.busy:
             self._drop_dialog()
-            dialog = BatchDialog(
-                self._listing.runs(), choices(), project.exports_folder / "batch", self._view
-            )
+            folder = project.exports_folder / "batch"
+            dialog = BatchDialog(self._listing.runs(), self._wanted(), choices(), folder, self._view)
             dialog.start_requested.connect(self._on_start)
             dialog.skip_requested.connect(self._on_skip)
             dialog.cancel_requested.connect(self._on_cancel)
@@ -71,6 +82,17 @@ class Batching(QObject):
             self._dialog = dialog
         self._dialog.show()
         self._dialog.raise_()
+
+    def _wanted(self) -> Wanted:
+        """What the bar over the stage shows, else the newest run as it moves unasked.
+
+        In a blind vote that is A, wherever it hides.
+        """
+        bar = self._view.bar
+        second = bar.two.isChecked() and not bar.vote.running and bar.shown_number == 2
+        wanted = (bar.second if second else bar.first).wanted
+        runs = self._listing.runs()
+        return wanted if wanted.run or not runs else Wanted(runs[-1].id)
 
     def close(self) -> None:
         """The window closes."""
@@ -103,17 +125,11 @@ class Batching(QObject):
         project, dialog = self._session.project, self._dialog
         if project is None or dialog is None or self.busy:
             return
-        if wish.sounds:
-            words = ["generate", str(project.folder), wish.run, *(str(path) for path in wish.sounds)]
-        else:
-            takes = [source.key.partition(":")[2] for source in self._listing.sources if source.take]
-            if not takes:
-                dialog.show_told(self.tr("There is no take in this project yet."), "warn")
-                return
-            words = ["export", str(project.folder)]
-            words += [f"{wish.run}:{take}" if wish.run else take for take in takes]
-        words += ["-o", str(wish.folder), "--format", ",".join(wish.formats)]
-        words += ["--force"] if force else []
+        takes = [source.key.partition(":")[2] for source in self._listing.sources if source.take]
+        if not takes and not wish.sounds:
+            dialog.show_told(self.tr("There is no take in this project yet."), "warn")
+            return
+        words = words_of(wish, project.folder, takes) + (["--force"] if force else [])
         try:
             words += self._tuned() if wish.tuned else []
         except (OSError, StudioError) as error:

@@ -104,6 +104,15 @@ class RunChooser(QWidget):
         style = str(self.styles.currentData() or "") if self.styles.count() else ""
         return Wanted(str(self.run.currentData() or ""), style, self._seed, self._lively)
 
+    @property
+    def manner(self) -> str:
+        """What the icons stand at, in words; "" for a run that does not draw its motion."""
+        if not self.draws:
+            return ""
+        chosen = (action.text() for action in self.liveliness.menu().actions() if action.isChecked())
+        lively = next(chosen, f"{self._lively:g}").lower()
+        return self.tr("Liveliness: {0}. Take {1} of the dice.").format(lively, self._seed + 1)
+
     def show_runs(self, choices: Sequence[RunChoice], wanted: Wanted) -> None:
         """Fill the boxes."""
         self._choices = tuple(choices)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,12 @@ from pytestqt.qtbot import QtBot
 
 from studio.cli import main
 from studio.formats import bvh
+from studio.project import Project
 from studio.take.motion_file import read_motion
-from studio.ui.review.batch_dialog import BatchDialog
+from studio.ui.review import clip
+from studio.ui.review.batch_dialog import BatchDialog, BatchWish
+from studio.ui.review.batching import words_of
+from studio.ui.review.clip import Wanted
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 
@@ -103,6 +108,59 @@ def test_a_dropped_folder_waits_in_the_form(tab: Tab, tmp_path: Path) -> None:
     assert dialog.chosen.text() == str(tmp_path / "声 sounds")
     assert not presenter._batching.busy, "nothing begins before a person says so"
     assert _opened(view, presenter) is not dialog, "the form is a new one the next time"
+
+
+def _runs(project: Project) -> None:
+    """Two runs that are only looked at: one draws its motion and has styles, the newer does neither."""
+    for name, report in (
+        ("drawn_001", {"styles": ["友: 静か", "toy_001"], "style": "toy_001", "draws": True}),
+        ("quick_001", {}),
+    ):
+        folder = project.runs_folder / name
+        folder.mkdir(parents=True)
+        (folder / "best.safetensors").write_bytes(b"weights")
+        facts = {"version": 1, "status": "done", **report}
+        (folder / "report.json").write_text(json.dumps(facts), encoding="utf-8")
+
+
+def test_a_batch_moves_as_the_bar_shows(tab: Tab, tmp_path: Path) -> None:
+    view, presenter = tab
+    project = presenter._session.project
+    assert project is not None
+    _runs(project)
+    shown = Wanted("drawn_001", "友: 静か", 2, 0.5)
+    view.bar.show_runs([clip.run_choice(project.run(name)) for name in ("drawn_001", "quick_001")],
+                       [shown, Wanted()])  # fmt: skip
+    dialog = _opened(view, presenter)
+    assert dialog.chooser.styles.currentText() == "友: 静か"
+    assert dialog.manner.text() == "Liveliness: calm. Take 3 of the dice."
+    wishes: list[BatchWish] = []
+    dialog.start_requested.disconnect()
+    dialog.start_requested.connect(wishes.append)
+    dialog.set_sounds([tmp_path / "a.wav"])
+    dialog.start.click()
+    assert wishes[-1].wanted == shown
+    manner = ["--style=友: 静か", "--liveliness=0.5", "--seed=2"]
+    assert words_of(wishes[-1], project.folder, [])[4:7] == manner
+    dialog.material.setCurrentIndex(1)
+    dialog.start.click()
+    words = words_of(wishes[-1], project.folder, ["toy_001", "toy_002"])
+    assert words[2:7] == ["drawn_001:toy_001", "drawn_001:toy_002", *manner]
+    dialog.run.setCurrentIndex(dialog.run.findData("quick_001"))
+    dialog.start.click()
+    assert wishes[-1].wanted == Wanted("quick_001")
+    assert dialog.manner.isHidden()
+    dialog.run.setCurrentIndex(0)
+    dialog.start.click()
+    assert "--seed=2" not in words_of(wishes[-1], project.folder, ["toy_001"])
+
+
+def test_without_a_run_in_the_bar_the_newest_is_proposed(tab: Tab) -> None:
+    view, presenter = tab
+    project = presenter._session.project
+    assert project is not None
+    _runs(project)
+    assert _opened(view, presenter).chooser.wanted == Wanted("quick_001")
 
 
 @pytest.mark.slow
