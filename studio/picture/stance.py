@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, Skeleton, rotation
+from studio.motion import Motion, Pose, Skeleton, rotation
 from studio.motion.avatar import Avatar
 
 ARMS_DOWN = 72.0
@@ -36,12 +36,17 @@ class Stance:
         """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
         pose = motion.pose(t)
         shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        if not motion.bone_names:
-            return cls(Skeleton.humanoid(()), np.zeros((0, 3)), np.zeros((0, 4)), shapes)
-        local, turns = motion.skeleton.forward(pose.positions, pose.rotations)
-        root = np.broadcast_to(pose.root_rotation.astype(np.float64), turns.shape)
+        return cls.of_pose(motion.skeleton, pose, shapes)
+
+    @classmethod
+    def of_pose(cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float]) -> Stance:
+        """One pose of a skeleton's bones; joints are empty where it has none."""
+        if not skeleton.bone_names:
+            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes)
+        local, turns = skeleton.forward(pose.positions, pose.rotations)
+        root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
         joints = rotation.rotate(root, local) + pose.root_position
-        return cls(motion.skeleton, joints, rotation.multiply(root, turns), shapes)
+        return cls(skeleton, joints, rotation.multiply(root, turns), shapes)
 
     @classmethod
     def at_rest(cls, skeleton: Skeleton) -> Stance:

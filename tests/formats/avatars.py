@@ -77,6 +77,7 @@ class Maker:
             ],
         }  # fmt: skip
         document |= self._vrm0() if self.version == 0 else self._vrm1(len(nodes) - 1)
+        path.parent.mkdir(parents=True, exist_ok=True)
         _glb.write(path, document, numbers)
         return path
 

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QFileDialog
 
+from studio.picture.stance import Stance
 from studio.playback.layers import presets
 from studio.ui import background, messages
+from studio.ui.avatars import Avatars
 from studio.ui.jobs import Job
 from studio.ui.live.state import LookAhead, Ready, State, look_aheads_of
 from studio.ui.live.targets import LiveTargets
 from studio.ui.live.view import LiveView
-from studio.ui.record.live_pose import LivePose
 from studio.ui.review.clip import Wanted, run_choice
 from studio.ui.session import Session
 
@@ -38,11 +39,11 @@ class LivePresenter(QObject):
         self._job: Job | None = None
         self._ready: Ready | None = None
         self._state: State | None = None
-        self._pose = LivePose()
         self._wanted, self._look_ahead_ms, self._tuning = Wanted(), 0, ""
         self._presets: dict[str, presets.Preset] = {}
         self._active = False
         self._targets = LiveTargets(view.send, session, self._tell)
+        self._avatars = Avatars(view.stage, session)
         self._notice = QTimer(self)
         self._notice.setSingleShot(True)
         self._notice.setInterval(NOTICE_MS)
@@ -86,7 +87,7 @@ class LivePresenter(QObject):
         if job is not None:
             job.close()
         self._targets.close()
-        self._view.figure.dispose()
+        self._view.stage.figure.dispose()
 
     # Start and stop
 
@@ -180,11 +181,7 @@ class LivePresenter(QObject):
             return
         shapes = dict(zip(ready.shape_names, map(float, pose.shapes), strict=True))
         view.meters.show_values(shapes)
-        view.face.setVisible(bool(shapes))
-        view.face.show_values(shapes or None)
-        joints = self._pose.joints(ready.bone_names, pose)
-        if joints is not None:
-            view.figure.show_pose(*joints)
+        view.stage.show_stance(Stance.of_pose(ready.skeleton, pose, shapes))
 
     def _on_notice(self, what: str, remedy: str) -> None:
         self._view.show_status(f"{what} {remedy}", "warn")
@@ -208,8 +205,8 @@ class LivePresenter(QObject):
         view.source.meter.clear()
         view.controls.show_live(False)
         view.latency.show_latency(None, "", 0)
-        view.face.hide()
-        view.figure.clear()
+        view.stage.show_nothing()
+        view.meters.clear()
         self._session.status_changed.emit("live", "", "")
         self._show_runs()
         self._show_status()
@@ -356,4 +353,4 @@ class LivePresenter(QObject):
 
     def _warm_up(self) -> None:
         if self._active and not self._session.rolling:
-            self._view.figure.warm_up()
+            self._view.stage.figure.warm_up()

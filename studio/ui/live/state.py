@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from studio.errors import StudioError
-from studio.motion import Pose
+from studio.motion import Pose, Skeleton
 from studio.playback.vmc_target import Light, TargetState
 from studio.project import Run
 
@@ -71,6 +72,11 @@ class Ready:
             bone_names=tuple(map(str, event["bone_names"])),
             positions=np.asarray(event["positions"], dtype=np.float32).reshape(-1, 3),
         )
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """The bones as they rest."""
+        return Skeleton.humanoid(self.bone_names, self.positions)
 
     def pose(self, event: Mapping[str, Any]) -> Pose | None:
         """A pose of these channels; None where it has others."""

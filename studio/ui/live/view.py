@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QScrollArea,
-    QSplitter,
-    QStackedLayout,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QStackedLayout, QVBoxLayout, QWidget
 
 from studio.ui import theme
 from studio.ui.live.controls import Controls
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.source_card import SourceCard
+from studio.ui.live.stage import LiveStage
 from studio.ui.review.send_panel import SendPanel
 from studio.ui.widgets.card import Card, EmptyState, Picture, label
-from studio.ui.widgets.drawn_face import DrawnFace
-from studio.ui.widgets.figure import StickFigure
+from studio.ui.widgets.columns import columns, rows
 from studio.ui.widgets.shape_meters import ShapeMeters
-
-FACE = QSize(140, 140)
 
 
 class LiveView(QWidget):
@@ -51,16 +40,8 @@ class LiveView(QWidget):
         self._stack.addWidget(room)
         outer = QHBoxLayout(room)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
-        columns = QSplitter(Qt.Orientation.Horizontal)
-        columns.setObjectName("live_columns")
-        columns.setHandleWidth(12)
-        columns.setChildrenCollapsible(False)
-        for part in (self._left(), self._middle(), self._right()):
-            columns.addWidget(part)
-        columns.setStretchFactor(1, 1)
-        columns.setSizes([310, 640, 300])
-        outer.addWidget(columns)
-        self.figure.installEventFilter(self)
+        parts = (self._left(), 310, 0), (self._middle(), 640, 1), (self._right(), 300, 0)
+        outer.addWidget(columns("live_columns", *parts))
         for box in self.findChildren(QComboBox):
             self.controls.heed_keys_of(box)
 
@@ -74,11 +55,6 @@ class LiveView(QWidget):
         self._light.set_icon(icons.get(health, "mdi6.circle-outline"), health or "disabled")
         if words != self.status.text():
             self.status.setText(words)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if watched is self.figure and isinstance(event, QResizeEvent):
-            self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
-        return False
 
     def _left(self) -> QWidget:
         self.source, self.latency = SourceCard(), LatencyCard()
@@ -98,11 +74,7 @@ class LiveView(QWidget):
         return scroll
 
     def _middle(self) -> QWidget:
-        self.figure = StickFigure(None, self.tr("Press Go live, and speak: your avatar moves here."))
-        self.figure.setObjectName("live_figure")
-        self.face = DrawnFace(self.figure)
-        self.face.resize(FACE)
-        self.face.hide()
+        self.stage = LiveStage()
         self.controls = Controls()
         self._light = Picture("mdi6.circle-outline", 14)
         self.status = label("", "muted", "live_status")
@@ -112,7 +84,7 @@ class LiveView(QWidget):
         line.addWidget(self._light)
         line.addWidget(self.status, 1)
         card = Card()
-        card.body.addWidget(self.figure, 1)
+        card.body.addWidget(self.stage, 1)
         card.body.addLayout(line)
         card.body.addWidget(self.controls)
         return card
@@ -125,13 +97,7 @@ class LiveView(QWidget):
         self.meters.list.sentence = self.tr("The face appears here while you are live.")
         meters = Card()
         meters.body.addWidget(self.meters)
-        column = QSplitter(Qt.Orientation.Vertical)
-        column.setObjectName("live_right")
-        column.setHandleWidth(12)
-        column.setChildrenCollapsible(False)
-        column.addWidget(send)
-        column.addWidget(meters)
-        column.setSizes([360, 340])
+        column = rows("live_right", (send, 360, 0), (meters, 340, 0))
         column.setMinimumWidth(280)
         column.setMaximumWidth(460)
         return column

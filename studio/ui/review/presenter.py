@@ -10,8 +10,8 @@ from studio.errors import StudioError
 from studio.motion import Pose
 from studio.playback.vmc_target import PoseSource
 from studio.ui import background, messages
+from studio.ui.avatars import Avatars
 from studio.ui.review import clip
-from studio.ui.review.avatars import Avatars
 from studio.ui.review.batching import Batching
 from studio.ui.review.clip import Clip, Source, Wanted
 from studio.ui.review.exporting import Exhibit, Exporting

@@ -7,9 +7,8 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
-from studio.ui import theme
-from studio.ui.review.avatar_button import AvatarButton
-from studio.ui.widgets.pane import FACE_SIDE, Pane
+from studio.ui.widgets.avatar_button import AvatarButton
+from studio.ui.widgets.pane import Pane
 
 
 class Stage(QWidget):
@@ -83,10 +82,7 @@ class Stage(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the avatar's button in the lower right corner, over the picture."""
         super().resizeEvent(event)
-        left = min(FACE_SIDE, self.height() // 3, self.width() // 3) + theme.BETWEEN  # beside the small face
-        height = self.avatar.sizeHint().height()
-        bottom = self.height() - height - theme.INSIDE
-        self.avatar.setGeometry(left, bottom, self.width() - left - theme.INSIDE, height)
+        self.avatar.place(self.size())
 
     def set_view(self, name: str) -> None:
         """Look at both from "front", "three_quarter" or "side"."""

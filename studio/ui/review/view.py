@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QMenu,
     QPushButton,
-    QSplitter,
     QStackedLayout,
     QTabWidget,
     QToolButton,
@@ -29,6 +28,7 @@ from studio.ui.review.source_card import SourceCard
 from studio.ui.review.stage import Stage
 from studio.ui.review.tune_panel import TunePanel
 from studio.ui.widgets.card import Card, EmptyState, label
+from studio.ui.widgets.columns import columns, rows
 from studio.ui.widgets.time_view import clock
 from studio.ui.widgets.timeline import Timeline
 
@@ -74,16 +74,9 @@ class ReviewView(QWidget):
         self._stack.addWidget(room)
         outer = QHBoxLayout(room)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
-        self.columns = QSplitter(Qt.Orientation.Horizontal)
-        self.columns.setObjectName("review_columns")
-        self.columns.setHandleWidth(12)
-        self.columns.setChildrenCollapsible(False)
         self.sources_card = SourceCard()
-        self.columns.addWidget(self.sources_card)
-        self.columns.addWidget(self._middle())
-        self.columns.addWidget(self._right())
-        self.columns.setStretchFactor(1, 1)
-        self.columns.setSizes([195, 735, 326])
+        parts = (self.sources_card, 195, 0), (self._middle(), 735, 1), (self._right(), 326, 0)
+        self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)
         space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
         space.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
@@ -170,15 +163,7 @@ class ReviewView(QWidget):
         time_card = Card()
         time_card.body.addLayout(self._transport_row())
         time_card.body.addWidget(self.timeline, 1)
-        rows = QSplitter(Qt.Orientation.Vertical)
-        rows.setObjectName("review_rows")
-        rows.setHandleWidth(12)
-        rows.setChildrenCollapsible(False)
-        rows.addWidget(stage_card)
-        rows.addWidget(time_card)
-        rows.setStretchFactor(0, 1)
-        rows.setSizes([460, 240])
-        return rows
+        return rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
 
     def _transport_row(self) -> QHBoxLayout:
         self.play = QToolButton()
@@ -264,15 +249,7 @@ class ReviewView(QWidget):
         self._legend = legend
         meters.head.addWidget(legend)
         meters.body.addWidget(self.meters, 1)
-        column = QSplitter(Qt.Orientation.Vertical)
-        column.setObjectName("review_tools")
-        column.setHandleWidth(12)
-        column.setChildrenCollapsible(False)
-        column.addWidget(tools)
-        column.addWidget(meters)
-        column.setStretchFactor(0, 3)
-        column.setStretchFactor(1, 2)
-        column.setSizes([440, 260])
+        column = rows("review_tools", (tools, 440, 3), (meters, 260, 2))
         column.setMinimumWidth(280)
         column.setMaximumWidth(460)
         return column

@@ -130,6 +130,11 @@ class StickFigure(QWidget):
             self._costs.clear()
             self._request()
 
+    @property
+    def avatar(self) -> Avatar | None:
+        """What is worn, without surfaces and face where drawing them takes too long."""
+        return self._avatar
+
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
         self._empty_text = sentence or self._empty_text

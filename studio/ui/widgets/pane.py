@@ -64,7 +64,6 @@ class Pane(QWidget):
         self.face.resize(FACE_SIDE, FACE_SIDE)
         self.room = _FaceRoom(caption, token)
         self._caption = caption
-        self._avatar: Avatar | None = None
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.figure)
         self._stack.addWidget(self.room)
@@ -94,13 +93,14 @@ class Pane(QWidget):
 
     def show_stance(self, stance: Stance) -> None:
         """Show a performer, as the avatar where one is worn; bones or shapes may be missing."""
-        if self._avatar is not None and not len(stance.joints):
-            stance = replace(Stance.at_ease(self._avatar.skeleton), shapes=stance.shapes)
+        worn = self.figure.avatar
+        if worn is not None and not len(stance.joints):
+            stance = replace(Stance.at_ease(worn.skeleton), shapes=stance.shapes)
         if len(stance.joints):
             self._stack.setCurrentIndex(0)
             self.figure.show_stance(stance)
             self.figure.set_caption(self._caption)
-            own = self._avatar is not None and self._avatar.has_face
+            own = worn is not None and worn.has_face
             self.face.show_values(stance.shapes if stance.shapes and not own else None)
             self._place_face()
         else:
@@ -109,7 +109,6 @@ class Pane(QWidget):
 
     def set_avatar(self, avatar: Avatar | None) -> None:
         """Wear an avatar, which shows its own face where its file has one; None for the stick figure."""
-        self._avatar = avatar
         self.figure.set_avatar(avatar)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -1,23 +1,28 @@
-"""The button in the corner of Review's stage that chooses an avatar, and what its file allows."""
+"""The button in a picture's corner that chooses an avatar, and what its file allows."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from studio.motion.avatar import Avatar
 from studio.ui import theme
 from studio.ui.widgets.card import label
+from studio.ui.widgets.pane import FACE_SIDE
 
 LONGEST_NAME = 24
 
 
 class AvatarButton(QWidget):
     """A menu button: no avatar, those of the project, those used lately, and any other file.
+
+    Args:
+        parent: the picture it stands on.
+        prefix: begins the names of its parts, where a window has several.
 
     Signals:
         wanted: a Path, or None for the stick figure.
@@ -29,10 +34,10 @@ class AvatarButton(QWidget):
     browse_requested = Signal()
     menu_opening = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, prefix: str = "") -> None:
         super().__init__(parent)
         self.button = QToolButton()
-        self.button.setObjectName("avatar_button")
+        self.button.setObjectName(f"{prefix}avatar_button")
         self.button.setText(self.tr("Avatar"))
         self.button.setToolTip(self.tr("Show your own avatar (.vrm) instead of the plain figure"))
         self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -43,7 +48,7 @@ class AvatarButton(QWidget):
         self.menu.setToolTipsVisible(True)
         self.button.setMenu(self.menu)
         self.menu.aboutToShow.connect(self.menu_opening)
-        self.terms: QLabel = label("", "caption", "avatar_terms")
+        self.terms: QLabel = label("", "caption", f"{prefix}avatar_terms")
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -88,6 +93,13 @@ class AvatarButton(QWidget):
     def show_busy(self, name: str) -> None:
         """An avatar is being opened."""
         self._say(self.tr("Opening {0}…").format(name))
+
+    def place(self, room: QSize) -> None:
+        """Stand in the lower right corner of a picture, beside its small face."""
+        left = min(FACE_SIDE, room.height() // 3, room.width() // 3) + theme.BETWEEN
+        height = self.sizeHint().height()
+        bottom = room.height() - height - theme.INSIDE
+        self.setGeometry(left, bottom, room.width() - left - theme.INSIDE, height)
 
     @property
     def said(self) -> str:
