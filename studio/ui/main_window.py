@@ -261,9 +261,8 @@ class MainWindow(QMainWindow):
             self.tabs.addTab(text)
         self._style_tabs()
         row.addWidget(self.tabs)
-        row.addStretch(1)
         self.status = StatusStrip()
-        row.addWidget(self.status)
+        row.addWidget(self._build_place(), 1)
         row.addSpacing(theme.INSIDE)
         row.addWidget(self._build_menu_button())
         column = QVBoxLayout()
@@ -275,6 +274,16 @@ class MainWindow(QMainWindow):
         page.setObjectName("page")
         page.setLayout(column)
         self.setCentralWidget(page)
+
+    def _build_place(self) -> QWidget:
+        """The room between the tabs and the menu: facts at its right, and messages over it for a while."""
+        place = QWidget()
+        place.setObjectName(messages.PLACE)
+        row = QHBoxLayout(place)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addStretch(1)
+        row.addWidget(self.status)
+        return place
 
     def _build_menu_button(self) -> QWidget:
         button = QToolButton()

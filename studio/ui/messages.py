@@ -1,4 +1,4 @@
-"""The only place that shows an error: a sentence and what to do, over the window's upper edge.
+"""The only place that shows an error: a sentence and what to do, over the strip beside the tabs.
 
 A message never takes the keyboard away and never stops a recording. What can't be undone asks first.
 """
@@ -11,7 +11,14 @@ from collections.abc import Callable
 from types import TracebackType
 
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QKeySequence, QShortcut
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleAnnouncementEvent,
+    QEnterEvent,
+    QKeySequence,
+    QMouseEvent,
+    QShortcut,
+)
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -30,8 +37,13 @@ from studio.ui import theme
 NOTE_MS = 6_000
 ERROR_MS = 20_000
 TOAST_WIDTH = 480
+LEAST_WIDTH = 420
 TOP = 64
-"""Pixels from the upper edge: below the tabs, and far from the record button."""
+"""Pixels from the upper edge, in a window that has no place for messages."""
+PLACE = "message_place"
+"""Name of the part of a window that messages may lie over: what it says can wait for some seconds."""
+KEY = "F6"
+"""Goes to the message, for those who walk with the keyboard."""
 
 KINDS = {
     "note": ("mdi6.check-circle", "good"),
@@ -42,7 +54,10 @@ KINDS = {
 
 
 class Toast(QFrame):
-    """A message over a window; it goes by itself, an error later than a note."""
+    """A message over a window; it goes by itself, an error later than a note, and by a click on it.
+
+    It stays as long as the mouse or the keyboard is on it. F6 goes to it, Esc takes it away from there.
+    """
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -70,20 +85,26 @@ class Toast(QFrame):
         words.addWidget(self.text)
         words.addWidget(self.remedy)
         row = QHBoxLayout(self)
-        row.setContentsMargins(14, 10, 8, 10)
+        row.setContentsMargins(14, 5, 8, 5)
         row.setSpacing(12)
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self._icon)
         row.addLayout(words, 1)
         row.addWidget(self.action)
-        row.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(close)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
-        QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.hide)
+        away = QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.hide)
+        away.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)  # elsewhere Esc ends a countdown
+        QShortcut(QKeySequence(KEY), window, self._go_to)
+        close.setToolTip(_tr("Dismiss ({0}, Esc)").format(KEY))
+        self._close = close
         self.bad = False
         self._on_action: Callable[[], None] | None = None
         self.action.clicked.connect(self._run_action)
-        window.installEventFilter(self)
+        for watched in (window, self.text, self.remedy, self.action, close):
+            watched.installEventFilter(self)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.hide()
 
     def show_message(
@@ -115,15 +136,46 @@ class Toast(QFrame):
         self.show()
         self.raise_()
         self._place()
-        announcement = QAccessibleAnnouncementEvent(self, f"{text} {remedy}".strip())
-        QAccessible.updateAccessibility(announcement)
+        words = f"{text} {remedy}".strip()
+        self.setAccessibleName(words)
+        QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(self, words))
         self.bad = bad
         self._timer.start(NOTE_MS if kind == "note" else ERROR_MS)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Resize and self.isVisible():
-            self._place()
+        kind = event.type()
+        if watched is self._window:
+            if kind == QEvent.Type.Resize and self.isVisible():
+                self._place()
+        elif kind == QEvent.Type.FocusIn:
+            self._timer.stop()
+        elif kind == QEvent.Type.FocusOut:
+            self._count_down()
+        elif kind == QEvent.Type.MouseButtonRelease and isinstance(watched, QLabel):
+            self.setVisible(watched.hasSelectedText())  # words are selected to be copied
         return False
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self.hide()
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        super().enterEvent(event)
+        self._timer.stop()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self._count_down()
+
+    def _count_down(self) -> None:
+        """Go after a while, now that nobody is reading it."""
+        if self.isVisible() and not self._timer.isActive():
+            self._timer.start(NOTE_MS)
+
+    def _go_to(self) -> None:
+        """Give the keyboard to the message's first button."""
+        if self.isVisible():
+            button = self.action if self.action.isVisible() else self._close
+            button.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def _run_action(self) -> None:
         self.hide()
@@ -131,15 +183,22 @@ class Toast(QFrame):
             self._on_action()
 
     def _place(self) -> None:
+        """Lie over the window's place for messages, from its right edge; deeper with more to say."""
         window = self._window
-        width = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
+        place = window.findChild(QWidget, PLACE)
+        most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
+        width = most if place is None else min(max(place.width(), LEAST_WIDTH), most)
         self.setFixedWidth(width)
         layout = self.layout()
         assert layout is not None
         layout.activate()
         height = layout.heightForWidth(width) if layout.hasHeightForWidth() else self.sizeHint().height()
-        self.setFixedHeight(max(height + 4, 44))
-        self.move((window.width() - width) // 2, min(TOP, window.height() // 10))
+        self.setFixedHeight(max(height + 2, 44))
+        if place is None:
+            self.move((window.width() - width) // 2, min(TOP, window.height() // 10))
+        else:
+            corner = place.mapTo(window, place.rect().topRight())
+            self.move(corner.x() - width + 1, theme.TIGHT)
 
 
 def show_error(parent: QWidget | None, error: BaseException) -> None:

@@ -19,7 +19,9 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
                 ("Ctrl+1 … 5", tr("Record, Curate, Train, Review, Live")),
                 ("Ctrl+N, Ctrl+O", tr("New project, open a project")),
                 ("Ctrl+I", tr("Import sound and motion")),
-                ("Ctrl+Z, Ctrl+Shift+Z", tr("Undo, redo")),
+                ("Ctrl+Z, Ctrl+Y", tr("Undo, redo (or Ctrl+Shift+Z)")),
+                ("Ctrl+W, Ctrl+Q", tr("Close the project, quit")),
+                ("F6, Esc", tr("Go to a message, take it away")),
                 ("F10", tr("Menu")),
                 ("F11", tr("Full screen")),
                 ("Ctrl+/", tr("This list")),
@@ -51,6 +53,7 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
                 ("+ − F", tr("Closer, wider, whole take")),
                 ("P", tr("Waveform or spectrogram")),
                 ("B", tr("Before and after cleaning the sound")),
+                ("Ctrl+A, F2", tr("All takes; change what the table's row says")),
             ),
         ),
         (

@@ -1,9 +1,9 @@
-"""Messages: a sentence and a remedy at the foot of the window, no keyboard taken."""
+"""Messages: a sentence and a remedy over the strip beside the tabs, no keyboard taken."""
 
 import sys
 
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
 from studio.errors import StudioError
@@ -47,6 +47,38 @@ def test_a_message_takes_no_keyboard_and_stays_inside(window, qtbot) -> None:
     window.resize(640, 480)
     qtbot.waitUntil(lambda: window.rect().contains(toast.geometry()))
     assert toast.text.heightForWidth(toast.text.width()) <= toast.text.height()
+
+
+def test_a_message_lies_over_the_window_s_place_for_it(window) -> None:
+    place = QWidget(window)
+    place.setObjectName(messages.PLACE)
+    place.setGeometry(500, 0, 380, 52)
+    place.show()
+    messages.show_note(window, "Saved.")
+    toast = toast_of(window)
+    assert toast.geometry().right() == place.geometry().right()
+    assert toast.geometry().bottom() <= place.geometry().bottom()
+
+
+def test_a_click_takes_a_message_away(window, qtbot) -> None:
+    for part in ("toast", "toast_text"):
+        messages.show_note(window, "Saved.")
+        toast = toast_of(window)
+        widget = toast if part == "toast" else toast.text
+        qtbot.mouseClick(widget, Qt.MouseButton.LeftButton, pos=QPoint(3, widget.height() - 3))
+        assert not toast.isVisible(), part
+
+
+def test_the_keyboard_reaches_a_message(window, qtbot) -> None:
+    messages.show_note(window, "Removed.", action=("Undo", lambda: None))
+    toast = toast_of(window)
+    assert toast.accessibleName() == "Removed."
+    window.activateWindow()
+    qtbot.waitUntil(lambda: QApplication.activeWindow() is window, timeout=30_000)
+    qtbot.keyClick(window, Qt.Key.Key_F6)
+    assert window.focusWidget() is toast.action
+    qtbot.keyClick(toast.action, Qt.Key.Key_Escape)
+    assert not toast.isVisible()
 
 
 def test_the_next_message_takes_the_place_of_the_one_before(window) -> None:
