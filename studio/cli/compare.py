@@ -6,13 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.cli._baselines import baseline_figures, captured_figures
 from studio.cli._cache import keep_small
 from studio.cli._output import Output
 from studio.cli.evaluate import (
     CAPTURED,
     SPLITS,
-    baseline_figures,
-    captured_figures,
     choose_ground,
     measure,
     say_learnt,

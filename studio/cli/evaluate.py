@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.cli._baselines import baseline_figures, captured_figures
 from studio.cli._cache import keep_small
 from studio.cli._look_aheads import keep_look_aheads
 from studio.cli._output import Output
@@ -212,37 +213,6 @@ def seed_of(chosen: Run) -> int | None:
     """The seed a run was trained with, None where its report does not say."""
     seed = (chosen.report or {}).get("seed")
     return seed if isinstance(seed, int) else None
-
-
-def captured_figures(ground: Ground) -> dict[str, float | None]:
-    """Figures of the captured motion itself: what is perfect, and how often people blink."""
-    from studio.training.metrics_evaluate import evaluate
-
-    return evaluate(lambda material: material.motion, ground.material).metrics
-
-
-def baseline_figures(project: Project, chosen: Run, ground: Ground, out: Output) -> dict[str, Any]:
-    """Figures of the baselines, fitted to the takes the run was trained on."""
-    from fractions import Fraction
-
-    from studio.training.gather import cache_folder, load_usable
-    from studio.training.metrics_baselines import RIDGE_SOUND, Baselines
-    from studio.training.metrics_evaluate import evaluate
-
-    report = chosen.report or {}
-    ids = set(report.get("train", ()))
-    named = [(s, t) for s, t in project.selected() if s.id in ids] or list(project.selected("train"))
-    material, _ = load_usable(named, RIDGE_SOUND)
-    if not material:
-        text = "The takes the run was trained on are gone; there are no baselines to compare with."
-        out.event("note", text, text=text)
-        return {}
-    fps = Fraction(report.get("fps") or 30).limit_denominator(1001)
-    baselines = Baselines(material, fps, cache_folder(project))
-    return {
-        name: evaluate(lambda m, name=name: baselines.predict(name, m), ground.material).metrics  # type: ignore[misc]
-        for name in baselines.names
-    }
 
 
 def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:

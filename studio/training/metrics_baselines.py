@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -34,21 +34,29 @@ class Baselines:
         train: the material it was trained on.
         fps: the frame rate it was learnt at.
         cache: folder of kept features.
+        on_take: told the id of each training take before it is read.
     """
 
     names = ("zero", "train_mean", "ridge")
 
-    def __init__(self, train: Sequence[Material], fps: Fraction, cache: Path | None) -> None:
+    def __init__(
+        self,
+        train: Sequence[Material],
+        fps: Fraction,
+        cache: Path | None,
+        on_take: Callable[[str], None] = lambda take: None,
+    ) -> None:
         self.fps, self.cache = fps, cache
         grids = {m.selection.id: _grid(m, fps) for m in train}
         counting = [g.motion.at(g.motion.times[g.valid > 0]) for g in grids.values() if g.valid.any()]
         self.layout: Layout = columns.fit(counting, "group")
-        self.examples = [
-            make_example(
-                m.selection.id, m.samples, grids[m.selection.id], self.layout, RIDGE_SOUND, fps, cache
+        self.examples: list[Example] = []
+        for m in train:
+            name = m.selection.id
+            on_take(name)
+            self.examples.append(
+                make_example(name, m.samples, grids[name], self.layout, RIDGE_SOUND, fps, cache)
             )
-            for m in train
-        ]
         self.ridge = _Ridge(self.examples)
 
     def predict(self, name: str, material: Material) -> Motion:

@@ -85,6 +85,10 @@ class Comparing(QObject):
             number = int(event.get("done") or 0) + 1
             told = words.format(event.get("run"), event.get("take"), number, event.get("of"))
             self.dialog.show_busy(self._measured + float(event.get("fraction") or 0.0), told)
+        elif event.get("event") == "baselines":
+            told = self.tr("The simple guesses to beat are made: {0} %.")
+            percent = round(100 * float(event.get("fraction") or 0.0))
+            self.dialog.show_busy(self._measured, told.format(percent))
         elif event.get("text"):
             self._notes.append(str(event["text"]))
 
