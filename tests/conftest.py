@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 # Before numpy or torch are imported: small nets on a busy machine are ten times slower on two threads.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
@@ -18,11 +18,11 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 # Child processes of the tests find the studio whatever their working folder is.
 os.environ.setdefault("PYTHONFAULTHANDLER", "1")
 
-import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 
 from studio import stage  # noqa: E402
+from tests import toys  # noqa: E402
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -77,36 +77,80 @@ def pytest_collection_finish() -> None:
     What a test forgot to close is then told of that test, each time, and not now and then of another one;
     and no widget is taken down on a thread that is not Qt's.
     """
-    gc.collect()
-    gc.freeze()  # what is imported by now stays; without it a collection takes a moment, not a second
-    gc.disable()
+    _collect(whole=True)
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
     """Fail the test that left something to be closed by the garbage collector, or that raised there."""
     yield
     getattr(item, "funcargs", {}).clear()
     found: list[str] = []
     before, sys.unraisablehook = sys.unraisablehook, lambda one: found.append(f"{one.exc_value!r}")
     try:
-        gc.collect()
+        if nextitem is None:
+            _thaw()  # the last test answers for what outlived its file
+        _collect(whole=nextitem is None or nextitem.path != item.path)
     finally:
         sys.unraisablehook = before
-    gc.disable()  # the window freezes and thaws what is alive, as its tests make it do
-    if gc.get_freeze_count() < 10_000:
-        gc.freeze()
     if found:
         pytest.fail(f"The test left behind: {', '.join(found)}", pytrace=False)
+
+
+_freeze, _thaw = gc.freeze, gc.unfreeze
+_as_left = -1
+"""How often everything had been collected when a test ended; -1 as soon as somebody froze or thawed."""
+
+
+def _noticed(freeze_or_thaw: Callable[[], None]) -> Callable[[], None]:
+    def call() -> None:
+        global _as_left
+        _as_left = -1
+        freeze_or_thaw()
+
+    return call
+
+
+gc.freeze, gc.unfreeze = _noticed(_freeze), _noticed(_thaw)
+
+
+def _collect(whole: bool) -> None:
+    """Collect what came since the last time; everything at the end of a file.
+
+    To look through all that torch and Qt keep alive takes a fifth of a second, to look through what one test
+    made a few milliseconds. A window freezes and thaws what is alive and so makes its own objects old ones:
+    after such a test it has to be everything.
+    """
+    global _as_left
+    if gc.get_stats()[2]["collections"] != _as_left:
+        whole = True
+        _thaw()
+    gc.collect(2 if whole else 1)
+    gc.disable()  # as a window's tests may have made it otherwise
+    if whole:
+        _freeze()
+    _as_left = gc.get_stats()[2]["collections"]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_settings_of_a_person(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Settings, caches and logs of this run, for what is made once for many tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        _settle(patch, tmp_path_factory)
+        yield
 
 
 @pytest.fixture(autouse=True)
 def isolated_settings(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Settings, caches and logs of this test alone; gives the settings folder."""
+    return _settle(monkeypatch, tmp_path_factory)
+
+
+def _settle(patch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("home")
     for name in _XDG:
-        monkeypatch.setenv(f"XDG_{name}_HOME", str(home / name.lower()))
-    monkeypatch.setenv("SAIA_SETTINGS", str(home / "settings"))
+        patch.setenv(f"XDG_{name}_HOME", str(home / name.lower()))
+    patch.setenv("SAIA_SETTINGS", str(home / "settings"))
     return home / "settings"
 
 
@@ -133,50 +177,9 @@ def virtual_audio() -> Iterator[str]:
 
 @pytest.fixture
 def make_toy_project(tmp_path: Path) -> Callable[..., Project]:
-    """Makes projects of small takes that can be learnt: jaw and head follow bursts of sound.
+    """Makes projects of small takes that can be learnt, in this test's folder; takes what `toys` does."""
 
-    The call takes `splits` (one take for each), `seconds`, `fps`, `shapes` and `bones` (False leaves the
-    part out), and `name`.
-    """
-    import soundfile
-
-    from studio.dataset import edits
-    from studio.motion import Motion, rotation
-    from studio.project import Project
-    from studio.take import TakeInfo
-
-    def moved(t: np.ndarray, loud: np.ndarray, shapes: bool, bones: bool) -> Motion:
-        names = ("A", "Blink", "Neutral") if shapes else ()
-        weights = np.stack([0.9 * loud, 0.5 * (np.sin(7 * t) > 0.9), np.full(len(t), 0.5)], axis=1)
-        skeleton = ("Head", "Hips", "LeftLowerArm", "Spine") if bones else ()
-        turns = np.tile(rotation.IDENTITY, (len(t), len(skeleton), 1))
-        if bones:
-            turns[:, 0] = rotation.from_axis_angle(np.array([[1.0, 0.0, 0.0]]), 0.3 * loud)
-            turns[:, 2] = rotation.from_axis_angle(np.array([[0.0, 0.0, 1.0]]), 0.8 * loud)
-        return Motion.build(t, names, weights if shapes else None, skeleton, None, turns)
-
-    def make(
-        splits: tuple[str, ...] = ("train", "train", "val"),
-        seconds: float = 6.0,
-        fps: float = 30.0,
-        shapes: bool = True,
-        bones: bool = True,
-        name: str = "Toy",
-    ) -> Project:
-        project = Project.create(tmp_path / name)
-        for number, split in enumerate(splits, 1):
-            rng = np.random.default_rng(number)
-            n = np.arange(int(seconds * 16000)) / 16000
-            bursts = np.repeat(rng.uniform(0, 1, int(seconds * 4) + 1) > 0.5, 4000)[: len(n)].astype(float)
-            loud = np.convolve(bursts, np.hanning(1600) / np.hanning(1600).sum(), mode="same")
-            sound = tmp_path / f"{name}_{number}.wav"
-            soundfile.write(
-                sound, 0.3 * loud * rng.normal(0, 1, len(n)) + 1e-4 * rng.normal(0, 1, len(n)), 16000
-            )
-            t = np.arange(int(seconds * fps)) / fps
-            motion = moved(t, np.interp(t, n, loud), shapes, bones)
-            take = project.add_take(f"Toy_{number:03d}", TakeInfo("Toy", number), motion, sound)
-            project.edit("Split", edits.set_split(project.dataset, [take.id], split))
-        return project
+    def make(splits: tuple[str, ...] = ("train", "train", "val"), name: str = "Toy", **parts: Any) -> Project:
+        return toys.make(tmp_path / name, splits, **parts)
 
     return make

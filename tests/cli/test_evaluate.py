@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from studio import cli
 from studio.project import Project
 from studio.training.loop import train
 from studio.training.recipe import load_recipe
+from tests import toys
 
 MakeProject = Callable[..., Project]
 PROMISED = {
@@ -21,15 +23,21 @@ PROMISED = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def project(make_toy_project: MakeProject) -> Project:
-    made = make_toy_project(("train", "train", "val", "test"))
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of two runs, to be copied."""
+    made = toys.make(tmp_path_factory.mktemp("trained") / "Toy", ("train", "train", "val", "test"))
     for seed in (1, 2):
         recipe = load_recipe("balanced").with_overrides(
             ["units=16", "steps=4", "crops=4", "crop_frames=60", "epochs=1", f"seed={seed}"]
         )
         train(made, recipe, on_event=lambda event: None)
-    return made
+    return made.folder
+
+
+@pytest.fixture
+def project(trained: Path, tmp_path: Path) -> Project:
+    return toys.copied(trained, tmp_path)
 
 
 def outcome(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[dict[str, Any]]]:
@@ -78,6 +86,18 @@ def test_a_take_marked_as_test_only_after_it_was_learnt_from_is_named(
     assert events[0]["text"] == (
         "balanced_001 learnt from all or part of Toy_002; such figures say nothing about new sound."
     )
+
+
+@pytest.mark.parametrize("command", ["evaluate", "compare"])
+def test_the_simple_guesses_tell_what_they_are_at(
+    project: Project, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    _, events = outcome(capsys, command, str(project.folder), "balanced_001")
+    told = [event for event in events if event["event"] == "baselines"][1:]
+    assert [(e["name"], e["take"]) for e in told] == [
+        ("", "Toy_001"), ("", "Toy_002"), ("zero", "Toy_004"), ("train_mean", "Toy_004"), ("ridge", "Toy_004")
+    ]  # fmt: skip
+    assert [(e["done"], e["of"]) for e in told] == [(step, 5) for step in range(5)]
 
 
 def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str]) -> None:

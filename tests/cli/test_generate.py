@@ -15,16 +15,23 @@ from studio import cli
 from studio.project import Project
 from studio.training.loop import train
 from studio.training.recipe import load_recipe
+from tests import toys
 
 MakeProject = Callable[..., Project]
 
 
-@pytest.fixture
-def project(make_toy_project: MakeProject) -> Project:
-    made = make_toy_project(("train", "val"), name="Toy プロジェクト")
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of one run, to be copied."""
+    made = toys.make(tmp_path_factory.mktemp("trained") / "Toy プロジェクト", ("train", "val"))
     recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
     train(made, recipe, on_event=lambda event: None)
-    return made
+    return made.folder
+
+
+@pytest.fixture
+def project(trained: Path, tmp_path: Path) -> Project:
+    return toys.copied(trained, tmp_path)
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from studio.training.loop import train
 from studio.training.model_card import keep_licence
 from studio.training.recipe import load_recipe
 from studio.training.run_file import is_run_file, pack_run, unpack_run
+from tests import toys
 
 MakeProject = Callable[..., Project]
 DAMAGED = (
@@ -24,11 +25,18 @@ DAMAGED = (
 )
 
 
-@pytest.fixture
-def run(make_toy_project: MakeProject) -> Run:
-    project = make_toy_project(("train", "train", "val"), name="Toy プロジェクト")
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of one run, to be copied."""
+    made = toys.make(tmp_path_factory.mktemp("trained") / "Toy プロジェクト")
     recipe = load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1"])
-    return train(project, recipe, on_event=lambda event: None)
+    train(made, recipe, on_event=lambda event: None)
+    return made.folder
+
+
+@pytest.fixture
+def run(trained: Path, tmp_path: Path) -> Run:
+    return toys.copied(trained, tmp_path).run("quick_001")
 
 
 @pytest.fixture
