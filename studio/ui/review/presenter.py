@@ -26,6 +26,9 @@ from studio.ui.review.view import ReviewView
 from studio.ui.review.voting import Voting
 from studio.ui.session import Session
 
+LOADING_MS = 250
+"""What is loaded sooner is not announced: the figure before it would only flicker."""
+
 
 class ReviewPresenter(QObject):
     """Thought of the Review tab. Loading and tuning run on the pool, generating in a child process."""
@@ -36,6 +39,9 @@ class ReviewPresenter(QObject):
         self.scene = Scene()
         self._active = False
         self._loads = 0  # newest request wins
+        self._slow = QTimer(self)
+        self._slow.setSingleShot(True)
+        self._slow.timeout.connect(self._say_loading)
         self._listing = Listing(view.sources_card, session)
         self._showing = Showing(view, self.scene)
         self._playing = Playing(view, self.scene, self._showing)
@@ -153,6 +159,11 @@ class ReviewPresenter(QObject):
         self._forget()
         self.scene.source = source
         self._show_lists()
+        stage = self._view.stage
+        if stage.predicted.figure.empty and stage.captured.figure.empty:
+            self._say_loading()
+        else:
+            self._slow.start(LOADING_MS)
         self._loads += 1
         turn = self._loads
         device = self._session.settings.audio_output or None
@@ -165,9 +176,14 @@ class ReviewPresenter(QObject):
 
         def failed(error: BaseException) -> None:
             if turn == self._loads:
+                self._slow.stop()
                 self._on_load_error(source, error)
 
         background.run(lambda: clip.load(source, device), loaded, failed, owner=self)
+
+    def _say_loading(self) -> None:
+        if self.scene.source is not None:
+            self._showing.show_loading(self.scene.source.title)
 
     def _on_load_error(self, source: Source, error: BaseException) -> None:
         """Say what is wrong; a dropped sound that cannot be read is of no use in the list."""
@@ -203,6 +219,7 @@ class ReviewPresenter(QObject):
     def _show_motion(self) -> None:
         """Bring everything that shows, sends or exports the motion up to the scene."""
         scene, view, project = self.scene, self._view, self._session.project
+        self._slow.stop()
         self._showing.busy = self._making.busy
         view.bar.show_front(scene.front, scene.both_ready)
         self._showing.show_motion()

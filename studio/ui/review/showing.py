@@ -71,11 +71,23 @@ class Showing(QObject):
         stage.predicted.set_caption(self._caption())
         stage.captured.set_caption(self.tr("Captured"))
         if predicted is None and captured is None:
-            sentence = self.tr("The motion is being made.") if self.busy else self.tr(
-                "Choose a run to see what it makes of this sound."
-            )  # fmt: skip
-            stage.predicted.show_nothing(sentence)
+            stage.predicted.show_nothing(self._waiting_words(), "mdi6.human-greeting")
         self.dirty = True
+
+    def show_loading(self, title: str) -> None:
+        """Say what is being read; an empty room invited to choose a run that was chosen already."""
+        view, words = self._view, self.tr("Loading {0}…").format(title)
+        view.bar.show_ghost_choice(False, False)
+        view.show_legend(False)
+        view.show_transport(False, 0.0, 0.0)
+        view.stage.set_layout(False, False, False)
+        view.stage.predicted.show_nothing(words, "mdi6.timer-sand")
+
+    def _waiting_words(self) -> str:
+        """What stands where no motion is: it is on its way, or none was asked for."""
+        if self.busy:
+            return self.tr("{0} is making the motion.").format(self._scene.side.wanted.title)
+        return self.tr("Choose a run to see what it makes of this sound.")
 
     def show_curves(self) -> None:
         """The chosen channel on the timeline."""
@@ -130,7 +142,7 @@ class Showing(QObject):
             return "", ""
         parts = []
         if c.rmse is not None:
-            parts.append(self.tr("face error {0}").format(f"{c.rmse:.3f}"))
+            parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))
         if c.pearson is not None:
             parts.append(self.tr("r {0}").format(f"{c.pearson:.2f}"))
         if c.motion_ratio is not None:
@@ -138,7 +150,10 @@ class Showing(QObject):
         if c.degrees is not None:
             parts.append(self.tr("bones {0}°").format(f"{c.degrees:.1f}"))
         tip = self.tr(
-            "Root mean square error, correlation and amount of motion of the blend shapes, and mean angle "
-            "of the bones, of what is on screen against what was captured."
+            "What is on screen against what was captured:\n"
+            "error: how far the face is off, 0 to 1; less is better\n"
+            "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
+            "motion: how much the face moves; 1 is as much as the performer\n"
+            "bones: how far the bones are turned wrong, in degrees; less is better"
         )
-        return "   ".join(parts), tip
+        return "  ".join(parts), tip

@@ -27,12 +27,14 @@ from studio.ui.review.send_panel import SendPanel
 from studio.ui.review.source_card import SourceCard
 from studio.ui.review.stage import Stage
 from studio.ui.review.tune_panel import TunePanel
-from studio.ui.widgets.card import Card, EmptyState, label
+from studio.ui.widgets.card import Card, CutLabel, EmptyState, label
 from studio.ui.widgets.columns import columns, rows
 from studio.ui.widgets.time_view import clock
 from studio.ui.widgets.timeline import Timeline
 
 SPEEDS = (0.25, 0.5, 0.75, 1.0)
+LEAST_MIDDLE = 520
+"""Pixels of the stage and the timeline in the smallest window."""
 
 
 class ReviewView(QWidget):
@@ -112,7 +114,7 @@ class ReviewView(QWidget):
     def show_metrics(self, text: str, tip: str) -> None:
         """The figures of what is on screen."""
         self._metrics.setText(text)
-        self._metrics.setToolTip(tip)
+        self._metrics.setToolTip(f"{text}\n\n{tip}" if text else "")
 
     def show_legend(self, both: bool) -> None:
         """Explain bars and marks where captured and predicted are both seen."""
@@ -183,13 +185,13 @@ class ReviewView(QWidget):
         self.loop.toggled.connect(self.loop_toggled)
         self.speed = self._speed_button()
         self.camera = CameraButton(self.stage)
-        self._time = label("", "", "transport_time")
+        self._time = label(f"{clock(0.0)} / {clock(0.0)}", "", "transport_time")
         self._time.setFont(theme.figures_font())
         self._notice = label("", "warn", "sound_notice")
         self._notice.setWordWrap(True)  # in one line it would push the tools out of a small window
         self._notice.setMinimumWidth(90)
         self._notice.hide()
-        self._metrics = label("", "muted", "review_metrics")
+        self._metrics = CutLabel("muted", "review_metrics")
         self._metrics.setFont(theme.figures_font(theme.CAPTION_PX))
         self.curve = QComboBox()
         self.curve.setObjectName("curve")
@@ -198,6 +200,7 @@ class ReviewView(QWidget):
         self.curve.setMinimumWidth(110)
         self.curve.setToolTip(self.tr("Which channel the timeline draws"))
         self.curve.currentTextChanged.connect(self.curve_chosen)
+        self.curve.hide()
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
         for widget in (self.play, self._time, self.loop, self.speed, self.camera):

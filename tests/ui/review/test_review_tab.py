@@ -47,6 +47,36 @@ def test_a_take_nobody_trained_on_comes_up_first(
     assert not view.stage.predicted.isVisible()
 
 
+def test_an_empty_stage_says_what_is_being_read(opened: tuple[ReviewView, ReviewPresenter]) -> None:
+    view, _ = opened
+    assert view.stage.predicted.isVisible()
+    assert view.stage.predicted.figure.accessibleDescription() == "Loading toy_003…"
+    assert not view.stage.captured.isVisible(), "it would say that there is no captured motion"
+
+
+def test_what_the_bars_show_does_not_move_the_columns(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    view, _ = tab
+    before = view.columns.sizes()
+    view.bar.show_ghost_choice(True, True)
+    view.bar.show_two(True)
+    view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
+    view.tabs.setCurrentWidget(view.export)
+    view.columns.refresh()
+    assert view.columns.sizes() == before
+
+
+def test_the_word_over_a_figure_is_not_on_the_picture(
+    qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
+) -> None:
+    pane = tab[0].stage.captured
+    qtbot.waitUntil(lambda: pane.caption.words == "Captured", timeout=MINUTE)
+    assert pane.caption.geometry().bottom() < pane.figure.geometry().top()
+    pane.show_nothing("Nothing.")
+    assert pane.caption.words == ""
+
+
 def test_playing_moves_the_playhead_and_the_figure(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
