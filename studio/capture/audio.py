@@ -162,6 +162,7 @@ class AudioInput:
     Attributes:
         device: what was opened (after `start`).
         overruns: times the system or this process lost sound.
+        arrived: set with every block; who waits for one clears it.
         ended: the device is gone; nothing more will come.
     """
 
@@ -177,6 +178,7 @@ class AudioInput:
         self.channels = channels
         self.device: AudioDevice | None = None
         self.overruns = 0
+        self.arrived = threading.Event()
         self.ended = False
         self.last_heard = 0.0
         self._blocks: deque[Block] = deque(maxlen=QUEUE_BLOCKS)
@@ -268,6 +270,7 @@ class AudioInput:
         lost = bool(status.input_overflow) or len(self._blocks) == QUEUE_BLOCKS
         self.overruns += lost
         self._blocks.append(Block(captured, samples.copy(), lost, arrived))
+        self.arrived.set()
 
     def _on_finished(self) -> None:
         """Runs on the audio thread: the stream ended, by us or because the device is gone."""

@@ -47,17 +47,24 @@ def read_wish(line: str) -> Wish | None:
 
 
 class Wishes:
-    """Lines of stdin as they come.
-
-    Attributes:
-        parent_gone: the pipe that wishes came through was closed, so nobody is there any more.
-    """
+    """Lines of stdin as they come."""
 
     def __init__(self) -> None:
         self._lines: deque[str] = deque()
-        self.parent_gone = False
+        self._came = threading.Event()
+        self._closed = False
         if sys.stdin is not None:
             threading.Thread(target=self._read, name="stdin", daemon=True).start()
+
+    @property
+    def parent_gone(self) -> bool:
+        """Whether the pipe was closed and all that came through it is taken: nobody is there any more."""
+        return self._closed and not self._lines
+
+    def wait(self, seconds: float) -> None:
+        """Return as soon as a line comes, or after so many seconds."""
+        self._came.wait(seconds)
+        self._came.clear()
 
     def take(self) -> list[str]:
         """The lines since the last call."""
@@ -70,9 +77,10 @@ class Wishes:
         try:
             for line in sys.stdin:
                 self._lines.append(line)
+                self._came.set()
         except (OSError, ValueError):
             return  # stdin is closed; Ctrl+C remains
-        self.parent_gone = _is_pipe()
+        self._closed = _is_pipe()
 
 
 def _is_pipe() -> bool:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 HELP = "perform an avatar from a microphone, now"
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
 NOWHERE = "none"
-LOOK_S, TELL_S, SHOW_S = 0.01, 0.1, 1 / 30
+LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
 
 
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.cli._project import opened
     from studio.live.build import Wanted, make
 
-    come_first()
+    come_first(before_all=True)
     project = opened(args.project, out)
     chosen = project.run(args.run)
     wanted = Wanted(
@@ -122,11 +122,17 @@ class _Stage:
                     for line in wishes.take():
                         self._answer(line)
                     self._tell()
-                    time.sleep(LOOK_S)
+                    wishes.wait(self._rest())
         finally:
             self._targets.stop()
             live.performance.stop()
         self._tell_done()
+
+    def _rest(self) -> float:
+        """Seconds until something is to be told."""
+        if not self._poses:
+            return LOOK_S
+        return min(max(self._shown + SHOW_S - time.monotonic(), 0.0), LOOK_S)
 
     def _over(self, until: float) -> bool:
         return self._stopped or self._live.performance.ended or time.monotonic() >= until

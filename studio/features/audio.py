@@ -120,10 +120,7 @@ class AudioSpec:
         A short window under many bands would leave bands without a single FFT bin; the FFT is
         zero-padded until each band has one.
         """
-        size = 1 << (self.window_samples - 1).bit_length()
-        while size < 16384 and (_filters(self, size).max(axis=1) <= 0).any():
-            size *= 2
-        return size
+        return _fft_size(self)
 
 
 def frame_rate(fps: float) -> Fraction:
@@ -209,8 +206,7 @@ def _spectral_rows(
 
     centres = row_centres(spec, fps, first, count) - start_sample
     n_fft, window = spec.fft_size, spec.window_samples
-    hann = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(window) / window)).astype(np.float32)
-    filters = _filters(spec, n_fft).T
+    hann, filters = _hann(window), _filters(spec, n_fft).T
     lead = n_fft // 2 - (n_fft - window) // 2  # from the window's first sample to its centre
     out = np.empty((count, spec.width), dtype=np.float32)
     for a in range(0, count, _ROWS_AT_ONCE):
@@ -256,6 +252,20 @@ def _hz_to_mel(hz: NDArray[np.float64]) -> NDArray[np.float64]:
 def _mel_to_hz(mel: NDArray[np.float64]) -> NDArray[np.float64]:
     above = 1000.0 * np.exp((mel - 15.0) * np.log(6.4) / 27.0)
     return np.where(mel < 15.0, mel * 200.0 / 3.0, above)
+
+
+@lru_cache(maxsize=32)
+def _fft_size(spec: AudioSpec) -> int:
+    size = 1 << (spec.window_samples - 1).bit_length()
+    while size < 16384 and (_filters(spec, size).max(axis=1) <= 0).any():
+        size *= 2
+    return size
+
+
+@lru_cache(maxsize=32)
+def _hann(window: int) -> Floats:
+    hann: Floats = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(window) / window)).astype(np.float32)
+    return hann
 
 
 def _filters(spec: AudioSpec, n_fft: int) -> Floats:

@@ -155,6 +155,7 @@ class Live:
         return {
             **{name: round(value, 3) if isinstance(value, float) else value for name, value in facts.items()},
             "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
+            "gain_on": self.gain_on, "idles": self.idles,
             "idling": round(self._stand.idling, 2), "look_ahead_ms": self.performance.hearing.look_ahead_ms,
             "seen": str(seen(late)), "sound_delay_ms": sound_delay_ms(late),
         }  # fmt: skip

@@ -17,6 +17,8 @@ LOWEST_DB, HIGHEST_DB = -18.0, 24.0
 _LEARNT_S, _FOLLOWS_S = 1.5, 6.0
 """Seconds of speech until the gain is believed, and over which the level is a mean."""
 _FASTEST_DB_S = 6.0
+_SWITCHED_DB_S = 48.0
+"""How fast the level moves as it learns, and to where it belongs when it is switched on or off."""
 _LOUD_SHARE, _BELOW_LOUD_DB = 95, 25.0
 _FRAME_S, _MOST_S = 0.02, 60.0
 
@@ -62,25 +64,27 @@ class Gain:
         self.target_dbfs, self.on = target_dbfs, on
         self._rate = rate
         self._power, self._weight = 0.0, 0.0
-        self._db = 0.0
+        self._db = self._given_db = 0.0
 
     @property
     def db(self) -> float:
-        """The gain now."""
+        """The gain now, or where it is going after a switch."""
         return self._db if self.on else 0.0
 
     def feed(self, block: Floats, speaking: bool) -> Floats:
         """A block of mono sound (N,) with the gain as it moves; it learns only from speech."""
         if not len(block):
             return block
-        before = self.db
+        before = self._given_db
         seconds = len(block) / self._rate
         if speaking:
             self._learn(block, seconds)
         self._move(seconds)
-        if before == self.db == 0.0:
+        most = _SWITCHED_DB_S * seconds
+        after = self._given_db = before + float(np.clip(self.db - before, -most, most))
+        if before == after == 0.0:
             return block
-        ramp = 10 ** (np.linspace(before, self.db, len(block), dtype=np.float32) / 20)
+        ramp = 10 ** (np.linspace(before, after, len(block), dtype=np.float32) / 20)
         louder: Floats = (block * ramp).astype(np.float32)
         return np.clip(louder, -1.0, 1.0)
 

@@ -25,8 +25,8 @@ from studio.motion import Motion, Pose
 from studio.playback.neutral import between
 from studio.training.checkpoint import Model
 
-LOOK_S = 0.003
-"""How often the source is asked for sound."""
+LOOK_S = 0.02
+"""How long the source may let wait for sound before other things are looked after."""
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
@@ -230,7 +230,7 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.look()
-                self._stop.wait(LOOK_S)
+                self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
             self._failure = error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from itertools import chain
 from pathlib import Path
@@ -24,7 +25,8 @@ SHORT_S, SAFE_S = 0.02, 0.05
 """How much sound the system may gather at a time: little by default, more where it loses sound by that."""
 _LOSSES, _LOSSES_S = 4, 10.0
 REOPEN_S = 1.0
-BLOCK_S = 0.005
+BLOCK_S = 0.01
+"""How much of a file is given at a time."""
 TAIL_S = 0.5
 LEAD_S = 0.3
 """Seconds a file is heard by the network before a listener hears it, beyond the network's own reach."""
@@ -59,6 +61,9 @@ class Source(Protocol):
 
     def start(self) -> None:
         """Open it; StudioError where it cannot be."""
+
+    def wait(self, seconds: float) -> None:
+        """Return as soon as there may be sound, or after so many seconds."""
 
     def blocks(self) -> list[Heard]:
         """What came since the last call."""
@@ -113,6 +118,12 @@ class Microphone:
         self._input.start()
         self._anew = True
         self._watch = SoundWatch(lambda: self._lost, self._reopen, self._again_s)
+
+    def wait(self, seconds: float) -> None:
+        """Return as soon as the device has handed something over, or after so many seconds."""
+        arrived = self._input.arrived
+        arrived.wait(seconds)
+        arrived.clear()
 
     def blocks(self) -> list[Heard]:
         """What came since the last call."""
@@ -220,6 +231,10 @@ class SoundFile:
     def start(self) -> None:
         """Begin; it is heard `ahead` seconds from now."""
         self._begun = clock.now() + self._ahead
+
+    def wait(self, seconds: float) -> None:
+        """Return when the next block is due, or after so many seconds."""
+        time.sleep(min(seconds, BLOCK_S))
 
     def blocks(self) -> list[Heard]:
         """What is due."""

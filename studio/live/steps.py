@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import AudioSpec, Floats, row_centres, rows
 from studio.model._network import Chance, Network, State
+from studio.model.recurrent_steps import steps_of
 from studio.training.checkpoint import Model
 
 WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
@@ -121,6 +121,7 @@ class Steps:
         network, fps = model.network, float(model.fps)
         if network.look_aheads:
             network.hear_ahead(heard.look_ahead_ms)
+        self._alone = steps_of(network, style)
         self._ahead = self._back = 0
         self._hop = 1
         if network.margin:
@@ -185,16 +186,22 @@ class Steps:
         a, b = first - self._back, last + self._ahead
         start = a * self._k - network.before - self._first_row
         needed = (b - a) * self._k + network.before + network.after
-        heard = torch.from_numpy(self._rows[start : start + needed])[None]
-        with torch.inference_mode():
-            chance = replace(self._chance, first=a)
-            poses, state = network.predict(heard, self._state, self._style, chance)
-        self._state = None if network.margin else state
-        kept: NDArray[np.float32] = poses[0, self._back : self._back + last - first].numpy()
+        kept = self._predicted(self._rows[start : start + needed], a)[self._back : self._back + last - first]
         self._frame = last
         drop = max((last - self._back) * self._k - network.before - self._first_row, 0)
         self._rows, self._first_row = self._rows[drop:], self._first_row + drop
         return kept
+
+    def _predicted(self, heard: Floats, first: int) -> Floats:
+        """Scaled poses (n, C) of the rows of consecutive frames, of which one is the first."""
+        if self._alone is not None:
+            return self._alone.predict(heard, self._chance.liveliness)
+        network, chance = self._network, replace(self._chance, first=first)
+        with torch.inference_mode():
+            poses, state = network.predict(torch.from_numpy(heard)[None], self._state, self._style, chance)
+        self._state = None if network.margin else state
+        said: Floats = poses[0].numpy()
+        return said
 
     @property
     def _network(self) -> Network:

@@ -41,6 +41,7 @@ class Recurrent(Network):
         style_width: int,
         body: str = "plain",
         look_aheads: tuple[int, ...] = (),
+        own_frame: bool = True,
     ) -> None:
         super().__init__(sizes)
         both = look_ahead is None
@@ -65,7 +66,7 @@ class Recurrent(Network):
         self.body = body_head(body, known + beside, sizes)
         self.draws = self.body is not None
         self.layers, self.kept = layers, layers + self.draws  # of the LSTM, and of the state
-        self.kernel, self.own = kernel, ahead
+        self.kernel, self.own, self.fewest = kernel, ahead, 0 if own_frame else -1
         self.look_aheads = () if both else look_aheads
         # Last, so that without them everything above begins as it does with them.
         self.others = nn.ModuleList(
@@ -90,7 +91,7 @@ class Recurrent(Network):
 
     def frames_ahead(self, ms: int | None) -> int:
         """See Network.frames_ahead: as many as lie within the milliseconds with all of their sound."""
-        return self.own if ms is None else max(int(ms / 1000 * self.sizes.fps) - 1, 0)
+        return self.own if ms is None else max(int(ms / 1000 * self.sizes.fps) - 1, self.fewest)
 
     def hear_ahead(self, ms: int | None) -> None:
         """See Network.hear_ahead: another layer reads the pose of an earlier or later moment."""
@@ -324,6 +325,7 @@ def build(
     style_width: int = 8,
     body: str = "plain",
     look_aheads: str = "",
+    own_frame: bool = True,
 ) -> Network:
     """The network.
 
@@ -339,12 +341,14 @@ def build(
         style_width: numbers that describe a style.
         look_aheads: milliseconds of sound after a pose that it learns to make do with as well, such as
             "0 100 200 500"; "" for none but its own.
+        own_frame: whether the shortest look-ahead waits for the pose's own frame, whose sound is all there
+            only 25 ms after its middle; without it 0 ms are 0 ms.
         body: "plain" gives bodies the expected pose, "flow" or "mixture" draw them around it by chance.
     """
     look_ahead = None if both_directions else max(0, round(look_ahead_ms / 1000 * sizes.fps))
     others = _milliseconds(look_aheads)
     made = [
-        Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width, kind, others)
+        Recurrent(sizes, units, layers, kernel, dropout, look_ahead, style_width, kind, others, own_frame)
         for kind in (body, *["plain"] * (members - 1))
     ]
     return Ensemble(sizes, made) if members > 1 else made[0]

@@ -136,8 +136,10 @@ def test_it_ends_with_the_file_and_when_its_parent_goes(project: Project, voice:
         "--seconds", "600",
     )  # fmt: skip
     until(lambda: longer.has("ready"))
+    longer.tell("look-ahead 200")
     assert longer.end() == 0  # its standard input was closed: nobody is there any more
     assert longer.has("done")
+    assert longer.has("look_ahead", look_ahead_ms=200)  # what was wished before is heeded
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,17 @@ def test_switched_off_it_changes_nothing() -> None:
     np.testing.assert_array_equal(through(gain, sound), sound)
 
 
+def test_switched_while_live_it_goes_there_without_a_jump() -> None:
+    gain, one = Gain(-26.0, RATE), np.full(160, 0.001, np.float32)
+    through(gain, voice(15.0, -50.0))
+    for on, goal in ((False, 0.0), (True, 24.0)):
+        before, gain.on = 20 * np.log10(gain.feed(one, False)[-1] / one[0]), on
+        given = 20 * np.log10(np.concatenate([gain.feed(one, False) for _ in range(100)]) / one[0])
+        assert abs(given[0] - before) < 0.1
+        assert np.abs(np.diff(given)).max() < 0.1
+        assert given[-1] == pytest.approx(goal, abs=0.2)
+
+
 def test_pauses_do_not_lower_the_level_of_speech() -> None:
     sound = voice(4.0, -20.0)
     with_pauses = np.concatenate([sound, np.zeros(8 * RATE, np.float32), sound])

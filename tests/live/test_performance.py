@@ -43,6 +43,8 @@ class Given:
 
     def stop(self) -> None: ...
 
+    def wait(self, seconds: float) -> None: ...
+
     def problems(self) -> list[StudioError]:
         return []
 

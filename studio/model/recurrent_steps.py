@@ -1,0 +1,199 @@
+"""Recurrent networks frame by frame, in numpy: of a frame alone PyTorch spends nine tenths on the way to it.
+
+The same numbers as `recurrent`, whose weights are taken; a live performance asks for one frame at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+from torch import Tensor, nn
+
+from studio.model._network import Network
+from studio.model.recurrent import Ensemble, Recurrent
+
+Floats = NDArray[np.float32]
+Told = tuple[Floats, Floats]
+"""What an LSTM layer remembers: outputs and cells (M, H) each."""
+_ROOT_HALF = np.float32(np.sqrt(0.5))
+_GATE_ORDER = (0, 1, 3, 2)
+"""PyTorch has input, forget, cell and output gate; the three that are sigmoids lie together here."""
+
+
+def steps_of(network: Network, style: int = 0) -> RecurrentSteps | None:
+    """A network's frames in numpy with the look-ahead it has now; None where it reads both ways or draws."""
+    if network.margin or network.draws:
+        return None
+    if isinstance(network, Ensemble):
+        return RecurrentSteps(network, [m for m in network.members if isinstance(m, Recurrent)], style)
+    return RecurrentSteps(network, [network], style) if isinstance(network, Recurrent) else None
+
+
+class RecurrentSteps:
+    """Consecutive frames of one network, or of several as one; M networks of H units.
+
+    Args:
+        whole: what the networks are together, or the only one.
+        members: each of them; all have the same sizes and the same look-ahead.
+        style: index of the style.
+    """
+
+    def __init__(self, whole: Network, members: Sequence[Recurrent], style: int) -> None:
+        first = members[0]
+        self._per_frame, self._further = whole.sizes.steps_per_frame, first._further
+        self._scales = [_scale([whole])] if whole is first else [_scale([whole]), _scale(members)]
+        self._quietest = first.quietest
+        self._mean, self._gain = _array(whole.pose_mean), _array(whole.gain)
+        self._convolution = _stacked([_convolution(one) for one in members])
+        self._layers = [_stacked([_layer(one, i, style) for one in members]) for i in range(first.layers)]
+        self._head = _head(members, style)
+        blank = np.zeros((len(members), first.lstm.hidden_size), dtype=np.float32)
+        self._told: list[Told] = [(blank, blank) for _ in self._layers]
+
+    def predict(self, rows: Floats, liveliness: float = 1.0) -> Floats:
+        """The next scaled poses (n, C), with the gain.
+
+        Args:
+            rows: (n K + before + after, F), as for `Network.predict`.
+            liveliness: as in Chance.
+        """
+        seen = self._seen(rows)
+        now = seen.shape[1] - self._further
+        known, self._told = self._through(seen[:, :now], self._told)
+        if self._further:  # heard again with the next frames, whose state it is not
+            on, _ = self._through(seen[:, now:], self._told)
+            later = np.concatenate([known, on], axis=1)[:, self._further :]
+            known = np.concatenate([known, later], axis=2)
+        poses = self._head(known).mean(axis=0)
+        said: Floats = self._mean + self._gain * np.float32(liveliness) * (poses - self._mean)
+        return said
+
+    def _seen(self, rows: Floats) -> Floats:
+        """Rows through the convolution, (M, n + further, H)."""
+        for mean, deviation in self._scales:
+            rows = (rows - mean) / deviation
+            if self._quietest is not None:
+                rows = np.maximum(rows, np.float32(-self._quietest))
+        weights, bias = self._convolution
+        width = rows.shape[-1] * self._per_frame
+        flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
+        windows = np.lib.stride_tricks.sliding_window_view(flat, weights.shape[1], axis=1)[:, ::width]
+        return _gelu(np.ascontiguousarray(windows) @ weights + bias)
+
+    def _through(self, values: Floats, told: Sequence[Told]) -> tuple[Floats, list[Told]]:
+        """Frames (M, n, H) through all layers, and what these remember then."""
+        left: list[Told] = []
+        for (into, again, bias), state in zip(self._layers, told, strict=True):
+            values, state = _remembering(values @ into + bias, again, state)
+            left.append(state)
+        return values, left
+
+
+def _remembering(asked: Floats, again: Floats, state: Told) -> tuple[Floats, Told]:
+    """One LSTM layer over frames (M, n, 4 H).
+
+    Source: Hochreiter and Schmidhuber 1997, as in torch.nn.LSTM.
+    """
+    out, cell = state
+    units = out.shape[1]
+    outputs = np.empty((*asked.shape[:2], units), dtype=np.float32)
+    for t in range(asked.shape[1]):
+        gates = asked[:, t] + (out[:, None] @ again)[:, 0]
+        let_in, keep, give = np.split(_sigmoid(gates[:, : 3 * units]), 3, axis=1)
+        cell = (keep * cell + let_in * np.tanh(gates[:, 3 * units :])).astype(np.float32, copy=False)
+        outputs[:, t] = give * np.tanh(cell)
+        out = outputs[:, t]
+    return outputs, (out, cell)
+
+
+def _sigmoid(x: Floats) -> Floats:
+    """As a hyperbolic tangent, which cannot overflow."""
+    share: Floats = np.float32(0.5) + np.float32(0.5) * np.tanh(np.float32(0.5) * x)
+    return share
+
+
+def _gelu(x: Floats) -> Floats:
+    smooth: Floats = 0.5 * x * (1.0 + erf(x * _ROOT_HALF))
+    return smooth
+
+
+def _scale(networks: Sequence[Network]) -> tuple[Floats, Floats]:
+    """The mean and the deviation of rows as each network has them, (M, 1, F)."""
+    means = np.stack([_array(one.row_mean)[None] for one in networks])
+    return means, np.stack([_array(one.row_deviation)[None] for one in networks])
+
+
+def _convolution(one: Recurrent) -> list[Floats]:
+    """Its kernel as one matrix (kernel F K, H), and the bias (1, H)."""
+    weight, bias = one.convolution.weight, one.convolution.bias
+    assert bias is not None
+    matrix = _array(weight).transpose(2, 1, 0).reshape(-1, weight.shape[0])
+    return [np.ascontiguousarray(matrix), _array(bias)[None]]
+
+
+def _layer(one: Recurrent, number: int, style: int) -> list[Floats]:
+    """An LSTM layer's matrices (H, 4 H) for what comes in and what came out, and its bias (1, 4 H)."""
+    lstm = one.lstm
+    names = (f"{kind}_l{number}" for kind in ("weight_ih", "weight_hh", "bias_ih", "bias_hh"))
+    into, again, *biases = (_ordered(_array(getattr(lstm, name))) for name in names)
+    bias = biases[0] + biases[1]
+    if number == 0:
+        into, bias = _without_style(into, bias, one, style)
+    return [np.ascontiguousarray(into.T), np.ascontiguousarray(again.T), bias[None]]
+
+
+def _head(members: Sequence[Recurrent], style: int) -> Callable[[Floats], Floats]:
+    """What is known (M, n, H or 2 H) to poses (M, n, C), by the look-ahead in use."""
+    chosen = members[0]._chosen
+    if chosen is None:
+        weight, bias = _stacked([_linear(one.pose, one, style) for one in members])
+        return lambda known: known @ weight + bias
+    firsts, lasts = [], []
+    for one in members:
+        head = one.others[chosen]
+        assert isinstance(head, nn.Sequential)
+        first, _, last = head
+        assert isinstance(first, nn.Linear)
+        assert isinstance(last, nn.Linear)
+        firsts.append(_linear(first, one, style))
+        lasts.append([np.ascontiguousarray(_array(last.weight).T), _array(last.bias)[None]])
+    (a, b), (c, d) = _stacked(firsts), _stacked(lasts)
+    return lambda known: _gelu(known @ a + b) @ c + d
+
+
+def _linear(layer: nn.Linear, one: Recurrent, style: int) -> list[Floats]:
+    """A layer that gets the style's numbers beside each H others: its matrix without them, and its bias."""
+    weight, bias = _without_style(_array(layer.weight), _array(layer.bias), one, style)
+    return [np.ascontiguousarray(weight.T), bias[None]]
+
+
+def _without_style(weight: Floats, bias: Floats, one: Recurrent, style: int) -> tuple[Floats, Floats]:
+    """A matrix (out, in) and bias (out,) whose inputs for the style, always the same, went into the bias."""
+    if one.style is None:
+        return weight, bias
+    numbers = _array(one.style.weight)[style]
+    units = one.lstm.hidden_size
+    kept = []
+    for a in range(0, weight.shape[1], units + len(numbers)):
+        kept.append(weight[:, a : a + units])
+        bias = bias + weight[:, a + units : a + units + len(numbers)] @ numbers
+    return np.concatenate(kept, axis=1), bias
+
+
+def _ordered(weight: Floats) -> Floats:
+    """Rows of an LSTM's weights (4 H, ...) with the sigmoids' together."""
+    parts = np.split(weight, 4)
+    return np.concatenate([parts[i] for i in _GATE_ORDER])
+
+
+def _stacked(of_each: Sequence[Sequence[Floats]]) -> list[Floats]:
+    """The arrays of each network as arrays of all, (M, ...)."""
+    return [np.stack(same) for same in zip(*of_each, strict=True)]
+
+
+def _array(values: Tensor) -> Floats:
+    array: Floats = values.detach().cpu().numpy().astype(np.float32)
+    return array

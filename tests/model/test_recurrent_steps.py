@@ -1,0 +1,58 @@
+"""Recurrent networks in numpy: the same numbers as PyTorch's, in pieces of any length."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from studio.model import recurrent
+from studio.model._network import Chance, Network, Sizes
+from studio.model.recurrent_steps import steps_of
+
+SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3)
+
+
+def network(**settings: object) -> Network:
+    torch.manual_seed(4)
+    made = recurrent.build(SIZES, **{"units": 12, "look_aheads": "0 100 300", **settings}).eval()
+    with torch.no_grad():
+        for weights in made.parameters():
+            weights.add_(0.2 * torch.randn_like(weights))
+        for buffer in made.buffers():
+            buffer.copy_(torch.rand_like(buffer) + 0.5)
+    return made
+
+
+@pytest.mark.parametrize("style", [0, 2])
+@pytest.mark.parametrize("ms", [None, 0, 100, 300])
+@pytest.mark.parametrize(
+    "settings",
+    [{"members": 1}, {"members": 3}, {"members": 2, "layers": 1, "kernel": 3}, {"own_frame": False}],
+)
+def test_it_is_what_pytorch_says(settings: dict[str, object], ms: int | None, style: int) -> None:
+    whole = network(**settings)
+    whole.hear_ahead(ms)
+    alone = steps_of(whole, style)
+    assert alone is not None
+    rng, state, k = np.random.default_rng(1), None, SIZES.steps_per_frame
+    sound = rng.normal(1.0, 2.0, (80 * k + whole.before + whole.after, SIZES.features)).astype(np.float32)
+    first = 0
+    for frames in (1, 1, 4, 9, 30):
+        rows = sound[first * k : (first + frames) * k + whole.before + whole.after]
+        with torch.inference_mode():
+            wanted, state = whole.predict(
+                torch.from_numpy(rows)[None], state, torch.tensor([style]), Chance(liveliness=0.7)
+            )
+        np.testing.assert_allclose(alone.predict(rows, 0.7), wanted[0].numpy(), atol=3e-5)
+        first += frames
+
+
+def test_networks_that_read_both_ways_or_draw_are_left_to_pytorch() -> None:
+    assert steps_of(network(both_directions=True)) is None
+    assert steps_of(network(body="flow")) is None
+
+
+def test_without_its_own_frame_the_shortest_look_ahead_ends_before_the_frame() -> None:
+    assert [network(own_frame=own).frames_ahead(0) for own in (True, False)] == [0, -1]
+    assert network(own_frame=False).frames_ahead(100) == network().frames_ahead(100) == 2
