@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from studio.cli._baselines import baseline_figures, captured_figures
 from studio.cli._cache import keep_small
-from studio.cli._look_aheads import keep_look_aheads
+from studio.cli._look_aheads import keep_look_aheads, telling
 from studio.cli._output import Output
 from studio.cli.generate import add_chance
 from studio.errors import RequestError
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     }
     _keep(chosen, facts)
     if not args.takes and args.split == "test" and args.style is None:  # what Live shows beside its slider
-        keep_look_aheads(chosen, ground)
+        keep_look_aheads(chosen, ground, telling(out))
     keep_small(project)
     rows = {chosen.id: result.metrics, **baselines, CAPTURED: facts["captured"]}
     if len(result.per_take) > 1:

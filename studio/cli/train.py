@@ -14,7 +14,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -84,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not is_first_process():
         return
-    _measure_look_aheads(project, finished, out)
+    _measure_look_aheads(project, finished, out, stop)
     keep_small(project)
     report = finished.report or {}
     stopped = report.get("status") == "stopped"
@@ -101,12 +102,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _measure_look_aheads(project: Project, finished: Run, out: Output) -> None:
+def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: StopWish) -> None:
     """How good the run is at each look-ahead that Live offers, kept in its report."""
     from studio.cli._look_aheads import after_training
 
     if finished.has_weights:
-        after_training(project, finished, out)
+        with _ended_as_by_ctrl_c():
+            after_training(project, finished, out, stop.asked_again())
 
 
 def _trained(
@@ -202,32 +204,35 @@ class StopWish:
     """
 
     def __init__(self, read: bool) -> None:
-        self._asked = threading.Event()
+        self._asked = 0
         if read and sys.stdin is not None:
             threading.Thread(target=self._listen, daemon=True).start()
 
     def is_set(self) -> bool:
         """Whether to stop now."""
-        return self._asked.is_set()
+        return self._asked > 0
 
     def ask(self) -> None:
         """Stop as soon as it can end well."""
-        self._asked.set()
+        self._asked += 1
+
+    def asked_again(self) -> Callable[[], bool]:
+        """Tells whether somebody asks from now on: what follows a stopped training can be stopped as well."""
+        before = self._asked
+        return lambda: self._asked > before
 
     def _listen(self) -> None:
         parent = os.getppid()
         try:
             for line in iter(sys.stdin.readline, ""):
                 if line.strip().lower() == "stop":
-                    self._asked.set()
-                    return
+                    self.ask()
         except (OSError, ValueError):  # closed under us: the same as its end
             pass
         # On Windows the parent's number stays when it is gone; there the end of the pipe must do.
         while os.name != "nt" and os.getppid() == parent:
-            if self._asked.wait(_PARENT_POLL_SECONDS):
-                return
-        self._asked.set()
+            time.sleep(_PARENT_POLL_SECONDS)
+        self.ask()
 
 
 def _tell(event: Event, out: Output, stop: StopWish) -> None:

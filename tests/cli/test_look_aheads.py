@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from studio.cli import main
+from studio.cli._look_aheads import after_training
+from studio.cli._output import Output
+from studio.cli.train import StopWish
 from studio.project import Project
 from tests.live.runs import add_run
 
@@ -20,7 +24,8 @@ def test_an_evaluation_keeps_the_figures_of_each_look_ahead(
     run = add_run(project, f"look_aheads={offered}", train=["Toy_001"])
     project.close()
     assert main(["evaluate", str(project.folder), run.id, "--no-baselines"]) == 0
-    capsys.readouterr()
+    told = capsys.readouterr().out
+    assert ("Measuring how well it does at each look-ahead ...\n" in told) is bool(offered)
     report = json.loads((run.folder / "report.json").read_text(encoding="utf-8"))
     assert report["status"] == "done"
     if not offered:
@@ -31,3 +36,82 @@ def test_an_evaluation_keeps_the_figures_of_each_look_ahead(
     assert all(one["rmse"] > 0 for one in report["look_aheads"])
     assert len({one["rmse"] for one in report["look_aheads"]}) == 3
     assert report["look_aheads_on"] == {"split": "test", "takes": ["Toy_002"]}
+
+
+class Told(Output):
+    """Keeps what is said; what it is given is raised at the second look-ahead, as Ctrl+C comes there."""
+
+    def __init__(self, raised: BaseException | None = None) -> None:
+        super().__init__()
+        self.said: list[dict[str, Any]] = []
+        self._raised = raised
+
+    def event(self, name: str, text: str = "", /, **facts: Any) -> None:
+        self.said.append({"event": name, "words": text, **facts})
+
+    def passing(self, name: str, text: str, /, **facts: Any) -> None:
+        if self._raised is not None:
+            raise self._raised
+        self.event(name, text, **facts)
+
+
+def _measured(
+    make_toy_project: Callable[..., Project], out: Told, stop: Callable[[], bool] = lambda: False
+) -> tuple[Project, dict[str, Any]]:
+    project = make_toy_project(splits=("train", "test"), seconds=2.0)
+    run = add_run(project, "look_aheads=0 100 500", train=["Toy_001"])
+    after_training(project, run, out, stop)
+    report: dict[str, Any] = json.loads((run.folder / "report.json").read_text(encoding="utf-8"))
+    assert report["status"] == "done"
+    return project, report
+
+
+def test_after_a_training_it_is_said_what_is_measured(make_toy_project: Callable[..., Project]) -> None:
+    out = Told()
+    _, report = _measured(make_toy_project, out)
+    assert [one["ms"] for one in report["look_aheads"]] == [0, 100, 500]
+    assert [(e["event"], e["ms"], e["done"], e["of"]) for e in out.said] == [
+        ("look_aheads", 0, 0, 3), ("look_aheads", 100, 1, 3), ("look_aheads", 500, 2, 3)
+    ]  # fmt: skip
+    assert out.said[0]["words"] == "Measuring how well it does at each look-ahead ..."
+
+
+@pytest.mark.parametrize(
+    ("raised", "words"),
+    [
+        (KeyboardInterrupt(), "were not measured"),
+        (RuntimeError("out of memory"), "could not be measured (RuntimeError: out of memory)"),
+        (MemoryError(), "could not be measured (MemoryError)"),
+    ],
+)
+def test_what_ends_the_measuring_costs_the_table_and_no_more(
+    make_toy_project: Callable[..., Project], raised: BaseException, words: str
+) -> None:
+    out = Told(raised)
+    project, report = _measured(make_toy_project, out)
+    assert "look_aheads" not in report
+    assert out.said[-1]["text"] == (
+        f"The look-aheads of balanced_001 {words}; the run itself is complete. "
+        f'`saia evaluate "{project.folder}" balanced_001` measures them.'
+    )
+
+
+def test_a_second_wish_to_stop_ends_the_measuring(make_toy_project: Callable[..., Project]) -> None:
+    wish = StopWish(read=False)
+    wish.ask()  # it ended the training before
+    again = wish.asked_again()
+    assert not again()
+    asked: list[bool] = []
+
+    def stop() -> bool:
+        if asked:
+            wish.ask()
+        asked.append(again())
+        return asked[-1]
+
+    out = Told()
+    _, report = _measured(make_toy_project, out, stop)
+    assert wish.is_set()
+    assert asked == [False, True]
+    assert "look_aheads" not in report
+    assert out.said[-1]["text"].startswith("The look-aheads of balanced_001 were not measured; ")

@@ -18,6 +18,7 @@ class Heard:
         notes: sentences worth keeping in the log.
         cleaning: (take, percent) while cleaned sound is made.
         step: the newest step of the epoch under way, None where it is over.
+        measuring: percent of what is measured after the last epoch.
         smaller: after memory ran out, the setting that may fit.
     """
 
@@ -25,6 +26,7 @@ class Heard:
     notes: list[str] = field(default_factory=list)
     cleaning: tuple[str, int] | None = None
     step: dict[str, Any] | None = None
+    measuring: int | None = None
     smaller: str = ""
 
     def take(self, event: dict[str, Any]) -> None:
@@ -37,6 +39,8 @@ class Heard:
             self.step = event
         elif kind == "cleaning":
             self.cleaning = str(event.get("take")), round(100 * float(event.get("fraction") or 0.0))
+        elif kind == "look_aheads":
+            self.measuring = round(100 * float(event.get("fraction") or 0.0))
         elif kind == "started":
             self.cleaning = None
         elif kind == "out_of_memory":

@@ -350,6 +350,9 @@ class TrainPresenter(QObject):
         self._view.progress.show_alarm(alarm)
 
     def _line(self, facts: RunFacts, live: bool) -> str:
+        if live and self._heard.measuring is not None:
+            words = self.tr("measuring how well it does at each look-ahead: {0} %")
+            return words.format(self._heard.measuring)
         step = self._heard.step if live else None
         if not facts.epochs and step is None:
             return self._preparing() if live else ""
