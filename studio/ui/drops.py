@@ -12,7 +12,7 @@ SOUNDS = frozenset(
 
 @dataclass(frozen=True)
 class Drop:
-    """What to do with dropped paths; only one of the seven is filled.
+    """What to do with dropped paths; only one of the eight is filled.
 
     Args:
         project: a project folder to open.
@@ -20,7 +20,8 @@ class Drop:
         run: a run that was exported elsewhere.
         sounds: sounds to generate motion for at once.
         batch: a folder of nothing but sounds, to make motion files of.
-        avatar: a .vrm to wear in Review.
+        performed: sounds to perform live, the first of them.
+        avatar: a .vrm to wear.
         imports: files and folders to bring into the project.
     """
 
@@ -29,6 +30,7 @@ class Drop:
     run: Path | None = None
     sounds: tuple[Path, ...] = ()
     batch: Path | None = None
+    performed: tuple[Path, ...] = ()
     avatar: Path | None = None
     imports: tuple[Path, ...] = ()
 
@@ -51,8 +53,8 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
         return Drop(run=first)
     if first is not None and first.suffix.lower() == ".vrm":
         return Drop(avatar=first)
-    if room == "review" and paths and all(path.suffix.lower() in SOUNDS for path in paths):
-        return Drop(sounds=paths)
+    if room in ("review", "live") and paths and all(path.suffix.lower() in SOUNDS for path in paths):
+        return Drop(sounds=paths) if room == "review" else Drop(performed=paths)
     if first is not None and room == "review" and _holds_sounds_alone(first):
         return Drop(batch=first)
     return Drop(imports=paths)

@@ -199,6 +199,8 @@ class MainWindow(QMainWindow):
             self.session.sounds_dropped.emit(drop.sounds)
         elif drop.batch is not None:
             self.session.batch_dropped.emit(drop.batch)
+        elif drop.performed:
+            self.session.performance_dropped.emit(drop.performed)
         elif drop.avatar is not None:
             self._take_avatar(drop.avatar)
         else:
@@ -214,12 +216,13 @@ class MainWindow(QMainWindow):
         self.session.run_dropped.emit(path)
 
     def _take_avatar(self, path: Path) -> None:
-        """Show Review, which wears the avatar."""
+        """Wear the avatar, in Live where that is shown, else in Review."""
         if self.session.project is None:
             what = self.tr("There is no project to bring {0} into.").format(path.name)
             messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
             return
-        self.show_room("review")
+        if self._active != "live":
+            self.show_room("review")
         self.session.avatar_dropped.emit(path)
 
     def changeEvent(self, event: QEvent) -> None:

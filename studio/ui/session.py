@@ -31,6 +31,7 @@ class Session(QObject):
         rolling_changed: a recording began or ended.
         sounds_dropped: sound files were dropped on the window while Review was shown, a tuple of paths.
         batch_dropped: a folder of sounds was.
+        performance_dropped: sound files were dropped while Live was shown, a tuple of paths.
         avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
@@ -48,6 +49,7 @@ class Session(QObject):
     rolling_changed = Signal(bool)
     sounds_dropped = Signal(object)
     batch_dropped = Signal(object)
+    performance_dropped = Signal(object)
     avatar_dropped = Signal(object)
     run_dropped = Signal(object)
     import_requested = Signal(object)
@@ -124,10 +126,10 @@ class Session(QObject):
             self._tell_edited()
         return name
 
-    def adopt(self, take: Take) -> None:
-        """Tell everyone of a take that was just saved in the open project's folder."""
+    def adopt(self, take: Take, performer: str = "") -> None:
+        """Tell everyone of a take that was just saved in the open project's folder, and who is seen in it."""
         if self.project is not None:
-            self.project.adopt(take)
+            self.project.adopt(take, performer)
             self.takes_changed.emit()
 
     def remove_take(self, take_id: str) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QSlider
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton
 
-from studio.ui import theme
+from studio.ui import messages, theme
 from studio.ui.live.state import LookAhead
 from studio.ui.widgets.card import Card, label
 
@@ -30,7 +31,8 @@ class LatencyCard(Card):
         self.words.setWordWrap(True)
         self.advice = label("", "caption", "live_advice")
         self.advice.setWordWrap(True)
-        self.advice.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.copy = self._copy_button()
+        self._delay_ms = 0
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setObjectName("look_ahead")
         self.slider.setAccessibleName(self.tr("Look-ahead, from fastest to finest"))
@@ -45,8 +47,13 @@ class LatencyCard(Card):
         ends.addWidget(self._ends[0])
         ends.addStretch(1)
         ends.addWidget(self._ends[1])
-        for widget in (self.figure, self.words, self.advice, self.slider):
-            self.body.addWidget(widget)
+        obs = QHBoxLayout()
+        obs.addWidget(self.advice, 1)
+        obs.addWidget(self.copy, 0, Qt.AlignmentFlag.AlignTop)
+        self.body.addWidget(self.figure)
+        self.body.addWidget(self.words)
+        self.body.addLayout(obs)
+        self.body.addWidget(self.slider)
         self.body.addLayout(ends)
         self.body.addWidget(self.quality)
         self.show_latency(None, "", 0)
@@ -54,22 +61,23 @@ class LatencyCard(Card):
 
     def show_latency(self, latency_ms: float | None, seen: str, delay_ms: int) -> None:
         """Show the latency measured; None where nothing is live."""
+        self._delay_ms = delay_ms if latency_ms is not None else 0
+        self.advice.setVisible(bool(self._delay_ms))
+        self.copy.setVisible(bool(self._delay_ms))
         if latency_ms is None:
             self.figure.setText("-")
             self.words.setText(self.tr("How long after your voice the avatar moves."))
-            self.advice.setText("")
             return
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
         self.words.setText(
             {
-                "unseen": self.tr("Nobody will notice: voice and lips are less than 45 ms apart."),
-                "seen": self.tr("Attentive viewers see the lips after the voice; from 45 ms on they do."),
-                "minded": self.tr("Viewers mind lips this late, unless the voice is delayed too."),
+                "unseen": self.tr("The lips follow so soon that nobody notices."),
+                "seen": self.tr("Attentive viewers notice lips this late, from 45 ms on."),
+                "minded": self.tr("Viewers mind lips this late, unless your voice is delayed to match."),
             }.get(seen, "")
         )
-        advice = self.tr("In OBS, set the microphone's Sync Offset to {0} ms: then voice and lips meet.")
-        self.advice.setText(advice.format(delay_ms) if delay_ms else "")
-        self.advice.setVisible(bool(delay_ms))
+        advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
+        self.advice.setText(advice.format(self._delay_ms))
 
     def show_look_aheads(self, offered: Sequence[LookAhead], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""
@@ -87,6 +95,22 @@ class LatencyCard(Card):
     def chosen(self) -> LookAhead | None:
         """Where the slider stands; None where nothing is offered."""
         return self._offered[self.slider.value()] if self._offered else None
+
+    def _copy_button(self) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName("live_copy_delay")
+        button.setText(self.tr("Copy"))
+        button.setAccessibleName(self.tr("Copy the Sync Offset for OBS"))
+        button.setToolTip(self.tr("Copies the number, to paste it into OBS"))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        theme.set_icon(button, "mdi6.content-copy", "muted")
+        theme.as_role(button, "chip")
+        button.clicked.connect(self._on_copy)
+        return button
+
+    def _on_copy(self) -> None:
+        QGuiApplication.clipboard().setText(str(self._delay_ms))
+        messages.show_note(self, self.tr("Copied: {0}").format(self._delay_ms))
 
     def _on_slider(self, _place: int) -> None:
         self._show_quality()

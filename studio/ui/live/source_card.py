@@ -10,6 +10,7 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QGridLayout,
+    QHBoxLayout,
     QPushButton,
     QSizePolicy,
     QToolButton,
@@ -54,6 +55,11 @@ class SourceCard(Card):
         self.run = RunChooser(self.tr("Run"), "_live", self.tr("Choose a run"))
         self.run.chosen.connect(self.run_chosen)
         self.body.addLayout(self._choices())
+        self._missing = ""
+        self.gone = label("", "warn", "live_gone")
+        self.gone.setWordWrap(True)
+        self.gone.hide()
+        self.body.addWidget(self.gone)
         self.meter = LevelMeterBar()
         self.meter.setObjectName("live_meter")
         self.meter.reset_requested.connect(self.clip_reset_requested)
@@ -87,19 +93,37 @@ class SourceCard(Card):
         self.run.show_runs(choices, wanted)
         self._show_style()
 
-    def show_devices(self, names: Sequence[tuple[str, str]], chosen: str) -> None:
-        """List microphones as (value, words), and the file where one is chosen."""
+    def show_devices(self, names: Sequence[str], chosen: str, known: bool = True) -> None:
+        """List microphones, and the file where one is chosen.
+
+        Args:
+            names: of the microphones there are.
+            chosen: the one to listen to, "" for the system's own; it stays in the list when it is gone.
+            known: whether somebody has looked yet which there are.
+        """
         keep = self.file is not None
         with QSignalBlocker(self.source):
             self.source.clear()
-            for value, words in names:
-                self.source.addItem(words, value)
+            self.source.addItem(self.tr("System's microphone"), "")
+            if chosen and chosen not in names:
+                words = self.tr("{0} (not found)").format(chosen) if known else chosen
+                self.source.addItem(words, chosen)
+            for name in names:
+                self.source.addItem(name, name)
             if self._file is not None:
                 self.source.addItem(self.tr("File: {0}").format(self._file.name), FILE + str(self._file))
             self.source.addItem(self.tr("Perform a file…"), FILE)
             place = self.source.count() - 2 if keep else self.source.findData(chosen)
             self.source.setCurrentIndex(max(place, 0))
         self._shown = self.source.currentIndex()
+        self._missing = chosen if known and chosen and chosen not in names else ""
+        self._show_gone()
+
+    def show_opening(self, path: Path) -> None:
+        """Show that a file is being looked at."""
+        self.gone.setText(self.tr("Opening {0}…").format(path.name))
+        self.gone.show()
+        self.start.setEnabled(False)
 
     def show_file(self, path: Path | None) -> None:
         """Choose a file to perform; None goes back to what was chosen before."""
@@ -114,6 +138,13 @@ class SourceCard(Card):
                 )
                 self._shown = self.source.count() - 2
             self.source.setCurrentIndex(self._shown)
+        self._show_gone()
+
+    def show_option(self, name: str, on: bool) -> None:
+        """Show one of the options on or off without saying so."""
+        check = {"gain": self.gain, "gate": self.gate, "noise": self.noise}[name]
+        with QSignalBlocker(check):
+            check.setChecked(on)
 
     def show_tunings(self, titles: Sequence[str], chosen: str) -> None:
         """List presets of the Tune panel."""
@@ -125,14 +156,21 @@ class SourceCard(Card):
             self.tuning.setCurrentIndex(max(self.tuning.findData(chosen), 0))
 
     def show_running(self, state: str) -> None:
-        """Show whether it is "idle", "starting" or "live"."""
-        words = {"idle": self.tr("Go live"), "starting": self.tr("Starting…"), "live": self.tr("Stop")}[state]
+        """Show whether it is "idle", "starting", "live" or "stopping"."""
+        words, icon, tip = {
+            "idle": (self.tr("Go live"), "mdi6.account-voice", self.tr("Move the avatar with your voice")),
+            "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to leave it")),
+            "live": (self.tr("Stop"), "mdi6.stop", self.tr("End the performance")),
+            "stopping": (self.tr("Ending…"), "mdi6.timer-sand", ""),
+        }[state]
         self.start.setText(words)
-        icon = {"idle": "mdi6.account-voice", "starting": "mdi6.timer-sand", "live": "mdi6.stop"}[state]
-        theme.set_icon(self.start, icon, "muted" if state == "live" else "on_accent")
-        theme.as_role(self.start, "" if state == "live" else "primary")
+        self.start.setToolTip(tip)
+        self.start.setEnabled(state != "stopping")
+        theme.set_icon(self.start, icon, "on_accent" if state in ("idle", "starting") else "muted")
+        theme.as_role(self.start, "primary" if state in ("idle", "starting") else "")
         run = self.run
-        for control in (run.run, run.styles, run.another, self.source, self.refresh, self.noise):
+        chooser = (run.run, run.styles, run.liveliness, run.another)
+        for control in (*chooser, self.source, self.refresh, self.noise):
             control.setEnabled(state == "idle")
 
     def show_ready(self, ready: bool) -> None:
@@ -161,19 +199,22 @@ class SourceCard(Card):
         self._style_caption = label(self.tr("Style"), "muted")
         self.run.chosen.connect(lambda _: self._show_style())
         rows = (
-            (self.run.caption, self.run.run, None),
-            (self._style_caption, self.run.styles, self.run.another),
-            (label(self.tr("Sound"), "muted"), self.source, self.refresh),
-            (label(self.tr("Tuning"), "muted"), self.tuning, None),
+            (self.run.caption, self.run.run, (self.run.liveliness, self.run.another)),
+            (self._style_caption, self.run.styles, ()),
+            (label(self.tr("Sound"), "muted"), self.source, (self.refresh,)),
+            (label(self.tr("Tuning"), "muted"), self.tuning, ()),
         )
-        for row, (caption, box, button) in enumerate(rows):
+        for row, (caption, box, buttons) in enumerate(rows):
             # A narrow column elides what a box holds, and does not cut it.
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             caption.setBuddy(box)
             grid.addWidget(caption, row, 0)
-            grid.addWidget(box, row, 1, 1, 1 if button else 2)
-            if button is not None:
-                grid.addWidget(button, row, 2)
+            line = QHBoxLayout()
+            line.setSpacing(theme.TIGHT)
+            line.addWidget(box, 1)
+            for button in buttons:
+                line.addWidget(button)
+            grid.addLayout(line, row, 1)
         grid.setColumnStretch(1, 1)
         return grid
 
@@ -201,4 +242,12 @@ class SourceCard(Card):
             self.file_requested.emit()
             return
         self._shown = index
+        self._show_gone()
         self.source_chosen.emit()
+
+    def _show_gone(self) -> None:
+        """Say that the chosen microphone is not there, where it is chosen."""
+        gone = bool(self._missing) and self.device == self._missing
+        told = self.tr("{0} is not found: plug it in and look again, or choose another.")
+        self.gone.setText(told.format(self._missing) if gone else "")
+        self.gone.setVisible(gone)

@@ -101,7 +101,7 @@ class State:
         latency_ms: how long after a sound its pose is sent; 0 before it is known.
         sound_delay_ms: how much to delay the sound to match.
         seen: "unseen", "seen" or "minded" by viewers.
-        muted, frozen, neutral: the switches.
+        muted, frozen, neutral, gain_on, idles: the switches.
         clipped: the sound clipped.
         lost: no sound comes from the microphone.
         idling: how far the avatar idles, 0 to 1.
@@ -117,6 +117,8 @@ class State:
     muted: bool
     frozen: bool
     neutral: bool
+    gain_on: bool
+    idles: bool
     clipped: bool
     lost: bool
     idling: float
@@ -129,8 +131,8 @@ class State:
         return cls(
             bool(event["speaking"]), float(event["gain_db"]), float(event["latency_ms"]),
             int(event["sound_delay_ms"]), str(event["seen"]), bool(event["muted"]), bool(event["frozen"]),
-            bool(event["neutral"]), bool(event["clipped"]), bool(event["lost"]),
-            float(event["idling"]), float(event["load"]),
+            bool(event["neutral"]), bool(event["gain_on"]), bool(event["idles"]), bool(event["clipped"]),
+            bool(event["lost"]), float(event["idling"]), float(event["load"]),
             {str(one["to"]): _target(one) for one in event.get("targets", ())},
         )  # fmt: skip
 
