@@ -30,6 +30,7 @@ import numpy as np
 RATE = 48_000
 SECONDS = 40.0
 LONG_S = 7200.0
+SOAK_MS, PIECE_S, MEASURE_EACH_S = 100, 20.0, 300.0
 FPS = 60.0
 SHAPE = "A"
 _SO_TIMESTAMPNS = 35
@@ -128,6 +129,17 @@ def clicks_and_vowels(seconds: float) -> np.ndarray:
         out[at + 40 : at + 40 + len(t)] += vowel.astype(np.float32)
         at += len(t) + int(rng.uniform(0.3, 0.9) * rate)
     return out
+
+
+def speech(project: Path, seconds: float) -> np.ndarray:
+    """The voice of the project's first takes, (N,) at RATE: what opens a voice gate."""
+    from studio.project import Project
+    from studio.take.sound import sound_blocks
+
+    with contextlib.closing(Project.open(project)) as opened:
+        paths = [take.audio_path for _, take in opened.selected() if take.audio_path is not None]
+    blocks = [block for path in paths for block in sound_blocks(path, RATE, seconds)]
+    return np.concatenate(blocks)[: round(seconds * RATE)]
 
 
 def _formants(hz: float) -> float:
@@ -349,17 +361,21 @@ def soak(seconds: float, given: tuple[Path, str] | None = None) -> dict[str, Any
     with tempfile.TemporaryDirectory() as folder, _stage() as output:
         project, run_id = given or trained(Path(folder))
         frames, looks = Frames(), []
-        with _live(project, run_id, look_aheads(project, run_id)[-1], frames.port) as live:
+        with _live(project, run_id, SOAK_MS, frames.port) as live:
             live.wait_ready()
-            began = time.monotonic()
-            piece = clicks_and_vowels(20.0)
+            began = measured_at = time.monotonic()
+            piece, measured = speech(project, PIECE_S), None
             while time.monotonic() - began < seconds:
-                play_and_hear(piece, output)
+                heard = play_and_hear(piece, output)
+                if measured is None or time.monotonic() - measured_at > MEASURE_EACH_S:
+                    measured_at = time.monotonic()
+                    measured = round(1000 * frames.behind(*offline(project, run_id, SOAK_MS, heard)), 1)
                 state = live.states[-1]
                 looks.append(
                     {
                         "s": round(time.monotonic() - began), "memory_mb": round(live.memory_mb(), 1),
-                        "latency_ms": state["latency_ms"], "late": state["late"],
+                        "latency_ms": state["latency_ms"], "measured_latency_ms": measured,
+                        "late": state["late"], "gain_db": state["gain_db"], "speaking": state["speaking"],
                         "drift_ppm": state["drift_ppm"], "load": state["load"],
                         "machine_load": os.getloadavg()[0],
                     }
@@ -373,7 +389,11 @@ def soak(seconds: float, given: tuple[Path, str] | None = None) -> dict[str, Any
             "seconds": round(seconds),
             "memory_mb_after_a_twentieth": looks[minute]["memory_mb"],
             "memory_mb_at_the_end": looks[-1]["memory_mb"],
+            "look_ahead_ms": SOAK_MS,
             "latency_ms_first_and_last": [looks[1]["latency_ms"], looks[-1]["latency_ms"]],
+            "measured_latency_ms_least_and_most": [
+                pick(one["measured_latency_ms"] for one in looks) for pick in (min, max)
+            ],
             "poses": live.done["frames"],
             "poses_expected": round(live.done["seconds"] * live.ready["fps"]),
             "poses_late": live.done["late"],
