@@ -200,10 +200,10 @@ class Project:
         self._select_new()
         return take
 
-    def adopt(self, take: Take) -> None:
+    def adopt(self, take: Take, performer: str = "") -> None:
         """Take in a take that was just saved among the takes, without looking at all the others again."""
         self._takes[take.id] = take
-        self._select_new()
+        self._select_new(performer)
 
     def remove_take(self, take_id: str) -> None:
         """Move a take to the project's .trash folder and drop its selections; undo brings it back."""
@@ -381,9 +381,9 @@ class Project:
             what = f"{len(gone)} of the takes cannot be found: {', '.join(gone[:5])}."
             self.problems.append((what, f"Put them back into {self.takes_folder}; their choices are kept."))
 
-    def _select_new(self) -> None:
+    def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
-        new = [Selection(take, take) for take in self._takes if take not in self._seen]
+        new = [Selection(take, take, performer=performer) for take in self._takes if take not in self._seen]
         if not new:
             return
         self._seen.update(s.take for s in new)

@@ -48,6 +48,17 @@ def findings(
     return rows
 
 
+def missing(snap: Snapshot, microphone: bool) -> str:
+    """What a take that begins now would lack, in a sentence; "" where all that is wished for comes in."""
+    if not snap.motion_alive and not snap.audio_alive:
+        return _tr("Neither motion nor sound comes in: there is nothing to record yet.")
+    if not snap.motion_alive:
+        return _tr("No motion comes in: a take would hold sound alone.")
+    if microphone and not snap.audio_alive:
+        return _tr("No sound comes in: a take would hold motion alone.")
+    return ""
+
+
 def motion_text(snap: Snapshot) -> tuple[str, str]:
     """Who sends what, for the inputs card, and its health."""
     if not snap.motion_alive:

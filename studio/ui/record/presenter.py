@@ -17,7 +17,7 @@ from studio.ui.record.inputs import NO_MICROPHONE
 from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.level import LevelTest
 from studio.ui.record.live_pose import LivePose
-from studio.ui.record.practice import Practice
+from studio.ui.record.practice import PERFORMER_NAME, Practice
 from studio.ui.record.slate_bar import choose_seconds
 from studio.ui.record.sync import SyncTest
 from studio.ui.record.takes_presenter import TakesPresenter
@@ -49,6 +49,7 @@ class RecordPresenter(QObject):
         """Why the recorder ended the take by itself, and what to do."""
         self._slate = session.settings.slate
         self._number = 1
+        self._practised = False  # the take that rolls was begun with the practice performer
         self._ticks = 0
         self._pose = LivePose()
         self._countdown = Countdown(self)
@@ -147,6 +148,7 @@ class RecordPresenter(QObject):
             return
         self._busy = "starting"
         slate, number, pre_roll = self._slate, self._number, self._session.settings.pre_roll
+        self._practised = self.practice.on
         self.inputs.later(
             lambda: recorder.start(slate, number, pre_roll=pre_roll),
             lambda _r: self._on_started(),
@@ -170,7 +172,7 @@ class RecordPresenter(QObject):
         project = self._session.project
         if project is None or take.folder.parent != project.takes_folder:
             return  # another project was opened while it was saved; its own finds it when it is opened again
-        self._session.adopt(take)
+        self._session.adopt(take, self._performer())
         moved = self.sync.apply(take, self._recorder.snapshot()) if self._recorder is not None else ""
         self._next_number()
         if take.info.duration > 0:
@@ -178,6 +180,10 @@ class RecordPresenter(QObject):
         why, self._ended_by = self._ended_by, None
         if why is not None:
             messages.show_failure(self._view, *why)
+
+    def _performer(self) -> str:
+        """Who is seen in the take that was just recorded, where that is known."""
+        return PERFORMER_NAME if self._practised or self.practice.on else ""
 
     def _say_saved(self, take: Take, moved: str) -> None:
         text = self.tr("{0} is saved: {1} s.").format(take.id, f"{take.info.duration:.1f}")
@@ -351,6 +357,7 @@ class RecordPresenter(QObject):
         view.health.show_findings(findings.findings(snap, self._problems(), microphone, self.rolling))
         view.health.show_numbers(**findings.numbers(snap))
         view.slate_bar.show_disk(left, low)
+        view.slate_bar.show_missing("" if self.rolling or self._busy else findings.missing(snap, microphone))
         view.inputs.lock(self.rolling or bool(self._busy))
         view.inputs.show_practice(self.practice.on, self.practice.busy)
         view.show_stage(" ".join(self.inputs.problems.get("motion", ())), self.practice.on)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QPushButton
 
+from studio.take.safe_file import safe_name
 from studio.ui import theme
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutLabel, label
 
 COUNTDOWNS = (0.0, 3.0, 5.0, 10.0)
 PRE_ROLLS = (0.0, 1.0, 2.0, 5.0)
@@ -43,8 +44,11 @@ class SlateBar(Card):
         self.slate.setMaximumWidth(240)
         self.slate.editingFinished.connect(lambda: self.slate_edited.emit(self.slate.text()))
         self.slate.returnPressed.connect(self.slate.clearFocus)
-        self.number = label("", "muted", "take_number")
+        self.number = CutLabel("muted", "take_number", Qt.TextElideMode.ElideMiddle)
         self.number.setFont(theme.figures_font())
+        self.missing = label("", "warn", "missing_input")
+        self.missing.setWordWrap(True)
+        self.missing.hide()
         self.elapsed = QLabel("00:00.0")
         self.elapsed.setObjectName("elapsed")
         self.elapsed.setFont(theme.figures_font(26, semibold=True))
@@ -54,19 +58,30 @@ class SlateBar(Card):
         name.setBuddy(self.slate)
         top.addWidget(name)
         top.addWidget(self.slate, 1)
-        top.addWidget(self.number)
-        top.addStretch(1)
+        top.addWidget(self.number, 1)
         top.addWidget(self.disk)
         top.addSpacing(theme.INSIDE)
         top.addWidget(self.elapsed)
+        self.body.addWidget(self.missing)
         self.body.addLayout(top)
         self.body.addLayout(self._build_bottom())
 
     def show_take(self, slate: str, number: int) -> None:
-        """Show what the next take is called."""
+        """Show what the next take is called, and what its folder is where that has to be another name."""
         if not self.slate.hasFocus():
             self.slate.setText(slate)
-        self.number.setText(self.tr("take {0}").format(f"{number:03d}"))
+        name = safe_name(slate)
+        words = self.tr("take {0}") if name == slate else self.tr("saved as {0}")
+        self.number.setText(words.format(f"{number:03d}" if name == slate else f"{name}_{number:03d}"))
+        theme.as_role(self.number, "muted" if name == slate else "warn")
+        tip = self.tr("Not every character may stand in a file's name: this take is saved as {0}.")
+        self.number.setToolTip("" if name == slate else tip.format(f"{name}_{number:03d}"))
+
+    def show_missing(self, text: str) -> None:
+        """Say what a take begun now would lack; "" where all of it comes in."""
+        if text != self.missing.text():
+            self.missing.setText(text)
+            self.missing.setVisible(bool(text))
 
     def show_elapsed(self, seconds: float, rolling: bool) -> None:
         """Show the recorded time as mm:ss.t, red while rolling."""

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from studio.ui import theme
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutLabel, label
 
 SHOWN = 40
 
@@ -60,7 +60,9 @@ class TakeRow(QFrame):
         theme.set_icon(self.redo, "mdi6.restore", "muted")
         self.note_button = self._button("take_note", self.tr("Write a note"), self._on_note)
         theme.set_icon(self.note_button, "mdi6.note-edit-outline", "muted")
-        self.name = label(take_id)
+        self.name = CutLabel(cut=Qt.TextElideMode.ElideMiddle)
+        self.name.setText(take_id)
+        self.name.setToolTip(take_id)
         self.duration = label("", "muted")
         self.duration.setFont(theme.figures_font())
         self.grade = label()

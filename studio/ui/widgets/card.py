@@ -49,10 +49,18 @@ def label(text: str = "", role: str = "", name: str = "") -> QLabel:
 
 
 class CutLabel(QLabel):
-    """Words that are cut with an ellipsis where there is no room, rather than push their neighbours away."""
+    """Words that are cut with an ellipsis where there is no room, rather than push their neighbours away.
 
-    def __init__(self, role: str = "", name: str = "") -> None:
+    Args:
+        role, name: of the style sheet; of the object.
+        cut: where; names that differ at their end are cut in the middle.
+    """
+
+    def __init__(
+        self, role: str = "", name: str = "", cut: Qt.TextElideMode = Qt.TextElideMode.ElideRight
+    ) -> None:
         super().__init__()
+        self._cut = cut
         self.setTextFormat(Qt.TextFormat.PlainText)
         if role:
             theme.as_role(self, role)
@@ -68,7 +76,7 @@ class CutLabel(QLabel):
             return
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
-        short = self.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room.width())
+        short = self.fontMetrics().elidedText(words, self._cut, room.width())
         painter.drawText(room, int(self.alignment()), short)
 
 

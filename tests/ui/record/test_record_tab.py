@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox
 from studio.capture.vmc import encode_frame
 from studio.motion import Motion
 from studio.motion.channels import BONES, VRM0_SHAPES
+from studio.performer.sample import PERFORMER_NAME
 from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.folder import save_take
@@ -331,6 +332,49 @@ def test_a_take_is_heard_with_the_figure_moving(room: Room, qtbot) -> None:
     assert room.presenter.takes.pose_now() is not None
     room.presenter.takes.hearing.player.seek(599.9)
     qtbot.waitUntil(lambda: room.presenter.takes.hearing is None, timeout=30_000)
+
+
+def test_a_take_says_before_it_begins_what_it_would_lack(room: Room, sender: Sender, qtbot) -> None:
+    missing = room.view.slate_bar.missing
+    qtbot.waitUntil(lambda: missing.isHidden(), timeout=30_000)
+    sender.stop()
+    words = "Neither motion nor sound comes in: there is nothing to record yet."
+    qtbot.waitUntil(lambda: missing.text() == words, timeout=30_000)
+    assert missing.isVisible()
+    assert room.view.slate_bar.record.isEnabled(), "warned of, not forbidden"
+
+
+def test_a_slate_that_cannot_be_a_file_s_name_says_what_it_is_saved_as(room: Room, qtbot) -> None:
+    bar = room.view.slate_bar
+    assert bar.number.text() == "take 001"
+    bar.slate.setText("Who? Me: yes")
+    bar.slate.editingFinished.emit()
+    assert bar.number.text() == "saved as Who_ Me_ yes_001"
+    assert bar.number.toolTip() == (
+        "Not every character may stand in a file's name: this take is saved as Who_ Me_ yes_001."
+    )
+
+
+def test_a_take_of_the_practice_performer_is_named_after_it(room: Room, sender: Sender, qtbot) -> None:
+    record(room, qtbot)
+    room.presenter.practice._wanted = True
+    record(room, qtbot)
+    room.presenter.practice._wanted = False
+    named = {one.take: one.performer for one in room.project.dataset.selections}
+    assert named == {"Hello_001": "", "Hello_002": PERFORMER_NAME}
+
+
+def test_a_long_slate_leaves_the_buttons_of_a_take_in_sight(room: Room, qtbot) -> None:
+    slate = "A slate of sixty characters, as long as one may ever be here"
+    today = datetime.now().astimezone().isoformat(timespec="seconds")
+    still = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
+    room.session.adopt(room.project.add_take(f"{slate}_001", TakeInfo(slate, 1, created=today), still, None))
+    row = room.view.takes.row(f"{slate}_001")
+    card = room.view.takes
+    qtbot.waitUntil(lambda: row.redo.isVisible(), timeout=30_000)
+    qtbot.waitUntil(
+        lambda: row.redo.mapTo(card, row.redo.rect().topRight()).x() < card.width(), timeout=30_000
+    )
 
 
 def test_takes_are_graded_with_a_reason(room: Room, sender: Sender, qtbot) -> None:
