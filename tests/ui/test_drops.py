@@ -23,6 +23,13 @@ def test_several_sounds_dropped_in_review_are_generated_from(tmp_path: Path) -> 
     assert sort_drop(both, "curate") == sort_drop(both, "record") == Drop(imports=both)
 
 
+def test_sounds_dropped_in_live_are_performed(tmp_path: Path) -> None:
+    both = (tmp_path / "a.wav", tmp_path / "b.MP4")
+    assert sort_drop(both, "live") == Drop(performed=both)
+    assert sort_drop((tmp_path / "a.csv",), "live") == Drop(imports=(tmp_path / "a.csv",))
+    assert sort_drop((tmp_path / "me.vrm",), "live") == Drop(avatar=tmp_path / "me.vrm")
+
+
 def test_a_folder_of_sounds_dropped_in_review_is_a_batch(tmp_path: Path) -> None:
     folder = tmp_path / "台詞.d"
     folder.mkdir()

@@ -56,18 +56,18 @@ class LatencyCard(Card):
         self.body.addWidget(self.slider)
         self.body.addLayout(ends)
         self.body.addWidget(self.quality)
-        self.show_latency(None, "", 0)
+        self.show_none()
         self.show_look_aheads((), 0)
 
-    def show_latency(self, latency_ms: float | None, seen: str, delay_ms: int) -> None:
-        """Show the latency measured; None where nothing is live."""
-        self._delay_ms = delay_ms if latency_ms is not None else 0
-        self.advice.setVisible(bool(self._delay_ms))
-        self.copy.setVisible(bool(self._delay_ms))
-        if latency_ms is None:
-            self.figure.setText("-")
-            self.words.setText(self.tr("How long after your voice the avatar moves."))
-            return
+    def show_none(self, why: str = "") -> None:
+        """There is no latency; why, or that nothing is live."""
+        self._show_delay(0)
+        self.figure.setText("-")
+        self.words.setText(why or self.tr("How long after your voice the avatar moves."))
+
+    def show_latency(self, latency_ms: float, seen: str, delay_ms: int) -> None:
+        """Show the latency measured, what viewers make of it, and the delay that makes up for it."""
+        self._show_delay(delay_ms)
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
         self.words.setText(
             {
@@ -76,8 +76,13 @@ class LatencyCard(Card):
                 "minded": self.tr("Viewers mind lips this late, unless your voice is delayed to match."),
             }.get(seen, "")
         )
+
+    def _show_delay(self, delay_ms: int) -> None:
+        self._delay_ms = delay_ms
         advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
-        self.advice.setText(advice.format(self._delay_ms))
+        self.advice.setText(advice.format(delay_ms))
+        self.advice.setVisible(bool(delay_ms))
+        self.copy.setVisible(bool(delay_ms))
 
     def show_look_aheads(self, offered: Sequence[LookAhead], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""

@@ -93,6 +93,7 @@ class LivePresenter(QObject):
             self._performing.stop()
         elif project is not None and run is not None:
             messages.dismiss_error(self._view)
+            self._sounds.keep()
             words = [str(project.folder), run.id, "--to", "none", "--poses", *self._options()]
             self._performing.start(words)
 
@@ -135,8 +136,7 @@ class LivePresenter(QObject):
     def _on_state(self, state: State) -> None:
         self._state = state
         view, shown = self._view, self._wishes.shown
-        late = state.latency_ms if state.latency_ms > 0 else None
-        view.latency.show_latency(late, state.seen, state.sound_delay_ms)
+        self._show_latency(state)
         for name, on in (("mute", state.muted), ("freeze", state.frozen), ("neutral", state.neutral)):
             view.controls.show_switch(name, shown(name, on))
         for name, on in (("gain", state.gain_on), ("gate", state.idles)):
@@ -144,6 +144,15 @@ class LivePresenter(QObject):
         self._targets.show_states(state.targets)
         self._standing.show(self._ready, state)
         self._session.status_changed.emit("live", self.tr("Live"), "warn" if state.lost else "good")
+
+    def _show_latency(self, state: State) -> None:
+        card = self._view.latency
+        if state.latency_ms > 0:
+            card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms)
+        elif self._view.source.file is not None:
+            card.show_none(self.tr("A file is known ahead: voice and lips come together."))
+        else:
+            card.show_none()
 
     def _on_pose(self, event: dict[str, Any]) -> None:
         view, ready = self._view, self._ready
@@ -164,10 +173,7 @@ class LivePresenter(QObject):
         view.controls.show_live(phase == Phase.LIVE)
 
     def _on_failed(self, what: str, remedy: str) -> None:
-        if "could not be opened" in what and not self._view.source.file:
-            own = self.tr("Record has it open too: choose another microphone, or none, there or here.")
-            remedy = f"{remedy} {own}"
-        messages.show_failure(self._view, what, remedy)
+        messages.show_failure(self._view, what, self._sounds.remedy(what, remedy))
 
     def _on_forced(self) -> None:
         what = self.tr("The performance did not end by itself, so it was ended for you.")
@@ -179,8 +185,8 @@ class LivePresenter(QObject):
         self._wishes.forget()
         self._targets.end()
         view.source.meter.clear()
-        view.latency.show_latency(None, "", 0)
-        view.stage.show_nothing()
+        view.latency.show_none()
+        view.stage.show_nobody()
         view.meters.clear()
         self._session.status_changed.emit("live", "", "")
         self._standing.show(None, None)

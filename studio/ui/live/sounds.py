@@ -37,7 +37,7 @@ class Sounds(QObject):
         """Whether a file is being looked at."""
         card.refresh_requested.connect(lambda: self.look(refresh=True))
         card.file_requested.connect(self._on_file)
-        card.source_chosen.connect(self._on_chosen)
+        card.source_chosen.connect(self.keep)
         self._show()
 
     @property
@@ -47,6 +47,21 @@ class Sounds(QObject):
         if card.file is not None:
             return ["--file", str(card.file), *(["--output", output] if output else [])]
         return ["--device", card.device] if card.device else []
+
+    def keep(self) -> None:
+        """Remember the microphone: Record may choose another one later."""
+        if self._card.file is None:
+            self._session.change_settings(live_device=(self._card.device,))
+
+    def remedy(self, what: str, remedy: str) -> str:
+        """What to do about a failure: where Record holds the same microphone, that is likely why."""
+        if self._card.file is not None or "could not be opened" not in what:
+            return remedy
+        if self._session.settings.audio_device != self._card.device:
+            return remedy
+        return self.tr(
+            "Record holds it, and it serves one at a time: choose No microphone in Record, then go live."
+        )
 
     def stands_in(self, heard: str) -> StudioError | None:
         """What to say where a microphone is heard that is not the one chosen."""
@@ -106,10 +121,6 @@ class Sounds(QObject):
         settings = self._session.settings
         wanted = settings.live_device[0] if settings.live_device else settings.audio_device
         return "" if wanted == NO_MICROPHONE else wanted
-
-    def _on_chosen(self) -> None:
-        if self._card.file is None:
-            self._session.change_settings(live_device=(self._card.device,))
 
     def _on_file(self) -> None:
         kinds = self.tr("Sound (*.wav *.mp3 *.flac *.ogg *.m4a *.mp4 *.mov);;All files (*)")

@@ -24,6 +24,7 @@ class LiveStage(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._waiting = self.tr("Press Go live, and speak: your avatar moves here.")
+        self._performs = False
         self.pane = Pane("live", "", self._waiting, "mdi6.human", "figure")
         self.figure = self.pane.figure
         self.figure.view_buttons_shown = True
@@ -38,14 +39,22 @@ class LiveStage(QWidget):
         """Wear an avatar; None for the stick figure."""
         self.avatar.show_avatar(avatar)
         self.pane.set_avatar(avatar)
+        if not self._performs:
+            self.show_nobody()
 
     def show_stance(self, stance: Stance) -> None:
         """Show the performer at this moment; bones or shapes may be missing."""
+        self._performs = True
         self.pane.show_stance(stance)
 
-    def show_nothing(self) -> None:
-        """Show that nothing is live."""
-        self.pane.show_nothing(self._waiting)
+    def show_nobody(self) -> None:
+        """Nothing is live: the avatar waits, where one is worn."""
+        self._performs = False
+        worn = self.figure.avatar
+        if worn is not None:
+            self.pane.show_stance(Stance.at_ease(worn.skeleton))
+        else:
+            self.pane.show_nothing(self._waiting)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

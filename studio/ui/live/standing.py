@@ -58,7 +58,7 @@ class Standing(QObject):
         """The sentence, and "good", "warn", "bad" or ""."""
         phase, state, ready = self._performing.phase, self._state, self._ready
         if phase == Phase.IDLE:
-            return self.tr("Not live."), ""
+            return self.tr("Not live: press Go live, and speak."), ""
         if phase == Phase.STOPPING:
             return self.tr("Ending…"), ""
         if phase == Phase.STARTING or ready is None or state is None:

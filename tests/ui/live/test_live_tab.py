@@ -156,7 +156,7 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         qtbot.waitUntil(lambda: not presenter.running)
         sounddevice.stop()
     assert view.source.start.text() == "Go live"
-    assert view.status.text() == "Not live."
+    assert view.status.text() == "Not live: press Go live, and speak."
     assert facts[-1] == ("live", "", "")
 
 
@@ -217,3 +217,68 @@ def test_closing_asks_while_it_is_live(
     assert not presenter.may_close()
     assert asked == ["You are live."]
     presenter._performing._job = None
+
+
+def test_a_state_under_way_presses_no_switch_back(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._on_event(ready(("A",), ()))
+    presenter._on_event(state())
+    mute, gain = view.controls.button("mute"), view.source.gain
+    view.controls.show_live(True)
+    mute.click()
+    gain.click()
+    presenter._on_event(state())  # written before the child heard of it
+    assert mute.isChecked()
+    assert not gain.isChecked()
+    presenter._on_event(state(muted=True, gain_on=False))
+    assert mute.isChecked()
+    assert not gain.isChecked()
+
+
+def test_the_switches_show_what_the_child_says(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._on_event(ready(("A",), ()))
+    presenter._on_event(state(gain_on=False, idles=False, neutral=True))
+    assert not view.source.gain.isChecked()
+    assert not view.source.gate.isChecked()
+    assert view.controls.button("neutral").isChecked()
+    presenter._on_event(state())
+    assert view.source.gain.isChecked()
+    assert view.source.gate.isChecked()
+    assert not view.controls.button("neutral").isChecked()
+
+
+def test_after_a_failure_no_old_value_stays(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._performing.phase = Phase.LIVE
+    presenter._on_event(ready(("A",), ("Hips", "Head")))
+    presenter._on_event(state(clipped=True))
+    presenter._on_event(pose(1, 2))
+    assert view.source.meter._values is not None
+    assert not view.stage.figure.empty
+    presenter._performing.failed.emit("It broke.", "Try again.")
+    presenter._performing._on_ended()
+    assert view.source.meter._values is None
+    assert not view.source.meter._clipped
+    assert view.meters.shown_names == ()
+    assert view.latency.figure.text() == "-"
+    assert view.stage.figure.empty
+    assert view.source.start.text() == "Go live"
+    assert not view.controls.button("mute").isEnabled()
+
+
+def test_a_performance_that_says_nothing_is_told_of(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project)
+    view, presenter, _ = room(toy_project)
+    presenter._performing.phase = Phase.LIVE
+    presenter._on_event(ready(("A",), ()))
+    presenter._on_event(state(speaking=True))
+    presenter._performing.silent.emit()
+    assert view.status.text() == (
+        "The performance does not answer: this computer is very busy. Wait, or press Stop."
+    )
+    presenter._on_event(state(speaking=True))
+    assert view.status.text() == "Live: Mic is heard."

@@ -1,0 +1,110 @@
+"""The performer's own avatar in Live: one choice for all rooms, worn while it speaks and while it waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project, avatars
+from studio.ui.avatars import Wardrobe
+from studio.ui.messages import Toast
+from studio.ui.review.presenter import ReviewPresenter
+from studio.ui.review.view import ReviewView
+from tests.formats.avatars import Maker
+from tests.live.runs import add_run
+from tests.ui.live.children import Room, pose, ready
+
+BONES = ("Hips", "Spine", "Head")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return Maker(0).write(tmp_path / "elsewhere" / "私.vrm")
+
+
+@pytest.fixture
+def live(room: Callable[..., Room], toy_project: Project) -> Room:
+    add_run(toy_project)
+    return room(toy_project)
+
+
+def test_an_avatar_is_worn_with_its_bones_and_its_face(live: Room, file: Path, qtbot: QtBot) -> None:
+    view, presenter, _ = live
+    view.stage.avatar.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    assert not view.stage.figure.empty  # it waits, and is seen
+    presenter._on_event(ready(("A",), BONES))
+    presenter._on_event(pose(1, len(BONES)))
+    stance = view.stage.figure._stance
+    assert stance is not None
+    assert stance.turns is not None
+    assert stance.shapes == {"A": 0.5}
+    assert stance.skeleton.bone_names == BONES
+    presenter._performing._on_ended()
+    assert not view.stage.figure.empty
+
+
+def test_a_face_alone_is_worn_by_an_avatar_at_ease(live: Room, file: Path, qtbot: QtBot) -> None:
+    view, presenter, _ = live
+    presenter._on_event(ready(("A",), ()))
+    presenter._on_event(pose(1, 0))
+    assert view.stage.pane.room.isVisible()  # a large face
+    view.stage.avatar.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    presenter._on_event(pose(1, 0))
+    assert view.stage.figure.isVisible()
+
+
+def test_one_choice_holds_in_review_and_live(live: Room, file: Path, qtbot: QtBot) -> None:
+    view, _, session = live
+    review = ReviewView()
+    presenter = ReviewPresenter(review, session)
+    qtbot.addWidget(review, before_close_func=lambda _: presenter.close())
+    view.stage.avatar.wanted.emit(file)
+    qtbot.waitUntil(lambda: review.stage.worn is not None)
+    assert view.stage.figure.avatar is review.stage.worn
+    assert review.stage.avatar.button.text() == view.stage.avatar.button.text() == "Avatar: 小さな Test"
+    assert session.project is not None
+    assert avatars.chosen(session.project.folder) == Wardrobe.of(session).path
+    review.stage.avatar.wanted.emit(None)
+    assert view.stage.figure.avatar is None
+    assert view.stage.figure.empty
+    assert view.stage.avatar.button.text() == "Avatar"
+
+
+def test_what_cannot_be_opened_is_said_once_and_the_last_one_stays(
+    live: Room, file: Path, tmp_path: Path, qtbot: QtBot
+) -> None:
+    view, _, _ = live
+    view.stage.avatar.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    broken = tmp_path / "broken.vrm"
+    broken.write_bytes(file.read_bytes()[:5000])
+    view.stage.avatar.wanted.emit(broken)
+    qtbot.waitUntil(lambda: any("broken.vrm" in toast.text.text() for toast in view.findChildren(Toast)))
+    assert view.stage.figure.avatar is not None
+    assert view.stage.avatar.said.startswith("By Saia Studio.")
+
+
+def test_drawing_too_slowly_is_said_and_the_stick_figure_goes_on(
+    live: Room, file: Path, qtbot: QtBot
+) -> None:
+    view, presenter, _ = live
+    view.stage.avatar.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    figure = view.stage.figure
+    figure._last_cost = 10.0
+    for _ in range(12):
+        figure._watch_cost()
+    assert figure.avatar is not None
+    assert not figure.avatar.surfaces
+    said = " ".join(toast.text.text() for toast in view.findChildren(Toast))
+    assert said == (
+        "This computer draws the avatar too slowly. The stick figure with its proportions is shown instead."
+    )
+    presenter._on_event(ready(("A",), BONES))
+    presenter._on_event(pose(1, len(BONES)))
+    assert view.stage.pane.face._face is not None  # without its own face, the drawn one shows

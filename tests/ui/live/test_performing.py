@@ -1,0 +1,76 @@
+"""The child that performs always ends: by itself, at once while it gets ready, by force where it hangs."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import soundfile
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.ui.live.performing import Phase
+from studio.ui.messages import Toast
+from tests.formats.avatars import Maker
+from tests.live.runs import add_run
+from tests.live.test_steps import speech
+from tests.ui.live.children import Room
+
+
+@pytest.fixture
+def live(room: Callable[..., Room], toy_project: Project, tmp_path: Path) -> Room:
+    """A file to perform, heard by nobody: no sound device is needed."""
+    add_run(toy_project)
+    built = room(toy_project, audio_output="none")
+    soundfile.write(tmp_path / "voice.wav", speech(60.0), 16_000)
+    built[0].source.show_file(tmp_path / "voice.wav")
+    return built
+
+
+@pytest.mark.slow
+def test_what_gets_ready_is_left_at_once(live: Room, qtbot: QtBot) -> None:
+    view, presenter, _ = live
+    view.source.start.click()
+    assert view.source.start.text() == "Starting…"
+    assert view.source.start.isEnabled()
+    view.source.start.click()
+    assert view.source.start.text() == "Ending…"
+    assert not view.source.start.isEnabled()
+    qtbot.waitUntil(lambda: not presenter.running)
+    assert view.source.start.text() == "Go live"
+    assert not view.findChildren(Toast)  # that is no failure
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a process is not stopped by a signal there")
+def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
+    live: Room, tmp_path: Path, qtbot: QtBot
+) -> None:
+    view, presenter, _ = live
+    view.stage.avatar.wanted.emit(Maker(1).write(tmp_path / "me.vrm"))
+    view.source.start.click()
+    qtbot.waitUntil(lambda: presenter._performing.phase == Phase.LIVE)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    qtbot.waitUntil(lambda: bool(view.meters.shown_names))
+    qtbot.waitUntil(lambda: presenter._state is not None)
+    assert view.latency.words.text() == "A file is known ahead: voice and lips come together."
+    job = presenter._performing._job
+    assert job is not None
+    os.kill(job.pid, signal.SIGSTOP)
+    presenter._performing._force.setInterval(200)
+    view.source.start.click()
+    qtbot.waitUntil(lambda: not presenter.running)
+    said = [(toast.text.text(), toast.remedy.text()) for toast in view.findChildren(Toast)]
+    assert said == [
+        (
+            "The performance did not end by itself, so it was ended for you.",
+            "Nothing is lost: you can go live again.",
+        )
+    ]
+    assert view.source.start.text() == "Go live"
+    assert view.source.start.isEnabled()
+    assert view.meters.shown_names == ()
