@@ -136,8 +136,9 @@ def entries_of(
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
     entries: list[Entry] = []
+    shelf = _Shelf()
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):
-        shared = _Shared(source, shape, look)
+        shared = _Shared(source, shelf, shape, look)
         for number, module in enumerate(modules):
             target = (folder / f"{name}{formats.written_suffix(module)}").absolute()
             check_free(formats.targets(target), force, project)
@@ -192,31 +193,48 @@ def write_clip(
     return files
 
 
+def shares(module: ModuleType, report: Report) -> tuple[Report, Report]:
+    """What reading or making a clip reports to, and what writing it does: a film takes far longer to draw."""
+    reading = 0.1 if getattr(module, "DRAWS", False) else 0.95
+    return (
+        lambda fraction: report(reading * fraction),
+        lambda fraction: report(reading + (1 - reading) * fraction),
+    )
+
+
+class _Shelf:
+    """Keeps the clip of one source, for its next format: an hour of motion is large."""
+
+    def __init__(self) -> None:
+        self._source: Source | None = None
+        self._clip: Clip | None = None
+
+    def clip(self, source: Source, report: Report) -> Clip:
+        """The clip of a source, read or made unless it is the one that was asked for last."""
+        if self._source is not source or self._clip is None:
+            self._source, self._clip = source, None  # the one before is let go first
+            self._clip = source.clip(report)
+        return self._clip
+
+
 class _Shared:
     """A source read once for all its formats; what went wrong with it goes wrong with each."""
 
-    def __init__(self, source: Source, shape: Shape, look: Look) -> None:
+    def __init__(self, source: Source, shelf: _Shelf, shape: Shape, look: Look) -> None:
         self.source, self.shape, self.look = source, shape, look
-        self._clip: Clip | None = None
+        self._shelf = shelf
         self._error: StudioError | None = None
-        self.left = 0  # formats that still need it
 
     def clip(self, report: Report) -> Clip:
         if self._error is not None:
             raise self._error
-        if self._clip is None:
-            try:
-                self._clip = self.source.clip(report)
-            except CancelledError:
-                raise
-            except StudioError as error:
-                self._error = error
-                raise
-        clip = self._clip
-        self.left -= 1
-        if self.left <= 0:
-            self._clip = None  # an hour of motion is large
-        return clip
+        try:
+            return self._shelf.clip(self.source, report)
+        except CancelledError:
+            raise
+        except StudioError as error:
+            self._error = error
+            raise
 
 
 class _Writing:
@@ -224,16 +242,15 @@ class _Writing:
 
     def __init__(self, shared: _Shared, module: ModuleType, target: Path) -> None:
         self._shared, self._module, self._target = shared, module, target
-        shared.left += 1
 
     def __call__(self, report: Report) -> tuple[Path, ...]:
         import tempfile
 
         shared = self._shared
-        reading = 0.1 if getattr(self._module, "DRAWS", False) else 0.95
-        clip = shared.clip(lambda fraction: report(reading * fraction))
+        reading, writing = shares(self._module, report)
+        clip = shared.clip(reading)
         with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
             return write_clip(
                 self._module, self._target, clip, shared.shape, shared.look, shared.source.name,
-                Path(scratch), lambda fraction: report(reading + (1 - reading) * fraction),
+                Path(scratch), writing,
             )  # fmt: skip

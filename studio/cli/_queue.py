@@ -1,18 +1,23 @@
 """Several files one after another: what fails is told, and the rest goes on.
 
-Meanwhile it reads its standard input: `skip N` takes out the N-th entry (from 0), `stop` all that is left.
+Meanwhile it reads its standard input: `skip N` takes out the N-th entry (from 0), `stop` all that is left,
+and so does its end once the parent is gone.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 from studio.cli._output import Output
+from studio.cli._stop import wait_until_alone
 from studio.errors import StudioError
 
 REPORT_SECONDS = 0.2
@@ -51,12 +56,25 @@ class CancelledError(StudioError):
 
 
 class Wishes:
-    """What is no longer wanted, read from standard input."""
+    """What is no longer wanted, read from standard input.
 
-    def __init__(self) -> None:
+    Args:
+        watched: a window waits for what is made, and its end is a wish to stop. What a person began at a
+            terminal goes on when that is closed under nohup.
+    """
+
+    def __init__(self, watched: bool = False) -> None:
+        self._watched, self._parent = watched, os.getppid()
         self._stopped, self._skipped = threading.Event(), set[int]()
+        self._over = threading.Event()
+        self._reader: threading.Thread | None = None
         if sys.stdin is not None and not sys.stdin.isatty():
-            threading.Thread(target=self._read, name="stdin", daemon=True).start()
+            self._reader = threading.Thread(target=self._read, args=(sys.stdin,), name="stdin", daemon=True)
+            self._reader.start()
+
+    def close(self) -> None:
+        """Nothing is left that could be wished away."""
+        self._over.set()
 
     def unwanted(self, index: int) -> bool:
         """Whether an entry is to be left away."""
@@ -70,12 +88,13 @@ class Wishes:
         elif words[:1] == ["skip"] and words[1:] and words[1].isdecimal():
             self._skipped.add(int(words[1]))
 
-    def _read(self) -> None:
-        try:
-            for line in sys.stdin:
+    def _read(self, stdin: TextIO) -> None:
+        """Runs on a thread of its own. A window that died ends our standard input."""
+        with suppress(OSError, ValueError):  # closed under us is the same as its end
+            for line in stdin:
                 self.take(line)
-        except (OSError, ValueError):
-            return  # stdin is closed: nobody wishes for anything any more
+        if self._watched and wait_until_alone(self._parent, self._over):
+            self._stopped.set()
 
 
 class Queue:
@@ -165,8 +184,12 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
     Raises:
         StudioError: not one file could be made.
     """
-    queue = Queue(entries, out, Wishes())
-    queue.run()
+    wishes = Wishes(watched=out.as_json)
+    queue = Queue(entries, out, wishes)
+    try:
+        queue.run()
+    finally:
+        wishes.close()
     if queue.failed and not queue.files and not queue.cancelled:
         first = queue.failed[0]
         if len(entries) == 1:

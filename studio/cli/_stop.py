@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+_PARENT_POLL_SECONDS = 1.0
 
 
 @contextmanager
@@ -50,6 +53,23 @@ def ends_clean() -> Iterator[None]:
     finally:
         if in_main:
             signal.signal(signal.SIGTERM, before)
+
+
+def wait_until_alone(parent: int, over: threading.Event) -> bool:
+    """True once our parent is gone; False where `over` is set before. Waits on a thread of its own.
+
+    For after the end of standard input: a window that died ends it; a script that gives us none (cron, CI)
+    is still our parent.
+
+    Args:
+        parent: its process number, asked for while it lived.
+        over: nobody needs to know any more.
+    """
+    # On Windows the parent's number stays when it is gone; there the end of the pipe must do.
+    while os.name != "nt" and os.getppid() == parent:
+        if over.wait(_PARENT_POLL_SECONDS):
+            return False
+    return True
 
 
 def _read_wishes(wish: threading.Event) -> None:

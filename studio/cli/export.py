@@ -22,7 +22,7 @@ from studio.cli._clip import (
 )
 from studio.cli._draw import add_look, look_of
 from studio.cli._output import Output
-from studio.cli._outputs import Source, add_format, entries_of, formats_of, write_clip
+from studio.cli._outputs import Source, add_format, entries_of, formats_of, shares, write_clip
 from studio.cli._queue import run_queue
 from studio.cli._shape import Shape, add_shape, shape_of
 from studio.cli._stop import ends_clean
@@ -91,8 +91,9 @@ def _one(exporting: _Exporting, target: Path, shape: Shape, out: Output) -> None
     source = exporting.source(args.what[0])
     progress = _Progress(out)
     progress.report(0.0)
-    clip = source.clip(progress.report)
-    files = write_clip(writer, target, clip, shape, look, source.name, exporting.folder, progress.report)
+    reading, writing = shares(writer, progress.report)
+    clip = source.clip(reading)
+    files = write_clip(writer, target, clip, shape, look, source.name, exporting.folder, writing)
     progress.report(1.0)
     names = ", ".join(str(file) for file in files)
     out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)

@@ -13,7 +13,7 @@ from studio.cli._cache import keep_small
 from studio.cli._clip import Clip, Generator, Manner, Report
 from studio.cli._draw import add_look, look_of
 from studio.cli._output import Output
-from studio.cli._outputs import Source, add_format, entries_of, formats_of, sounds_of, write_clip
+from studio.cli._outputs import Source, add_format, entries_of, formats_of, shares, sounds_of, write_clip
 from studio.cli._queue import run_queue
 from studio.cli._shape import Shape, add_shape, shape_of
 from studio.cli._source import check_sound
@@ -98,13 +98,13 @@ def _one(args: argparse.Namespace, out: Output, project: Project, generator: Gen
     check_free(targets(target.absolute()), args.force, project)
     check_sound(audio)
     look, report = look_of(args), _Reporter(out)
-    motion = _generated(generator, audio, report, args.pieces, out)
+    reading, writing = shares(writer, report)
+    motion = _generated(generator, audio, reading, args.pieces, out)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
     clip = Clip(motion, audio)
     with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
-        files = write_clip(
-            writer, target.absolute(), clip, shape, look, audio.stem, Path(scratch), lambda fraction: None
-        )
+        files = write_clip(writer, target.absolute(), clip, shape, look, audio.stem, Path(scratch), writing)
+    report(1.0)
     text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
     out.done(
         text,

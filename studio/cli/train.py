@@ -14,7 +14,6 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio.cli._cache import keep_small
 from studio.cli._output import Output, silence_stdout
+from studio.cli._stop import wait_until_alone
 from studio.cli._words import counted
 from studio.errors import RequestError
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 HELP = "train a network on the takes marked for training"
 EXAMPLE = "saia train MyProject --recipe quick"
-_PARENT_POLL_SECONDS = 1.0
 _LEGEND = (
     "Each line is an epoch, one round of learning. rmse is the error, less is better; motion and std are how "
     "lively it is,\n1.00 being as lively as you; r is how well it moves with you, 1.00 at best. * marks the "
@@ -76,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
-    stop = StopWish(read=out.as_json or not sys.stdin.isatty())
+    stop = StopWish(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.passing("preparing", "Reading the takes ...")
     board = Board() if args.tensorboard else None
     finished = _trained(project, recipe, resume, out, stop, board)
@@ -201,10 +200,14 @@ class StopWish:
 
     The window keeps our standard input open; its end means the window died. A script that gives us
     none (cron, CI) is still our parent, so an end alone does not stop us.
+
+    Args:
+        read: standard input is read at all.
+        watched: a window waits for us. What was begun at a terminal goes on when that closes under nohup.
     """
 
-    def __init__(self, read: bool) -> None:
-        self._asked = 0
+    def __init__(self, read: bool, watched: bool = False) -> None:
+        self._asked, self._watched = 0, watched
         if read and sys.stdin is not None:
             threading.Thread(target=self._listen, daemon=True).start()
 
@@ -229,10 +232,8 @@ class StopWish:
                     self.ask()
         except (OSError, ValueError):  # closed under us: the same as its end
             pass
-        # On Windows the parent's number stays when it is gone; there the end of the pipe must do.
-        while os.name != "nt" and os.getppid() == parent:
-            time.sleep(_PARENT_POLL_SECONDS)
-        self.ask()
+        if self._watched and wait_until_alone(parent, threading.Event()):
+            self.ask()
 
 
 def _tell(event: Event, out: Output, stop: StopWish) -> None:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import subprocess
+import sys
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from studio import formats
+from studio.cli._clip import Clip
+from studio.cli._draw import Look
 from studio.cli._output import Output
+from studio.cli._outputs import Source, entries_of, shares
 from studio.cli._queue import Entry, Queue, Wishes
+from studio.cli._shape import Shape
 from studio.errors import StudioError
+from tests.formats.examples import a_motion
 
 Report = Callable[[float], None]
 
@@ -82,3 +93,91 @@ def test_stop_takes_out_all_that_is_left() -> None:
     queue = Queue([first, made("b", seen), made("c", seen)], Output(as_json=True), wishes)
     queue.run()
     assert ending(queue) == (["a"], [], ["b", "c"])
+
+
+def test_a_skipped_format_keeps_no_motion_of_a_source_that_is_over(tmp_path: Path) -> None:
+    """An hour of motion is large: with one format skipped the clip of every source stayed to the end."""
+    made_before: list[weakref.ref[Clip]] = []
+    alive: list[int] = []
+
+    def source(name: str) -> Source:
+        def clip(report: Report) -> Clip:
+            alive.append(sum(one() is not None for one in made_before))
+            found = Clip(a_motion(10), None)
+            made_before.append(weakref.ref(found))
+            return found
+
+        return Source(name, 1.0, clip)
+
+    modules = [formats.load("npz"), formats.load("arrow")]
+    sources = [source(name) for name in "abc"]
+    entries = entries_of(sources, modules, tmp_path / "out", Shape(), Look(), force=False)
+    wishes = Wishes()
+    for index in (1, 3, 5):
+        wishes.take(f"skip {index}")
+    Queue(entries, Output(as_json=True), wishes).run()
+    assert alive == [0, 0, 0]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a.npz", "b.npz", "c.npz"]
+
+
+def test_every_format_of_a_source_is_made_of_one_reading(tmp_path: Path) -> None:
+    read: list[str] = []
+
+    def clip(report: Report) -> Clip:
+        read.append("once")
+        return Clip(a_motion(10), None)
+
+    modules = [formats.load("npz"), formats.load("arrow")]
+    entries = entries_of([Source("a", 1.0, clip)], modules, tmp_path, Shape(), Look(), force=False)
+    Queue(entries, Output(as_json=True), Wishes()).run()
+    assert read == ["once"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.arrow", "a.npz"]
+
+
+@pytest.mark.parametrize(("name", "reading"), [("mp4", 0.1), ("bvh", 0.95)])
+def test_reading_and_writing_share_the_progress(name: str, reading: float) -> None:
+    told: list[float] = []
+    first, second = shares(formats.load(name), told.append)
+    for part in (first, second):
+        part(0.0)
+        part(1.0)
+    assert told == pytest.approx([0.0, reading, reading, 1.0])
+
+
+CHILD = """
+import sys, time
+from pathlib import Path
+from studio.cli._queue import Wishes
+wishes = Wishes(watched=True)
+Path(sys.argv[1]).touch()
+end = time.monotonic() + 60
+while time.monotonic() < end and not wishes.unwanted(0):
+    time.sleep(0.02)
+print("stopped" if wishes.unwanted(0) else "goes on", flush=True)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="on Windows the end of the pipe alone says so")
+def test_a_queue_stops_when_the_window_that_began_it_is_gone(tmp_path: Path) -> None:
+    up = tmp_path / "up"
+    window = (
+        "import os, subprocess, sys, time\n"
+        f"subprocess.Popen([sys.executable, '-c', {CHILD!r}, {str(up)!r}], stdin=subprocess.PIPE)\n"
+        f"while not os.path.exists({str(up)!r}): time.sleep(0.02)\n"
+        "os._exit(1)\n"
+    )
+    died = subprocess.run([sys.executable, "-c", window], stdout=subprocess.PIPE, text=True, check=False)
+    assert died.stdout.strip() == "stopped"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="on Windows the end of the pipe alone says so")
+@pytest.mark.parametrize("watched", [False, True], ids=["nohup", "script"])
+def test_an_end_of_input_alone_takes_nothing_out(monkeypatch: pytest.MonkeyPatch, watched: bool) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("skip 1\n"))
+    wishes = Wishes(watched)
+    assert wishes._reader is not None
+    if watched:
+        wishes.close()  # the parent lives: it waits until there is nothing left to stop
+    wishes._reader.join(60)
+    assert not wishes._reader.is_alive()
+    assert [wishes.unwanted(index) for index in (0, 1)] == [False, True]
