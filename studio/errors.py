@@ -17,3 +17,16 @@ class StudioError(Exception):
 
 class RequestError(StudioError):
     """The request itself was wrong (an unknown take, a bad option): exit code 2 on the command line."""
+
+
+class FileThereError(RequestError):
+    """A file would be written over, which is not done unasked.
+
+    Args:
+        what, remedy: the two sentences.
+        file: the name of the file.
+    """
+
+    def __init__(self, what: str, remedy: str, file: str) -> None:
+        super().__init__(what, remedy)
+        self.file = file

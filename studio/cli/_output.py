@@ -61,17 +61,20 @@ class Output:
         self.finished = True
         self.event("done", text, **facts)
 
-    def error(self, what: str, remedy: str, log: Path | None = None, *, hint: bool = False) -> None:
+    def error(
+        self, what: str, remedy: str, log: Path | None = None, *, hint: bool = False, **facts: Any
+    ) -> None:
         """The command failed: a sentence on stderr and, in JSON, the last line.
 
         Args:
             what, remedy: the two sentences.
             log: where the details lie.
             hint: people are told of the log too; they need it only for what nobody foresaw.
+            facts: for programs; `there` names the file that would have been written over.
         """
         told = f" Details are in {log}." if log and hint else ""
         if self.as_json:
-            self.event("error", what=what, remedy=remedy, log=log)
+            self.event("error", what=what, remedy=remedy, log=log, **facts)
         self._wipe()
         print(f"{what} {remedy}{told}", file=sys.stderr, flush=True)
 

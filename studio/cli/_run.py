@@ -8,13 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from studio.cli._output import Output, silence_stdout
-from studio.errors import RequestError, StudioError
+from studio.errors import FileThereError, RequestError, StudioError
 
 
 def guarded(work: Callable[[], int], out: Output) -> int:
     """Run a command and turn whatever it raises into a sentence and an exit code."""
     try:
         return work()
+    except FileThereError as error:
+        out.error(error.what, error.remedy, there=error.file)
+        return 2
     except RequestError as error:
         out.error(error.what, error.remedy)
         return 2

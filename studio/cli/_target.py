@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from studio.errors import RequestError
+from studio.errors import FileThereError, RequestError
 from studio.project import Project
 
 
@@ -25,7 +25,7 @@ def check_free(files: Iterable[Path], force: bool, project: Project | None = Non
         project: its takes and runs are never written over.
 
     Raises:
-        RequestError: one of the files may not be written.
+        RequestError: one of the files may not be written; FileThereError: it is there already.
     """
     for file in files:
         if file.is_dir():
@@ -40,6 +40,5 @@ def check_free(files: Iterable[Path], force: bool, project: Project | None = Non
             what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
             raise RequestError(what, "Choose another folder with -o.")
         if file.exists() and not force:
-            raise RequestError(
-                f"{file} is there already.", "Choose another name with -o, or add --force to write over it."
-            )
+            remedy = "Choose another name with -o, or add --force to write over it."
+            raise FileThereError(f"{file} is there already.", remedy, file.name)

@@ -48,7 +48,7 @@ class Job(QObject):
         self._partial = b""
         self._log: deque[str] = deque(maxlen=KEPT_LINES)
         self._done: dict[str, Any] | None = None
-        self._error: tuple[str, str] | None = None
+        self._error: dict[str, Any] | None = None
         self._cancelling = False
         self._reported = False
 
@@ -66,6 +66,11 @@ class Job(QObject):
     def log(self) -> str:
         """The last lines the child wrote to stderr, for a log drawer or a report."""
         return "\n".join(self._log)
+
+    @property
+    def there(self) -> str:
+        """The file that the command would have written over, "" where that is not why it failed."""
+        return str((self._error or {}).get("there") or "")
 
     def start(self, arguments: list[str]) -> None:
         """Run `saia ARGUMENTS --json`, e.g. start(["train", folder, "--recipe", "saia"])."""
@@ -134,7 +139,7 @@ class Job(QObject):
         elif event["event"] == "done":
             self._done = event
         elif event["event"] == "error":
-            self._error = (str(event.get("what", "")), str(event.get("remedy", "")))
+            self._error = event
         else:
             self.event_received.emit(event)
 
@@ -163,7 +168,7 @@ class Job(QObject):
             self.cancelled.emit()
             self.ended.emit()
         elif self._error is not None:
-            self._report_failure(*self._error)
+            self._report_failure(*(str(self._error.get(key, "")) for key in ("what", "remedy")))
         else:
             last = " / ".join(list(self._log)[-3:]) or self.tr("It left no message.")
             self._report_failure(self.tr("The work ended unexpectedly (code {0}).").format(code), last)

@@ -128,6 +128,9 @@ def test_a_file_that_is_there_is_written_over_only_by_force(
         f"{old} is there already. Choose another name with -o, or add --force to write over it.\n"
     )
     assert old.read_text() == "a week of work"
+    assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / out), "--json"]) == 2
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (told["event"], told["there"]) == ("error", old.name), "a program need not read the sentence"
     assert cli.main(["export", str(folder), "full", "-o", str(tmp_path / out), "--force"]) == 0
     assert old.read_text() != "a week of work"
 

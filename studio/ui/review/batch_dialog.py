@@ -96,8 +96,13 @@ class BatchDialog(QDialog):
         self._form = QWidget()
         self._form.setLayout(self._build_form(runs, wanted, formats, folder))
         column.addWidget(self._form)
+        self.details = label("", "", "batch_details")
+        self.details.setWordWrap(True)
+        self.details.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.details.hide()
         self.list = self._build_list()
         column.addWidget(self.list, 1)
+        column.addWidget(self.details)
         self.bar = QProgressBar()
         self.bar.setObjectName("batch_bar")
         self.bar.setTextVisible(False)
@@ -131,6 +136,7 @@ class BatchDialog(QDialog):
     def show_entries(self, names: Sequence[str]) -> None:
         """The queue, nothing of it done yet."""
         self.list.clear()
+        self._show_details()
         for name in names:
             item = QTreeWidgetItem([name, self.tr("waiting"), ""])
             item.setToolTip(0, name)
@@ -152,6 +158,10 @@ class BatchDialog(QDialog):
         item.setToolTip(2, words)
         if state == "running":
             self.list.scrollToItem(item)
+        if state == "failed" and self.list.currentItem() is None:
+            self.list.setCurrentItem(item)  # the first failure is read without a click
+            item.setSelected(False)  # what is selected can be cancelled, which this cannot
+        self._show_details()
 
     def show_progress(self, index: int, own: float, fraction: float, left: str) -> None:
         """How far one of them and all of it is."""
@@ -224,6 +234,13 @@ class BatchDialog(QDialog):
             words = self.tr("{0} files").format(len(self._sounds)) if self._sounds else ""
         self.chosen.setText(words)
         self.run.setItemText(0, self.tr("No run, captured only") if takes else self.tr("Choose a run"))
+
+    def _show_details(self) -> None:
+        """All of what happened to the entry that is looked at: in its row there is room for a part of it."""
+        item = self.list.currentItem()
+        words = item.toolTip(2) if item is not None else ""
+        self.details.setText(f"{item.text(0)}: {words}" if item is not None and words else "")
+        self.details.setVisible(bool(words))
 
     def _show_manner(self) -> None:
         """How the run is to move, in words: an icon alone does not say it."""
@@ -308,6 +325,7 @@ class BatchDialog(QDialog):
         tree.setHeaderLabels([self.tr("File"), self.tr("State"), self.tr("What happened")])
         tree.setRootIsDecorated(False)
         tree.setSelectionMode(QTreeWidget.SelectionMode.ExtendedSelection)
+        tree.currentItemChanged.connect(lambda *_: self._show_details())
         tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         tree.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
         tree.header().resizeSection(0, 260)

@@ -24,9 +24,6 @@ from studio.ui.review.listing import Listing
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
-THERE = " is there already."
-"""How the command's sentence ends where it would write over a file."""
-
 
 def words_of(wish: BatchWish, project: Path, takes: Sequence[str]) -> list[str]:
     """The command that makes a batch, of its sounds or of all takes of a project."""
@@ -187,8 +184,8 @@ class Batching(QObject):
             self._dialog.show_folder_button(made > 0)
 
     def _on_failed(self, what: str, remedy: str) -> None:
-        if what.endswith(THERE):
-            name = Path(what.removesuffix(THERE)).name
+        name = self._job.there if self._job is not None else ""
+        if name:
             self._tell(self.tr("Nothing was written."))
             QTimer.singleShot(0, self, lambda: self._ask(name))
         else:

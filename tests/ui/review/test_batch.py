@@ -82,7 +82,7 @@ def test_all_takes_are_exported_and_nothing_is_written_over_unasked(
     look.start(50)
     dialog.start.click()
     qtbot.waitUntil(lambda: bool(asked))
-    assert asked[0].endswith(" is there already. Replace what is there?")
+    assert asked[0] in [f"{name} is there already. Replace what is there?" for name in names]
     assert not presenter._batching.busy
     assert (out / "toy_001.bvh").read_bytes() == mine
 
@@ -161,6 +161,27 @@ def test_without_a_run_in_the_bar_the_newest_is_proposed(tab: Tab) -> None:
     assert project is not None
     _runs(project)
     assert _opened(view, presenter).chooser.wanted == Wanted("quick_001")
+
+
+def test_a_long_failure_can_be_read_whole(tab: Tab) -> None:
+    view, presenter = tab
+    dialog = _opened(view, presenter)
+    why = "No sound could be read from broken.mp3. Choose a WAV, FLAC, OGG, MP3 or M4A file."
+    dialog.show_entries(["a.vrma", "broken.vrma", "worse.vrma"])
+    assert dialog.details.isHidden()
+    dialog.show_entry(0, "done")
+    dialog.show_entry(1, "failed", why)
+    dialog.show_entry(2, "failed", "The disk is full. Free some space.")
+    assert dialog.details.isVisible()
+    assert dialog.details.wordWrap()
+    assert dialog.details.text() == f"broken.vrma: {why}"
+    assert not dialog.list.selectedItems(), "it is looked at, not chosen to be cancelled"
+    dialog.list.setCurrentItem(dialog.list.topLevelItem(2))
+    assert dialog.details.text() == "worse.vrma: The disk is full. Free some space."
+    dialog.list.setCurrentItem(dialog.list.topLevelItem(0))
+    assert dialog.details.isHidden()
+    dialog.show_entries(["again.vrma"])
+    assert dialog.details.isHidden()
 
 
 @pytest.mark.slow
