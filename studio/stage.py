@@ -23,10 +23,13 @@ START_TIMEOUT, END_TIMEOUT = 90.0, 15.0
 """Seconds a virtual screen or sound server may take to come up, and to end, on a busy machine."""
 
 _SINK = "studio_null"
+SECOND = "studio_second"
+"""Another output: programs whose PULSE_SINK says so play there, and PULSE_SOURCE with .monitor hears it."""
 # norewinds=1: without it a stream stalls for 1 to 2 s at its start, without any error.
 _PULSE_SCRIPT = f"""\
 load-module module-native-protocol-unix socket={{socket}} auth-anonymous=1
 load-module module-null-sink sink_name={_SINK} rate=48000 channels=2 format=float32le norewinds=1
+load-module module-null-sink sink_name={SECOND} rate=48000 channels=2 format=float32le norewinds=1
 set-default-sink {_SINK}
 set-default-source {_SINK}.monitor
 """

@@ -27,7 +27,8 @@ _NO_AUDIO = (
     "The sound library PortAudio is missing.",
     "Install it (Debian and Ubuntu: sudo apt install libportaudio2) and start the studio again.",
 )
-_library_lock = threading.Lock()
+opening = threading.Lock()
+"""Held while PortAudio opens a stream or looks for devices: it must not be asked twice at once."""
 _open_inputs: WeakSet[AudioInput] = WeakSet()
 """Looking for devices anew would cut them off."""
 
@@ -90,7 +91,7 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     sd = library()
     try:
         if refresh:
-            with _library_lock:
+            with opening:
                 if not _open_inputs:
                     sd._terminate()  # PortAudio lists devices only when it starts
                     sd._initialize()
@@ -192,7 +193,7 @@ class AudioInput:
         Raises:
             StudioError: there is no such device, it is taken, or it refuses the format.
         """
-        with _library_lock:
+        with opening:
             self._open(library())
             _open_inputs.add(self)
 

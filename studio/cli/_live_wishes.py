@@ -12,7 +12,7 @@ from typing import NamedTuple
 from studio.errors import RequestError
 
 SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
-WORDS = (*SWITCHES, "look-ahead", "tune", "send", "unsend", "wave", "clip", "stop")
+WORDS = (*SWITCHES, "look-ahead", "voice-to", "tune", "send", "unsend", "wave", "clip", "stop")
 
 
 class Wish(NamedTuple):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 HELP = "perform an avatar from a microphone, now"
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
-NOWHERE = "none"
+NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
 
@@ -41,6 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--look-ahead", type=int, metavar="MS", help="how far it hears ahead (100, or the nearest)"
     )
+    parser.add_argument(
+        "--voice-to", metavar="NAME",
+        help="hand your voice on to this output, as late as the avatar is; default: the system's own",
+    )  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
     parser.add_argument("--style", metavar="NAME", help="whose way of moving (chosen on validation)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="which draw, for runs that draw")
@@ -97,6 +101,7 @@ class _Stage:
             "gain": lambda wish: live.set_gain(wish.turned(live.gain_on)),
             "gate": lambda wish: live.set_idles(wish.turned(live.idles)),
             "look-ahead": lambda wish: self._look_ahead(wish.rest),
+            "voice-to": lambda wish: live.hand_voice_on(_output(wish.rest)),
             "tune": lambda wish: self._tune(wish.rest),
             "send": lambda wish: self._targets.send(wish.rest),
             "unsend": lambda wish: self._targets.unsend(wish.rest),
@@ -113,6 +118,8 @@ class _Stage:
         live, wishes = self._live, Wishes()
         live.performance.start()
         try:
+            if self._args.voice_to is not None:
+                live.hand_voice_on(_output(self._args.voice_to))
             for one in self._addresses:
                 self._targets.send(one)
             self._tell_ready()
@@ -212,6 +219,11 @@ def _addresses(args: argparse.Namespace) -> list[str]:
     for one in wanted:
         address(one)
     return list(wanted)
+
+
+def _output(name: str) -> str | None:
+    """An output as `Live` knows it, by the name people give it: none, default, or its own."""
+    return None if name in ("", NOWHERE) else "" if name == DEFAULT else name
 
 
 def _usual(args: argparse.Namespace) -> Destination:

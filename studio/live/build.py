@@ -15,6 +15,7 @@ from studio.generate import chance_of
 from studio.live.conditioning import Conditioning
 from studio.live.gain import Gain, level_of_takes
 from studio.live.gate import Gate
+from studio.live.handed_on import HandedOn
 from studio.live.performance import Performance, rest_motion
 from studio.live.sources import LEAD_S, Microphone, SoundFile, Source
 from studio.live.stand import Stand
@@ -66,6 +67,7 @@ class Live:
     def __init__(self, run: str, performance: Performance, style: str) -> None:
         self.run, self.performance, self.style = run, performance, style
         self._sound, self._stand = performance.sound, performance.stand
+        self._voice_to: str | None = None
 
     @property
     def muted(self) -> bool:
@@ -118,6 +120,30 @@ class Live:
         self.performance.choose(heard)
         return heard
 
+    @property
+    def voice_to(self) -> str | None:
+        """Which output the voice is handed on to; None for none."""
+        return self._voice_to
+
+    def hand_voice_on(self, device: str | None) -> None:
+        """Give the voice to an output by name ("" the system's own), as late as the avatar is; None to none.
+
+        Raises:
+            StudioError: a file is performed, or the output cannot be opened.
+        """
+        source = self.performance.source
+        self._voice_to = None
+        self.performance.hand_on(None)
+        if device is None:
+            return
+        if not isinstance(source, Microphone):
+            raise RequestError("A file is heard in time with the avatar already.", "Choose a microphone.")
+        output = HandedOn(device, lambda: self.performance.late)
+        output.start()
+        source.before_refresh = output.rest
+        self.performance.hand_on(output)
+        self._voice_to = device
+
     def tune(self, text: str) -> None:
         """Lay other layers over the poses, given as JSON.
 
@@ -157,7 +183,7 @@ class Live:
             "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
             "gain_on": self.gain_on, "idles": self.idles,
             "idling": round(self._stand.idling, 2), "look_ahead_ms": self.performance.hearing.look_ahead_ms,
-            "seen": str(seen(late)), "sound_delay_ms": sound_delay_ms(late),
+            "seen": str(seen(late)), "sound_delay_ms": sound_delay_ms(late), "voice_to": self.voice_to,
         }  # fmt: skip
 
     def pose_facts(self) -> dict[str, Any]:

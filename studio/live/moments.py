@@ -64,6 +64,11 @@ class SampleClock:
         assert self._origin is not None
         return self._origin + (sample - self._at) / self.rate * self._slope
 
+    def sample(self, moment: float) -> float:
+        """Which sample was captured at a moment, between two of them as a fraction."""
+        assert self._origin is not None
+        return self._at + (moment - self._origin) * self.rate / self._slope
+
 
 class Delay:
     """How long after its moment a pose is shown: as late as nearly all poses are, and half a frame to glide.

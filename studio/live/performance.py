@@ -16,6 +16,7 @@ from studio.capture.meter import FLOOR_DBFS, LevelMeter
 from studio.errors import StudioError
 from studio.features.audio import Floats
 from studio.live.conditioning import Conditioning
+from studio.live.handed_on import HandedOn
 from studio.live.moments import GUESSED, Delay
 from studio.live.sources import Heard, Source
 from studio.live.stand import Names, Stand
@@ -119,6 +120,7 @@ class Performance:
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
         self._wanted: Hearing | None = None
+        self._handed_on: HandedOn | None = None
 
     @property
     def hearing(self) -> Hearing:
@@ -149,6 +151,7 @@ class Performance:
         if self._thread is not None:
             self._thread.join(10.0)
         self.source.stop()
+        self.hand_on(None)
         if self._failure is not None:
             raise self._failure
 
@@ -156,9 +159,16 @@ class Performance:
         """Another look-ahead from the next block on."""
         self._wanted = heard
 
+    def hand_on(self, output: HandedOn | None) -> None:
+        """Hand the voice on to a started output, late; None to nobody."""
+        before, self._handed_on = self._handed_on, output
+        if before is not None:
+            before.stop()
+
     def notices(self) -> list[StudioError]:
         """What happened since the last call: sentences for people."""
-        said = self.source.problems()
+        output = self._handed_on
+        said = self.source.problems() + (output.problems() if output is not None else [])
         while self._said:
             said.append(self._said.popleft())
         return said
@@ -190,6 +200,11 @@ class Performance:
         self._meter.clipped = False
 
     # What senders ask
+
+    @property
+    def late(self) -> float:
+        """Seconds after its sound that a pose is sent."""
+        return self._delay.value
 
     def position(self) -> float:
         """The moment whose pose is to be seen now, seconds of the computer's clock."""
@@ -263,6 +278,8 @@ class Performance:
         self._got_at = self._now()
         self._meter.sample_rate = heard.rate
         self._meter.feed(heard.samples)
+        if (output := self._handed_on) is not None:
+            output.feed(heard, self.sound.muted)
         samples, gap = self.sound.take(heard)
         self._heard_s += len(samples) / self.sound.rate
         if gap:

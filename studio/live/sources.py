@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -81,6 +82,9 @@ class Microphone:
     Args:
         device: a name, a number, or None for the default one.
         again_s: seconds between two tries to open it anew.
+
+    Attributes:
+        before_refresh: called before devices are looked for anew, which cuts off what is being played.
     """
 
     def __init__(self, device: str | int | None = None, again_s: float = REOPEN_S) -> None:
@@ -92,6 +96,7 @@ class Microphone:
         self._losses: deque[float] = deque(maxlen=_LOSSES)
         self._said: deque[StudioError] = deque()
         self._lock = threading.Lock()
+        self.before_refresh: Callable[[], None] = lambda: None
 
     @property
     def name(self) -> str:
@@ -178,6 +183,7 @@ class Microphone:
     def _reopen(self, may_refresh: bool) -> None:
         """Runs on the watch's thread."""
         if may_refresh:
+            self.before_refresh()
             input_devices(refresh=True)
         fresh = AudioInput(self._wanted, latency=self._latency)
         fresh.start()

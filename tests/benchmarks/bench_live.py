@@ -90,7 +90,8 @@ def look_aheads(project: Path, run_id: str) -> list[int]:
 def measure(project: Path, run_id: str, look_ahead_ms: int, output: str) -> dict[str, Any]:
     """One performance of clicks and vowels."""
     sound, frames = clicks_and_vowels(SECONDS), Frames()
-    with _live(project, run_id, look_ahead_ms, frames.port, "--no-gate", "--no-gain") as live:
+    options = ("--no-gate", "--no-gain", "--voice-to", "default")
+    with _live(project, run_id, look_ahead_ms, frames.port, *options) as live, _second_ear() as ear:
         live.wait_ready()
         heard = play_and_hear(sound, output)
         live.stop()
@@ -105,6 +106,7 @@ def measure(project: Path, run_id: str, look_ahead_ms: int, output: str) -> dict
         "over_look_ahead_ms": round(1000 * latency - live.ready["look_ahead_ms"], 1),
         "said_latency_ms": live.done["latency_ms"],
         "click_to_datagram_ms": first,
+        "voice_handed_on_ms": round(1000 * behind(heard, ear.heard), 1),
         "interval_ms_p50": round(1000 * float(np.median(intervals)), 3),
         "jitter_ms_p99": round(1000 * float(np.percentile(np.abs(intervals - 1 / FPS), 99)), 3),
         "poses_late": live.done["late"],
@@ -131,6 +133,45 @@ def clicks_and_vowels(seconds: float) -> np.ndarray:
     return out
 
 
+class _Ear:
+    """What a process of its own heard of the second output."""
+
+    heard: tuple[np.ndarray, float]
+
+
+@contextlib.contextmanager
+def _second_ear() -> Iterator[_Ear]:
+    from studio.stage import SECOND
+
+    ear = _Ear()
+    with tempfile.TemporaryDirectory() as folder:
+        kept = Path(folder) / "heard.npz"
+        environment = {**os.environ, "PULSE_SOURCE": f"{SECOND}.monitor"}
+        command = [sys.executable, "-m", "tests.benchmarks.bench_live", "--hear", str(kept)]
+        listener = subprocess.Popen(command, stdin=subprocess.PIPE, env=environment)
+        yield ear
+        listener.communicate(timeout=60)
+        found = np.load(kept)
+        ear.heard = found["samples"], float(found["began"])
+
+
+def hear(kept: Path) -> None:
+    """Listen until stdin ends, and keep what was heard and when it began."""
+    ended = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
+    samples, began = _heard_until(ended, "default")
+    np.savez(kept, samples=samples, began=began)
+
+
+def behind(first: tuple[np.ndarray, float], second: tuple[np.ndarray, float]) -> float:
+    """Seconds by which the same sound is later in the second of two recordings (samples, beginning)."""
+    from scipy.signal import correlate
+
+    (a, began_a), (b, began_b) = first, second
+    lag = int(np.argmax(correlate(b, a, mode="full", method="fft"))) - (len(a) - 1)
+    return began_b + lag / RATE - began_a
+
+
 def speech(project: Path, seconds: float) -> np.ndarray:
     """The voice of the project's first takes, (N,) at RATE: what opens a voice gate."""
     from studio.project import Project
@@ -153,12 +194,6 @@ def play_and_hear(sound: np.ndarray, output: str) -> tuple[np.ndarray, float]:
     """Play it while hearing the same device; what was heard (N,) and the moment of its first sample."""
     import sounddevice
 
-    from studio.capture.audio import AudioInput
-    from studio.live.moments import SampleClock
-
-    ear = AudioInput(output, sample_rate=RATE, channels=1)
-    ear.start()
-    blocks, clock, taken = [], SampleClock(RATE), 0
     done = threading.Event()
     place = [0]
 
@@ -170,14 +205,22 @@ def play_and_hear(sound: np.ndarray, output: str) -> tuple[np.ndarray, float]:
         if place[0] > len(sound) + RATE:
             done.set()
 
-    moments = []
     with sounddevice.OutputStream(samplerate=RATE, channels=1, device=output, latency=0.06, callback=give):
-        while not done.wait(0.02):
-            for block in ear.drain():
-                clock.follow(taken, block.captured)
-                moments.append((taken, block.captured))
-                blocks.append(block.samples[:, 0])
-                taken += len(block.samples)
+        return _heard_until(done, output)
+
+
+def _heard_until(done: threading.Event, device: str) -> tuple[np.ndarray, float]:
+    """What a device hears until an event, (N,), and the moment of its first sample."""
+    from studio.capture.audio import AudioInput
+
+    ear = AudioInput(device, sample_rate=RATE, channels=1)
+    ear.start()
+    blocks, moments, taken = [], [], 0
+    while not done.wait(0.02):
+        for block in ear.drain():
+            moments.append((taken, block.captured))
+            blocks.append(block.samples[:, 0])
+            taken += len(block.samples)
     ear.stop()
     at, captured = np.array(moments).T
     return np.concatenate(blocks), float(np.median(captured - at / RATE))
@@ -276,9 +319,14 @@ class Frames:
 class _Child:
     """`saia live` in a process of its own."""
 
-    def __init__(self, command: list[str]) -> None:
+    def __init__(self, command: list[str], environment: dict[str, str]) -> None:
         self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env=environment,
         )
         self.ready: dict[str, Any] = {}
         self.done: dict[str, Any] = {}
@@ -342,7 +390,9 @@ def _live(project: Path, run_id: str, look_ahead_ms: int, port: int, *more: str)
         sys.executable, "-m", "studio", "live", str(project), run_id, "--to", f"127.0.0.1:{port}",
         "--look-ahead", str(look_ahead_ms), "--json", *more,
     ]  # fmt: skip
-    child = _Child(command)
+    from studio.stage import SECOND
+
+    child = _Child(command, {**os.environ, "PULSE_SINK": SECOND})
     try:
         yield child
     finally:
@@ -408,6 +458,9 @@ def soak(seconds: float, given: tuple[Path, str] | None = None) -> dict[str, Any
 
 
 if __name__ == "__main__":
+    if "--hear" in sys.argv:
+        hear(Path(sys.argv[2]))
+        sys.exit()
     LENGTH = float(sys.argv[2]) if len(sys.argv) > 2 else LONG_S
     KEPT = Path(__file__).resolve().parent / "results" / "live_long.json"
     FOUND = soak(LENGTH) if "--long" in sys.argv else run()

@@ -105,6 +105,7 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
             "neutral",
             "look-ahead 480",
             "dance",
+            "voice-to default",
             'tune {"mouth": 0.5}',
             "tune x",
         ):
@@ -118,6 +119,7 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
     assert ready["look_ahead_ms"] == 100
     assert child.has("look_ahead", look_ahead_ms=500)
     assert child.has("notice", what="There is no dance while it is live.")
+    assert child.has("notice", what="A file is heard in time with the avatar already.")
     done = child.events[-1]
     assert done["event"] == "done"
     assert done["sent"] > 0

@@ -1,0 +1,78 @@
+"""The voice as late as the avatar: which moment is heard when, whatever the two sound cards' clocks do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from studio.live.delay_line import DelayLine
+from studio.live.sources import Heard
+
+RATE, BLOCK = 48_000, 480
+
+
+def passed(
+    line: DelayLine,
+    late: float,
+    seconds: float = 12.0,
+    rate: int = RATE,
+    in_ppm: float = 0.0,
+    out_ppm: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """A voice whose values are its moments, in and out by blocks; what came out, and when it was heard."""
+    out, when, given, t, anew = [], [], 0, 100.0, True
+    block, step = rate * BLOCK // RATE, BLOCK / RATE
+    for i in range(round(seconds / step)):
+        captured = 100.0 + i * step * (1 + in_ppm * 1e-6)
+        line.put(Heard((i * block + np.arange(block, dtype=np.float32)) / rate / 10, rate, captured, anew))
+        anew, t = False, captured + step
+        while 100.0 + given / line.rate * (1 + out_ppm * 1e-6) < t:
+            heard_at = 100.02 + (given + np.arange(BLOCK)) / line.rate * (1 + out_ppm * 1e-6)
+            out.append(line.take(BLOCK, heard_at[0] - late))
+            when.append(heard_at)
+            given += BLOCK
+    return np.concatenate(out), np.concatenate(when)
+
+
+@pytest.mark.parametrize(("rate", "out_rate"), [(48_000, 48_000), (44_100, 48_000), (16_000, 44_100)])
+def test_each_moment_is_heard_as_late_as_the_avatar_is(rate: int, out_rate: int) -> None:
+    out, when = passed(DelayLine(out_rate), 0.12, rate=rate)
+    later = when > 101.0
+    behind = when[later] - 100.0 - 10 * out[later]
+    assert np.median(behind) == pytest.approx(0.12, abs=0.001)
+    assert np.abs(behind - 0.12).max() < 0.004
+
+
+def test_two_clocks_that_drift_apart_are_followed_without_a_jump() -> None:
+    out, when = passed(DelayLine(RATE), 0.12, 60.0, in_ppm=80.0, out_ppm=-80.0)
+    later = when > 105.0
+    behind = when[later] - 100.0 - 10 * out[later]
+    assert np.abs(behind - 0.12).max() < 0.02
+    assert np.abs(np.diff(out[later])).max() < 3 / RATE / 10
+
+
+def test_a_delay_shorter_than_the_way_of_the_sound_is_as_short_as_can_be_without_holes() -> None:
+    out, when = passed(DelayLine(RATE), 0.0)
+    later = when > 101.0
+    behind = when[later] - 100.0 - 10 * out[later]
+    assert 0 < behind.max() < 0.06
+    assert np.diff(out[later]).min() > 0  # no hole
+
+
+def test_a_voice_that_stops_is_silence_and_not_the_same_again() -> None:
+    line = DelayLine(RATE)
+    passed(line, 0.12, 3.0)
+    t = 104.0
+    rest = np.concatenate([line.take(BLOCK, t + i * 0.01 - 0.12) for i in range(100)])
+    assert not rest[RATE // 10 :].any()
+
+
+def test_another_delay_is_gone_over_to_without_a_click() -> None:
+    line, rng = DelayLine(RATE), np.random.default_rng(2)
+    tone = 0.5 * np.sin(2 * np.pi * 200 * np.arange(4 * RATE) / RATE + rng.uniform()).astype(np.float32)
+    out = []
+    for i in range(380):
+        line.put(Heard(tone[i * BLOCK : (i + 1) * BLOCK], RATE, 100.0 + i * 0.01, i == 0))
+        out.append(line.take(BLOCK, 100.0 + i * 0.01 - (0.12 if i < 200 else 0.52)))
+    steps = np.abs(np.diff(np.concatenate(out)[RATE:]))
+    assert steps.max() < 0.03  # a tone of 200 Hz and that level moves by 0.013 a sample
