@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,8 @@ from studio.project import Project, Run
 from studio.training.events import Epoch, Event, Note, Step
 from studio.training.loop import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
+from tests import toys
 
-MakeProject = Callable[..., Project]
 OF_EACH_SITTING = ("run", "seconds", "notes", "pid", "host")
 
 
@@ -47,10 +46,49 @@ def same(a: Run, b: Run) -> bool:
     )
 
 
-def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(make_toy_project: MakeProject) -> None:
-    project = make_toy_project()
-    whole = train(project, tiny(), on_event=quiet)
+MOMENTS = ((1, 3), (3, 2), (4, None))
+"""Epochs and their steps; None is an epoch's end."""
 
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project whose run balanced_001 nothing interrupted.
+
+    Beside it lies what a power cut would have left of that run: (1, 3) at one of the moments, best_2 behind
+    an epoch that was the best so far.
+    """
+    project = toys.make(tmp_path_factory.mktemp("trained") / "Toy")
+
+    def copy(event: Event) -> None:
+        if isinstance(event, Epoch | Step):
+            step = event.step if isinstance(event, Step) else None
+            if (event.epoch, step) in MOMENTS:  # the disk as it is then is all there will be
+                _keep(project, f"{(event.epoch, step)}")
+            if isinstance(event, Epoch) and event.best:
+                _keep(project, f"best_{event.epoch}")
+
+    train(project, tiny(), on_event=copy, step_seconds=0.0)
+    return project.folder
+
+
+def _keep(project: Project, name: str) -> None:
+    shutil.copytree(project.runs_folder / "balanced_001", project.folder.parent / name)
+
+
+@pytest.fixture
+def project(trained: Path, tmp_path: Path) -> Project:
+    return toys.copied(trained, tmp_path)
+
+
+def left(project: Project, kept: Path) -> Run:
+    """The run that a power cut left in a project."""
+    shutil.copytree(kept, project.runs_folder / "balanced_050")
+    run = project.run("balanced_050")
+    assert run.status == "running"  # by its report, whose process happens to live
+    return run
+
+
+def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(project: Project) -> None:
     def interrupted(event: Event) -> None:
         if isinstance(event, Epoch) and event.epoch == 2:
             raise KeyboardInterrupt
@@ -65,57 +103,33 @@ def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(make_toy_
     notes: list[Event] = []
     again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
     assert [n.text for n in notes if isinstance(n, Note)] == ["balanced_002 goes on after epoch 2."]
-    assert same(again, whole)
+    assert same(again, project.run("balanced_001"))
 
 
-@pytest.mark.parametrize("moment", [(1, 3), (3, 2), (4, None)])
+@pytest.mark.parametrize("moment", MOMENTS)
 def test_after_a_power_cut_it_goes_on_to_the_end_of_one_that_had_none(
-    make_toy_project: MakeProject, moment: tuple[int, int | None]
+    trained: Path, project: Project, moment: tuple[int, int | None]
 ) -> None:
-    project = make_toy_project()
-
-    def power_cut(event: Event) -> None:
-        now = (
-            (event.epoch, event.step if isinstance(event, Step) else None)
-            if isinstance(event, Epoch | Step)
-            else None
-        )
-        if now == moment:  # the disk as it is then is all there will be
-            shutil.copytree(project.runs_folder / "balanced_001", project.runs_folder / "balanced_050")
-
-    whole = train(project, tiny(), on_event=power_cut, step_seconds=0.0)
-    left = project.run("balanced_050")
-    assert left.status == "running"  # by its report, whose process happens to live
+    cut = left(project, trained.parent / f"{moment}")
     notes: list[Event] = []
-    again = train(project, resumed_recipe(left), on_event=notes.append, resume=left)
+    again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
     done = moment[0] - (moment[1] is not None)
     said = f"goes on after epoch {done}." if done else "had not finished an epoch and begins anew."
     assert [n.text for n in notes if isinstance(n, Note)] == [f"balanced_050 {said}"]
-    assert same(again, whole)
+    assert same(again, project.run("balanced_001"))
 
 
-def test_a_cut_between_two_files_of_an_epoch_changes_nothing(make_toy_project: MakeProject) -> None:
-    project = make_toy_project()
-    kept: dict[int, Path] = {}
-
-    def copy(event: Event) -> None:
-        if isinstance(event, Epoch) and event.best:
-            kept[event.epoch] = project.runs_folder / f"balanced_05{event.epoch}"
-            shutil.copytree(project.runs_folder / "balanced_001", kept[event.epoch])
-
-    whole = train(project, tiny(), on_event=copy)
-    first, second = sorted(kept)[:2]
+def test_a_cut_between_two_files_of_an_epoch_changes_nothing(trained: Path, project: Project) -> None:
+    first, second = sorted(trained.parent.glob("best_*"))[:2]
+    cut = left(project, first)
     # The weights of the later epoch were written, where it stands was not.
-    shutil.copyfile(kept[second] / "best.safetensors", kept[first] / "best.safetensors")
-    left = project.run(kept[first].name)
-    assert same(train(project, resumed_recipe(left), on_event=quiet, resume=left), whole)
+    shutil.copyfile(second / "best.safetensors", cut.folder / "best.safetensors")
+    again = train(project, resumed_recipe(cut), on_event=quiet, resume=cut)
+    assert same(again, project.run("balanced_001"))
 
 
-def test_the_figures_while_training_are_those_of_the_model_that_is_kept(
-    make_toy_project: MakeProject,
-) -> None:
-    project = make_toy_project()
-    run = train(project, tiny(), on_event=quiet)
+def test_the_figures_while_training_are_those_of_the_model_that_is_kept(project: Project) -> None:
+    run = project.run("balanced_001")
     measured = figures_of(project, run)
     assert run.report is not None
     for name in ("rmse", "pearson", "motion_ratio", "motion_ratio_head", "std_ratio"):

@@ -27,6 +27,7 @@ from studio.training.gains import CALMEST, LIVELIEST
 from studio.training.loop import resumed_recipe, train
 from studio.training.loop_setup import learning_rate
 from studio.training.recipe import Recipe, TrainingSettings, load_recipe, read_recipe
+from tests import toys
 
 MakeProject = Callable[..., Project]
 
@@ -57,6 +58,24 @@ def same_weights(a: Path, b: Path) -> bool:
     return one.keys() == two.keys() and all(torch.equal(one[name], two[name]) for name in one)
 
 
+@pytest.fixture(scope="module")
+def two_epochs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Event]]:
+    """A project with one run, to be copied, and what was told of that."""
+    project = toys.make(tmp_path_factory.mktemp("trained") / "Toy")
+    _, events = trained(project, tiny("epochs=2"))
+    return project.folder, events
+
+
+@pytest.fixture
+def project(two_epochs: tuple[Path, list[Event]], tmp_path: Path) -> Project:
+    return toys.copied(two_epochs[0], tmp_path)
+
+
+@pytest.fixture
+def run(project: Project) -> Run:
+    return project.run("balanced_001")
+
+
 @pytest.mark.slow
 def test_a_toy_is_learnt_and_moves(make_toy_project: MakeProject) -> None:
     run, events = trained(make_toy_project(), tiny("epochs=12", "steps=20", "units=32"))
@@ -74,9 +93,8 @@ def test_a_toy_is_learnt_and_moves(make_toy_project: MakeProject) -> None:
     assert run.report["best_val"] == best.val
 
 
-def test_the_run_folder_holds_what_others_read(make_toy_project: MakeProject) -> None:
-    project = make_toy_project()
-    run, events = trained(project, tiny("epochs=2"))
+def test_the_run_folder_holds_what_others_read(run: Run, two_epochs: tuple[Path, list[Event]]) -> None:
+    _, events = two_epochs
     started = next(event for event in events if isinstance(event, Started))
     assert (started.run, started.of, started.val) == (run.id, 2, ("Toy_003",))
     assert {path.name for path in run.folder.iterdir()} >= {
@@ -88,7 +106,7 @@ def test_the_run_folder_holds_what_others_read(make_toy_project: MakeProject) ->
     assert run.report is not None
     assert run.report["train"] == ["Toy_001", "Toy_002"]
     assert run.report["seed"] == 1
-    assert project.run(run.id).has_weights
+    assert run.has_weights
 
 
 def test_two_runs_with_one_seed_are_equal_and_with_another_are_not(make_toy_project: MakeProject) -> None:
@@ -132,11 +150,7 @@ def test_a_stop_keeps_the_best_weights_even_in_the_first_epoch(make_toy_project:
     assert run.has_weights
 
 
-def test_a_run_killed_between_its_files_goes_on_from_the_last_whole_epoch(
-    make_toy_project: MakeProject,
-) -> None:
-    project = make_toy_project()
-    run, _ = trained(project, tiny("epochs=2"))
+def test_a_run_killed_between_its_files_goes_on_from_the_last_whole_epoch(project: Project, run: Run) -> None:
     with (run.folder / "metrics.jsonl").open("a") as file:
         file.write('{"event": "epoch", "epoch": 3}\n{"event": "epo')
     (run.folder / "report.json").unlink()
@@ -337,8 +351,7 @@ def test_one_cycle_rises_and_falls() -> None:
     assert rates[-1] == pytest.approx(4e-6)
 
 
-def test_epoch_lines_are_json(make_toy_project: MakeProject) -> None:
-    run, _ = trained(make_toy_project(), tiny("epochs=1"))
+def test_epoch_lines_are_json(run: Run) -> None:
     for line in (run.folder / "metrics.jsonl").read_text().splitlines():
         facts = json.loads(line)
         assert {"epoch", "of", "train_loss", "val_loss", "val", "seconds", "eta_s"} <= facts.keys()
@@ -346,10 +359,8 @@ def test_epoch_lines_are_json(make_toy_project: MakeProject) -> None:
 
 
 def test_a_run_whose_process_was_killed_is_interrupted_and_a_living_one_is_running(
-    make_toy_project: MakeProject,
+    project: Project, run: Run
 ) -> None:
-    project = make_toy_project()
-    run, _ = trained(project, tiny("epochs=1"))
     path = run.folder / "report.json"
     report = json.loads(path.read_text(encoding="utf-8"))
     assert "pid" not in report  # it ended by itself
