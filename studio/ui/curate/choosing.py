@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from PySide6.QtGui import QDesktopServices
 
 from studio.dataset import edits
 from studio.dataset.balance import balanced_split
+from studio.dataset.dataset import Dataset
 from studio.errors import StudioError
 from studio.take.take import Take
 from studio.ui import messages
@@ -60,14 +62,17 @@ class Choosing(QObject):
         rows = self._view.library.model.rows
         seconds = {row.id: row.seconds for row in rows}
         unfit = {row.selection.take for row in rows if not _judges(row)}
-        if not self._room.edit(
-            self.tr("Split for me"), lambda data: balanced_split(data, seconds, unfit=unfit)
-        ):
-            return
-        self._room.say(self._told_split())
+        # A take that is missing may be found again; one that was recorded without motion never trains.
+        useless = [r.id for r in rows if r.take is not None and r.selection.split and not _whole(r)]
 
-    def _told_split(self) -> str:
-        """How many takes do what; those that training leaves out are named as such."""
+        def divided(data: Dataset) -> Dataset:
+            return balanced_split(edits.set_split(data, useless, ""), seconds, unfit=unfit)
+
+        if self._room.edit(self.tr("Split for me"), divided):
+            self._room.say(self._told_split(useless))
+
+    def _told_split(self, useless: Sequence[str]) -> str:
+        """How many takes do what; those that training has no use for are named as such."""
         whole = {row.id for row in self._view.library.model.rows if _whole(row)}
         used = {s: [x.id for x in self._room.dataset.of_split(s)] for s in ("train", "val", "test")}
         count = {split: len(whole.intersection(ids)) for split, ids in used.items()}
@@ -77,10 +82,9 @@ class Choosing(QObject):
             counted(count["test"], self.tr("1 tests it"), self.tr("{0} test it")),
         )
         sentence = self.tr("{0}, {1}, {2}.").format(*parts)
-        left = sum(map(len, used.values())) - sum(count.values())
-        one = self.tr("1 take without sound or motion is left out.")
-        many = self.tr("{0} takes without sound or motion are left out.")
-        return f"{sentence} {counted(left, one, many)}" if left else sentence
+        one = self.tr("{0} is not used: training needs both sound and motion.").format(*useless[:1], "")
+        many = self.tr("{0} takes are not used: training needs both sound and motion.")
+        return f"{sentence} {counted(len(useless), one, many)}" if useless else sentence
 
     def _on_menu(self, place: QPoint) -> None:
         rows = self._room.chosen_rows

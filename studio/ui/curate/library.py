@@ -34,7 +34,7 @@ from studio.ui.widgets.time_view import clock
 FIXED = {"length": 66, "stars": 88, "split": 78, "performer": 78}
 EMOTION_PX = 64
 """Of the emotion's column, which is there once anything has one."""
-SHARES = {"take": (96, 0.26), "grade": (72, 0.34), "tags": (46, 0.14)}
+SHARES = {"take": (96, 0.28), "grade": (72, 0.42), "tags": (46, 0.14)}
 """Least pixels, and the share of what the fixed columns leave; the note gets the rest."""
 LEAST_NOTE = 40
 SEARCH_WAIT_MS = 120
@@ -54,13 +54,14 @@ class TakeTableView(QTableView):
     def divide(self) -> None:
         """Give each column its width."""
         header = self.horizontalHeader()
-        emotion = 0 if self.isColumnHidden(COLUMNS.index("emotion")) else EMOTION_PX
-        fixed = FIXED | {"emotion": emotion}
+        fixed = FIXED | {"emotion": EMOTION_PX}
+        fixed = {name: wide for name, wide in fixed.items() if not self.isColumnHidden(_place(name))}
         room = self.viewport().width() - sum(fixed.values())
-        widths = fixed | {name: max(least, int(room * share)) for name, (least, share) in SHARES.items()}
+        shares = {name: of for name, of in SHARES.items() if not self.isColumnHidden(_place(name))}
+        widths = fixed | {name: max(least, int(room * share)) for name, (least, share) in shares.items()}
         widths["note"] = max(LEAST_NOTE, self.viewport().width() - sum(widths.values()))
         for column, name in enumerate(COLUMNS):
-            if widths[name]:
+            if name in widths:
                 header.resizeSection(column, widths[name])
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -122,7 +123,7 @@ class Library(Card):
         self._restoring = False
         if renewed or self.filter.filtering:
             self._refilter()
-        self._show_emotions(any(row.selection.emotion for row in rows))
+        self._show_columns(rows)
         seconds: dict[str, float] = {}
         for row in rows:
             seconds[row.selection.split] = seconds.get(row.selection.split, 0.0) + row.seconds
@@ -132,10 +133,16 @@ class Library(Card):
         if self.chosen != before:
             self.chosen_changed.emit(self.chosen)
 
-    def _show_emotions(self, there: bool) -> None:
-        column = COLUMNS.index("emotion")
-        if self.table.isColumnHidden(column) == there:
-            self.table.setColumnHidden(column, not there)
+    def _show_columns(self, rows: Sequence[TakeRow]) -> None:
+        """Columns that no take has anything in leave their room to the others."""
+        there = {
+            "emotion": any(row.selection.emotion for row in rows),
+            "tags": any(row.selection.tags for row in rows),
+        }
+        changed = [name for name, any_ in there.items() if self.table.isColumnHidden(_place(name)) == any_]
+        for name in changed:
+            self.table.setColumnHidden(_place(name), not there[name])
+        if changed:
             self.table.divide()
 
     def select(self, ids: Iterable[str], current: str = "") -> None:
@@ -334,7 +341,8 @@ class Library(Card):
         self._none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         theme.as_role(self._none, "muted")
         holder = QWidget()
-        self.table.setColumnHidden(COLUMNS.index("emotion"), True)
+        for name in ("emotion", "tags"):
+            self.table.setColumnHidden(_place(name), True)
         self._stack = QStackedLayout(holder)
         self._stack.addWidget(self.table)
         self._stack.addWidget(self._none)
@@ -394,3 +402,8 @@ class Library(Card):
     def _on_selection(self) -> None:
         if not self._restoring:
             self.chosen_changed.emit(self.chosen)
+
+
+def _place(name: str) -> int:
+    """Where a column stands."""
+    return COLUMNS.index(name)

@@ -15,7 +15,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPalette, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QMouseEvent, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from studio.ui import theme
@@ -123,7 +123,8 @@ def _paint_name(painter: QPainter, box: QRectF, row: TakeRow, index: Index) -> i
     missing = index.data(MISSING_ROLE)
     painter.setFont(theme.ui_font())
     painter.setPen(theme.colour("bad" if missing else "text" if row.selection.split else "muted"))
-    _elided(painter, box, index.data())
+    short = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideMiddle, int(box.width()))
+    painter.drawText(box, _LEFT, short)  # takes of a slate differ at their end
     return painter.fontMetrics().horizontalAdvance(index.data())
 
 
@@ -164,7 +165,27 @@ def _paint_grade(painter: QPainter, box: QRectF, row: TakeRow) -> None:
     painter.drawText(badge, Qt.AlignmentFlag.AlignCenter, row.grade)
     painter.setFont(theme.ui_font(theme.CAPTION_PX))
     painter.setPen(theme.colour("muted"))
-    _elided(painter, box.adjusted(26, 0, 0, 0), row.reason)
+    room = box.adjusted(26, 0, 0, 0)
+    painter.drawText(room, _LEFT, in_two_lines(row.reason, painter.fontMetrics(), int(room.width())))
+
+
+def in_two_lines(text: str, metrics: QFontMetrics, width: int) -> str:
+    """A sentence in one line where it fits, else in two, the second cut where even that is too little.
+
+    Args:
+        text: what is said.
+        metrics: of the font it is written in.
+        width: pixels there are.
+    """
+    if metrics.horizontalAdvance(text) <= width:
+        return text
+    words = text.split()
+    count = 0
+    while count < len(words) and metrics.horizontalAdvance(" ".join(words[: count + 1])) <= width:
+        count += 1
+    rest = " ".join(words[count:]) if count else text
+    short = metrics.elidedText(rest, Qt.TextElideMode.ElideRight, width)
+    return f"{' '.join(words[:count])}\n{short}" if count else short
 
 
 def _chip(painter: QPainter, box: QRectF, text: str, colour: QColor) -> None:
@@ -179,8 +200,3 @@ def _chip(painter: QPainter, box: QRectF, text: str, colour: QColor) -> None:
     painter.drawRoundedRect(chip, 9, 9)
     painter.setPen(theme.colour("text"))  # data colours are too pale to read on a light ground
     painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, text)
-
-
-def _elided(painter: QPainter, box: QRectF, text: str) -> None:
-    short = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, int(box.width()))
-    painter.drawText(box, _LEFT, short)

@@ -96,6 +96,8 @@ class TakeTable(QAbstractTableModel):
         """The columns' titles."""
         if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
             return self._titles()[section]
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.ToolTipRole:
+            return self._told()[COLUMNS[section]]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             right = COLUMNS[section] == "length" and orientation == Qt.Orientation.Horizontal
             side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
@@ -139,6 +141,26 @@ class TakeTable(QAbstractTableModel):
             self.tr("Take"), self.tr("Length"), self.tr("Stars"), self.tr("Split"), self.tr("Grade"),
             self.tr("Performer"), self.tr("Emotion"), self.tr("Tags"), self.tr("Note"),
         )  # fmt: skip
+
+    def _told(self) -> dict[str, str]:
+        """What each column means, in plain words."""
+        return {
+            "take": self.tr("The slate and its number; the small picture is the sound"),
+            "length": self.tr("How much of the take is used, in minutes and seconds"),
+            "stars": self.tr("How good you find it, 1 to 5; click a star"),
+            "split": self.tr(
+                "What the take is for:\ntrain: to learn from\n"
+                "val: to notice when more practice stops helping\ntest: to judge by at the end"
+            ),
+            "grade": self.tr(
+                "How clean the recording is, and what keeps it from being better:\n"
+                "A: nothing to mend, B: small things, C: look at it, D: hardly of use"
+            ),
+            "performer": self.tr("Who is seen and heard; runs can learn the style of each"),
+            "emotion": self.tr("How the whole take is played"),
+            "tags": self.tr("Your own words, to find takes by"),
+            "note": self.tr("Anything worth knowing"),
+        }
 
     def _text(self, row: TakeRow, column: str) -> str:
         s = row.selection

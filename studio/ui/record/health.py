@@ -71,12 +71,28 @@ class HealthCard(Card):
             number.setFont(theme.figures_font())
             number.setAlignment(Qt.AlignmentFlag.AlignRight)
             number.setAccessibleName(title)
-            grid.addWidget(label(title, "caption"), line, column * 3)
+            caption = label(title, "caption")
+            for part in (caption, number):
+                part.setToolTip(self._told()[key])
+            grid.addWidget(caption, line, column * 3)
             grid.addWidget(number, line, column * 3 + 1)
             grid.setColumnStretch(column * 3 + 1, 1)
             self._numbers[key] = number
         grid.setColumnMinimumWidth(2, 16)
         self.body.addLayout(grid)
+
+    def _told(self) -> dict[str, str]:
+        """What each number means and what is good."""
+        return {
+            "packets": self.tr("Network packets of the tracker in a second; only 0 is bad"),
+            "frames": self.tr("Poses of the tracker in a second; 30 and more are good, 60 are better"),
+            "jitter": self.tr(
+                "How unevenly poses come in, milliseconds; below 10 is good, takes are evened out"
+            ),
+            "late": self.tr("How often the tracker paused; 0 is good"),
+            "lost": self.tr("Poses and packets that never came in; 0 is good"),
+            "bad": self.tr("Packets that were no motion and were refused; 0 is good"),
+        }
 
     def show_findings(self, findings: list[tuple[str, str, str]]) -> None:
         """Show (what, remedy, health) rows, the worst first."""

@@ -10,7 +10,7 @@ from studio.errors import StudioError
 from studio.ui.jobs import Job
 
 PERFORMER_NAME = "Mia"
-"""As in the sample project, which is not asked: all of the performer would be loaded while a take is saved."""
+"""As in the sample project, which is not asked: loading it takes too long while a take is saved."""
 PATIENCE_MS = 3_000
 """How long it may take to end after it was asked to."""
 

@@ -160,6 +160,7 @@ class ProgressCard(Card):
             2,
         )
         self.motion_plot.setObjectName("motion_plot")
+        self._explain_plots()
         for plot in (self.loss_plot, self.error_plot, self.motion_plot):
             row.addWidget(plot, 1)
         self.preview = PreviewPane()
@@ -172,3 +173,21 @@ class ProgressCard(Card):
         self._curves.addWidget(hint)
         self._curves.addWidget(plots)
         return self._curves
+
+    def _explain_plots(self) -> None:
+        """What each plot shows and what is good, in plain words."""
+        self.loss_plot.setToolTip(
+            self.tr(
+                "What the network tries to make small, by epoch; good when both fall. Where training falls "
+                "and validation rises it learns the takes by heart: the best epoch before that is kept."
+            )
+        )
+        self.error_plot.setToolTip(
+            self.tr(
+                "How far the face is off on the validation takes, 0 to 1 (root mean square error). "
+                "Below 0.1 is good, less is better."
+            )
+        )
+        self.motion_plot.setToolTip(
+            self.tr("How much it moves against you: 1.0 is as much. In the green band it looks alive.")
+        )

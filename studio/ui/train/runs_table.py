@@ -190,9 +190,17 @@ class RunsTable(QTableWidget):
             STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
             BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
-            RMSE: self.tr("Root mean square error on validation at the best epoch; smaller is better"),
-            PEARSON: self.tr("How well the curves follow the captured ones; 1 is perfect"),
-            MOTION: self.tr("How much it moves against the captured motion; 1.0 moves as much"),
+            RMSE: self.tr(
+                "How far the face is off on takes it has not learnt from (RMSE), 0 to 1: below 0.1 is good, "
+                "less is better. Compare only runs of the same takes."
+            ),
+            PEARSON: self.tr(
+                "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "
+                "A voice tells 0.3 to 0.7 of a face."
+            ),
+            MOTION: self.tr(
+                "How much it moves against you: 1.0 is as much, below 0.5 looks stiff, above 1.3 shaky"
+            ),
         }
         for column, text in told.items():
             item = self.horizontalHeaderItem(column)

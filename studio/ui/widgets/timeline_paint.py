@@ -55,7 +55,9 @@ def paint_ruler(painter: QPainter, lane: Lane, left: float, view: TimeView) -> N
         painter.setPen(theme.colour("disabled"))
         painter.drawLine(QPointF(x, box.bottom() - 9), QPointF(x, box.bottom() - 1))
         painter.setPen(theme.colour("muted"))
-        room = QRectF(x + 4, box.top() + 3, 110, box.height() - 6)
+        room = QRectF(x + (9 if x <= left + 1 else 4), box.top() + 3, 110, box.height() - 6)
+        if room.left() + painter.fontMetrics().horizontalAdvance(text) > box.right():
+            continue  # half a time is read as another one
         painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
 
 

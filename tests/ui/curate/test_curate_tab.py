@@ -264,6 +264,28 @@ def test_split_for_me_trains_validates_and_tests(room: Room) -> None:
     assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
 
 
+def test_split_for_me_leaves_a_take_without_motion_unused_and_says_so(room: Room, tmp_path: Path) -> None:
+    sound = tmp_path / "radio.wav"
+    soundfile.write(sound, np.random.default_rng(2).normal(0, 0.1, 16_000).astype(np.float32), 16_000)
+    project = room.session.project
+    assert project is not None
+    take = project.add_take("Radio", TakeInfo("Radio"), None, sound)
+    room.session.adopt(take)
+    room.click("split_for_me_button")
+    assert room.saved("Radio").get("split", "train") == ""
+    said = (
+        "1 take trains, 1 checks the training, 1 tests it. "
+        "Radio is not used: training needs both sound and motion."
+    )
+    assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
+
+
+def test_every_column_says_what_it_means(room: Room) -> None:
+    model = room.view.library.model
+    way, role = Qt.Orientation.Horizontal, Qt.ItemDataRole.ToolTipRole
+    assert all(model.headerData(place, way, role) for place in range(len(COLUMNS)))
+
+
 def test_grades_appear_with_their_reason(room: Room) -> None:
     model = room.view.library.model
     room.qtbot.waitUntil(lambda: all(row.report is not None for row in model.rows), timeout=LONG)

@@ -9,10 +9,35 @@ from pytestqt.qtbot import QtBot
 from studio.dataset import Dataset, Label, Selection
 from studio.take import Take, TakeInfo
 from studio.take.check import Finding, Report
+from studio.ui.curate.take_delegate import in_two_lines
 from studio.ui.curate.take_rows import COLUMNS, TakeRow, rows_of
 from studio.ui.curate.take_table import ROW_ROLE, TakeFilter, TakeTable
 
 Display = Qt.ItemDataRole.DisplayRole
+
+
+class Metrics:
+    """Letters of ten pixels."""
+
+    def horizontalAdvance(self, text: str) -> int:  # noqa: N802
+        return 10 * len(text)
+
+    def elidedText(self, text: str, _mode: Qt.TextElideMode, width: int) -> str:  # noqa: N802
+        return text if 10 * len(text) <= width else f"{text[: width // 10 - 1]}…"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("No sound.", "No sound."),
+        ("Motion has a gap.", "Motion has\na gap."),
+        ("Motion has a gap of 1.2 s.", "Motion has\na gap of …"),
+        ("動きが途切れています。もう一度。", "動きが途切れてい…"),
+        ("", ""),
+    ],
+)
+def test_a_reason_has_two_lines(text: str, shown: str) -> None:
+    assert in_two_lines(text, Metrics(), 100 if text.isascii() else 90) == shown  # type: ignore[arg-type]
 
 
 def _rows() -> tuple[TakeRow, ...]:
