@@ -85,13 +85,13 @@ class Painter:
                 what = f"A picture of {size} pixels in {name} is not possible."
                 raise RequestError(what, f"Choose {SMALLEST} to {LARGEST}.")
         self._motion, self._drawing = motion, drawing
-        self._scene = _scene(drawing) if motion.bone_names else None
-        shorter = min(drawing.width, drawing.height)
-        share = FACE_SHARE if self._scene is not None else LARGE_FACE_SHARE
-        faced = bool(motion.shape_names) and (drawing.avatar is None or self._scene is None)
+        shorter, bodily = min(drawing.width, drawing.height), bool(motion.bone_names)
+        share = FACE_SHARE if bodily else LARGE_FACE_SHARE
+        faced = bool(motion.shape_names) and (drawing.avatar is None or not bodily)
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
+        self._scene = _scene(drawing) if bodily else None  # at last: nothing may fail while it is held
 
     def __enter__(self) -> Painter:
         return self
@@ -196,7 +196,11 @@ def _scene(drawing: Drawing) -> Scene:
     except (ImportError, RuntimeError, OSError, AttributeError, ValueError) as error:
         what = "Pictures cannot be drawn on this computer: it has no OpenGL."
         raise StudioError(what, "Update the graphics driver; `saia doctor` tells more.") from error
-    scene.dress(avatar)
+    try:
+        scene.dress(avatar)
+    except BaseException:
+        scene.close()
+        raise
     return scene
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -91,8 +92,12 @@ class _Film:
         self._fps = fps
         options = {"movflags": "+faststart"}  # it begins to play before all of it is loaded
         self._container: Any = av.open(str(path.absolute()), "w", format="mp4", options=options)
-        self._video = self._stream(drawing)
-        self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
+        try:
+            self._video = self._stream(drawing)
+            self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
+        except BaseException:
+            self._let_go()  # Windows removes no file that somebody holds
+            raise
         self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
         self._samples = 0
         self._worker = ThreadPoolExecutor(1, "film encoder")
@@ -106,10 +111,12 @@ class _Film:
         if kind is None:
             self._container.close()
             return
-        try:
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """Close what comes to nothing; what went wrong with it is on its way already."""
+        with suppress(OSError, ValueError):
             self._container.close()
-        except (OSError, ValueError):
-            return  # what went wrong is on its way already
 
     def draw(self, painter: Painter, count: int, drawing: Drawing) -> Pixels:
         """All pictures and all sound; gives the first picture."""

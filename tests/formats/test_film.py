@@ -139,6 +139,15 @@ def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) 
         assert error.value.what == "a.mp4 did not read back as it was written."
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux tells which files are held")
+def test_a_film_that_cannot_begin_holds_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mp4, "CODECS", ())
+    with pytest.raises(StudioError) as error:  # it keeps the film alive, as a log or a dialog does
+        mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL)
+    assert error.value.what == "No film can be encoded here."
+    assert not [file for file in Path("/proc/self/fd").iterdir() if "a.mp4" in str(file.resolve())]
+
+
 @pytest.mark.parametrize("codec", [name for name, _ in mp4.CODECS if name in av.codecs_available])
 def test_every_encoder_of_the_wheel_makes_a_film(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codec: str

@@ -8,6 +8,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,11 @@ class Predicting(QObject):
         """Ask for nothing any more; a child process is ended."""
         self._wish += 1
         job, self._job = self._job, None
-        self._pieces.drop()
+        pieces, self._pieces = self._pieces, _Pieces()
+        if job is not None and job.running:
+            job.ended.connect(pieces.drop)  # until then the child may write one more
+        else:
+            pieces.drop()
         if job is not None:
             job.cancel()
             self.progressed.emit("", None)
@@ -77,9 +82,9 @@ class Predicting(QObject):
     def close(self) -> None:
         """The window closes."""
         self._wish += 1
-        self._pieces.drop()
         if self._job is not None:
             self._job.close()
+        self._pieces.drop()
 
     def _read(self, path: Path) -> None:
         wish = self._wish
@@ -89,11 +94,10 @@ class Predicting(QObject):
                 self.predicted.emit(motion)
 
         def failed(error: BaseException) -> None:
-            path.unlink(missing_ok=True)  # only kept to save time; the next wish makes it again
             if wish == self._wish:
                 self.failed.emit(error)
 
-        background.run(lambda: read_motion(path), done, failed, owner=self)
+        background.run(lambda: _read_kept(path), done, failed, owner=self)
 
     def _generate(self, words: list[str], run_id: str, path: Path) -> None:
         job = self._job = Job(self)
@@ -186,6 +190,16 @@ class Predicting(QObject):
             self.progressed.emit("", None)
 
 
+def _read_kept(path: Path) -> Motion:
+    """The motion kept in a file; one that cannot be read is removed. Runs on a pool thread."""
+    try:
+        return read_motion(path)
+    except BaseException:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)  # only kept to save time; the next wish makes it again
+        raise
+
+
 class _Pieces:
     """What a child has written so far.
 
@@ -224,8 +238,9 @@ class _Pieces:
         return self.over and self.motion is not None and not self.waiting
 
     def drop(self) -> None:
-        """Forget all of it."""
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)
+        """Forget all of it. An hour of pieces is removed on the pool, where nobody waits for the disk."""
+        folder = self.folder
+        if folder is not None:
+            background.run(lambda: shutil.rmtree(folder, ignore_errors=True), lambda _: None)
         self.folder, self.files, self.read, self.motion = None, [], 0, None
         self.reading = self.over = False

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from studio.errors import StudioError
 from studio.motion import Motion
 from studio.take.motion_file import write_motion
 from studio.ui.jobs import Job
 from studio.ui.review.clip import Wanted
-from studio.ui.review.predicting import Predicting, _Pieces
+from studio.ui.review.predicting import Predicting, _Pieces, _read_kept
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
@@ -52,7 +53,7 @@ def test_the_beginning_is_handed_on_before_the_end_is_there(
     assert whole.args is not None
     assert len(whole.args[0]) == 180
     assert whole.args[0].shapes[[0, 60, 120], 0].tolist() == pytest.approx([0.1, 0.2, 0.3])
-    assert not folder.exists()
+    qtbot.waitUntil(lambda: not folder.exists())
 
 
 def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
@@ -98,7 +99,24 @@ def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predictin
     predicting._on_event(job, _piece(tmp_path, 1))
     qtbot.wait(100)
     assert not seen
-    assert not folder.exists()
+    qtbot.waitUntil(lambda: not folder.exists())
+
+
+def test_a_kept_motion_that_cannot_be_read_is_gone_before_it_is_told(
+    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+) -> None:
+    """It is removed where it was read, on the pool: the window never waits for a disk."""
+    path = tmp_path / "kept.arrow"
+    path.write_bytes(b"no motion")
+    with pytest.raises(StudioError):
+        _read_kept(path)
+    assert not path.exists()
+    path.write_bytes(b"no motion")
+    there: list[bool] = []
+    predicting.failed.connect(lambda _: there.append(path.exists()))
+    predicting._read(path)
+    qtbot.waitUntil(lambda: bool(there))
+    assert there == [False]
 
 
 def test_the_beginning_plays_and_the_rest_is_marked_on_the_timeline(
