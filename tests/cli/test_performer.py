@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -47,15 +46,6 @@ def test_performs_over_udp_and_says_what_it_says(capsys: pytest.CaptureFixture[s
     due = int(str(told[-1]["frames"])) + int(str(told[-1]["frames_dropped"]))  # a busy machine drops some
     assert due == pytest.approx(45, abs=5)
     assert frames >= int(str(told[-1]["frames"])) - 1
-
-
-@pytest.mark.slow
-def test_makes_the_sample_project(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["performer", "--sample", str(tmp_path / "sample"), "--json"]) == 0
-    told = events(capsys.readouterr().out)
-    assert [event["fraction"] for event in told[:-1]][-1] == 1.0
-    assert len(told[-1]["takes"]) == 7  # type: ignore[arg-type]
-    assert (tmp_path / "sample" / "project.json").is_file()
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,9 @@ def test_a_training_whose_window_died_stops_well(make_toy_project: MakeProject, 
 
 
 @pytest.mark.slow
-def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(make_toy_project: MakeProject) -> None:
+def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(
+    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str]
+) -> None:
     project = make_toy_project()
     folder, alike = str(project.folder), [*TINY, "--set", "schedule=constant"]
     words = command("train", folder, *alike, "--set", "epochs=400", "--json")
@@ -182,10 +184,8 @@ def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(make_toy_proje
     run = project.run("balanced_001")
     assert run.status == "interrupted"
     last = run.epochs()[-1]["epoch"] + 4  # a busy machine may have trained on before the kill came
-    resume = command("train", folder, "--resume", run.id, "--set", f"epochs={last}", "--json")
-    done = subprocess.run(resume, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    events = events_of(done.stdout)
+    code, events = in_process(capsys, "train", folder, "--resume", run.id, "--set", f"epochs={last}")
+    assert code == 0
     note = next(event["text"] for event in events if event["event"] == "note")
     assert note.startswith(f"{run.id} goes on after epoch ")
     first = next(event["epoch"] for event in events if event["event"] == "epoch")
@@ -204,16 +204,17 @@ def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(make_toy_proje
 
 
 @pytest.mark.slow
-def test_two_processes_train_like_one(make_toy_project: MakeProject) -> None:
+def test_two_processes_train_like_one(
+    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str]
+) -> None:
     project = make_toy_project()
     # Without dropout, whose chance belongs to a process, and with one member, since members share out what a
     # process has; three crops are not shared out evenly.
     alike = ["--set", "dropout=0", "--set", "crops=3", "--set", "members=1"]
     more = [*TINY, "--set", "epochs=2", *alike, "--json"]
     words = [project.folder.as_posix(), *more]
-    alone = subprocess.run(
-        command("train", *words), stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
-    )
+    assert cli.main(["train", *words]) == 0
+    alone = capsys.readouterr().out
     torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2"]
     both = subprocess.run(
         [*torchrun, "-m", "studio", "train", *words],
@@ -230,7 +231,7 @@ def test_two_processes_train_like_one(make_toy_project: MakeProject) -> None:
         events = [json.loads(line) for line in lines]
         return [event["train_loss"] for event in events if event["event"] == "epoch"]
 
-    assert losses(both.stdout) == pytest.approx(losses(alone.stdout), rel=1e-3)
+    assert losses(both.stdout) == pytest.approx(losses(alone), rel=1e-3)
     assert [run.id for run in project.runs] == ["balanced_001", "balanced_002"]  # one folder, rank 0's
 
 

@@ -14,6 +14,8 @@ from typing import Any
 import pytest
 
 FOREIGN = Path(__file__).resolve().parent / "foreign"
+# Of the person, not of one test: looked up while tests are collected, before each gets a home of its own.
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "saia-studio-tests"
 
 
 def node_folder() -> Path:
@@ -21,11 +23,10 @@ def node_folder() -> Path:
     if not shutil.which("node") or not shutil.which("npm"):
         pytest.skip("node and npm are not installed")
     lock = (FOREIGN / "package-lock.json").read_bytes()
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "saia-studio-tests"
-    folder = cache / f"node-{hashlib.sha256(lock).hexdigest()[:12]}"
+    folder = CACHE / f"node-{hashlib.sha256(lock).hexdigest()[:12]}"
     if not folder.is_dir():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as scratch:
+        CACHE.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=CACHE) as scratch:
             fresh = Path(scratch) / "node"
             fresh.mkdir()
             for name in ("package.json", "package-lock.json"):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from studio.cli import main
 from studio.errors import RequestError
 from studio.performer import Script, make_sample, perform_script
 from studio.project import Project
@@ -15,10 +19,26 @@ from studio.take.sound import read_sound
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("home") / "見本 project"
-    make_sample(folder)
-    return folder
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The sample project as the command makes it, and what that prints."""
+    folder, told = tmp_path_factory.mktemp("home") / "見本 project", io.StringIO()
+    with contextlib.redirect_stdout(told):
+        assert main(["performer", "--sample", str(folder), "--json"]) == 0
+    return folder, told.getvalue()
+
+
+@pytest.fixture
+def sample(made: tuple[Path, str]) -> Path:
+    return made[0]
+
+
+@pytest.mark.slow
+def test_the_command_tells_how_far_it_is_and_what_it_made(made: tuple[Path, str]) -> None:
+    folder, text = made
+    told = [json.loads(line) for line in text.splitlines()]
+    assert [event["fraction"] for event in told[:-1]][-1] == 1.0
+    assert len(told[-1]["takes"]) == 7
+    assert (folder / "project.json").is_file()
 
 
 @pytest.mark.slow
