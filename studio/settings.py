@@ -55,7 +55,9 @@ class Settings:
     audio_device: str = _setting("", "Microphone", "Sound device to record from; empty is the system's own.")
     audio_output: str = _setting("", "Speaker", "Sound device to play on; empty is the system's own.")
     live_device: tuple[str, ...] = ()
-    """The microphone that Live listens to, as the first; the one to record from where none was chosen there."""
+    """The microphone that Live listens to, as the first; where none was chosen, the one to record from."""
+    live_voice: str = ""
+    """The output that Live hands the voice on to, late; "" for none, "default" for the system's."""
     sample_rate: int = _setting(
         0, "Sample rate", "Rate to record at; 0 is the device's own.", low=0, high=192000, unit="Hz"
     )

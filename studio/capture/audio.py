@@ -105,6 +105,20 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     return tuple(sorted(found, key=lambda d: not d.default))
 
 
+def output_names() -> tuple[str, ...]:
+    """Every sound output of this computer by name, as it was when devices were last looked for.
+
+    Raises:
+        StudioError: PortAudio is missing or cannot start.
+    """
+    sd = library()
+    try:
+        listed = sd.query_devices()
+    except sd.PortAudioError as error:
+        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
+    return tuple(dict.fromkeys(str(one["name"]) for one in listed if one["max_output_channels"] > 0))
+
+
 def _device(entry: Any, default: bool) -> AudioDevice:
     rate = round(entry["default_samplerate"])
     return AudioDevice(

@@ -101,7 +101,7 @@ class _Stage:
             "gain": lambda wish: live.set_gain(wish.turned(live.gain_on)),
             "gate": lambda wish: live.set_idles(wish.turned(live.idles)),
             "look-ahead": lambda wish: self._look_ahead(wish.rest),
-            "voice-to": lambda wish: live.hand_voice_on(_output(wish.rest)),
+            "voice-to": lambda wish: self._voice_to(wish.rest),
             "tune": lambda wish: self._tune(wish.rest),
             "send": lambda wish: self._targets.send(wish.rest),
             "unsend": lambda wish: self._targets.unsend(wish.rest),
@@ -119,7 +119,7 @@ class _Stage:
         live.performance.start()
         try:
             if self._args.voice_to is not None:
-                live.hand_voice_on(_output(self._args.voice_to))
+                self._voice_to(self._args.voice_to)
             for one in self._addresses:
                 self._targets.send(one)
             self._tell_ready()
@@ -165,6 +165,15 @@ class _Stage:
         heard = self._live.choose_look_ahead(int(text))
         self._out.event("look_ahead", f"It hears {heard.reach_ms:.0f} ms ahead now.",
                         look_ahead_ms=heard.look_ahead_ms, reach_ms=heard.reach_ms)  # fmt: skip
+
+    def _voice_to(self, name: str) -> None:
+        try:
+            self._live.hand_voice_on(_output(name))
+        finally:
+            to = self._live.voice_to
+            where = to or "the system's output"
+            said = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
+            self._out.event("voice", said, to=to)
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)

@@ -183,7 +183,7 @@ class Live:
             "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
             "gain_on": self.gain_on, "idles": self.idles,
             "idling": round(self._stand.idling, 2), "look_ahead_ms": self.performance.hearing.look_ahead_ms,
-            "seen": str(seen(late)), "sound_delay_ms": sound_delay_ms(late), "voice_to": self.voice_to,
+            "seen": str(seen(late)), "sound_delay_ms": sound_delay_ms(late),
         }  # fmt: skip
 
     def pose_facts(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton
 
 from studio.ui import messages, theme
 from studio.ui.live.state import LookAhead
+from studio.ui.live.voice import NOBODY, VoiceRow
 from studio.ui.widgets.card import Card, label
 
 
@@ -31,7 +32,7 @@ class LatencyCard(Card):
         self.words.setWordWrap(True)
         self.advice = label("", "caption", "live_advice")
         self.advice.setWordWrap(True)
-        self.copy = self._copy_button()
+        self.copy, self.voice = self._copy_button(), VoiceRow()
         self._delay_ms = 0
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setObjectName("look_ahead")
@@ -53,6 +54,7 @@ class LatencyCard(Card):
         self.body.addWidget(self.figure)
         self.body.addWidget(self.words)
         self.body.addLayout(obs)
+        self.body.addWidget(self.voice)
         self.body.addWidget(self.slider)
         self.body.addLayout(ends)
         self.body.addWidget(self.quality)
@@ -79,10 +81,13 @@ class LatencyCard(Card):
 
     def _show_delay(self, delay_ms: int) -> None:
         self._delay_ms = delay_ms
+        handed_on = self.voice.value != NOBODY
         advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
+        if handed_on:
+            advice = self.tr("Your delayed voice agrees with the lips: no Sync Offset is needed for it.")
         self.advice.setText(advice.format(delay_ms))
         self.advice.setVisible(bool(delay_ms))
-        self.copy.setVisible(bool(delay_ms))
+        self.copy.setVisible(bool(delay_ms) and not handed_on)
 
     def show_look_aheads(self, offered: Sequence[LookAhead], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""

@@ -18,6 +18,7 @@ from studio.ui.live.state import LookAhead, Ready, State, look_aheads_of
 from studio.ui.live.targets import LiveTargets
 from studio.ui.live.tunings import Tunings
 from studio.ui.live.view import LiveView
+from studio.ui.live.voice import Voice
 from studio.ui.live.wishes import Wishes
 from studio.ui.review.clip import Wanted, run_choice
 from studio.ui.session import Session
@@ -45,6 +46,7 @@ class LivePresenter(QObject):
         self._tunings = Tunings(view.source, session, self._performing.tell)
         self._sounds = Sounds(view.source, session)
         self._standing = Standing(view, self._performing)
+        self._voice = Voice(view.latency.voice, session, self._performing.tell)
         self._avatars = Avatars(view.stage, session)
         self._connect()
         self._on_project()
@@ -62,6 +64,7 @@ class LivePresenter(QObject):
         self._show_runs()
         self._tunings.read()
         self._sounds.look(refresh=False)
+        self._voice.look()
         self._performing.tell("poses on")
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
@@ -119,6 +122,8 @@ class LivePresenter(QObject):
             self._on_ready(Ready.of(event))
         elif kind == "channels" and self._ready is not None:
             self._ready = self._ready.of_channels(event)
+        elif kind == "voice":
+            self._voice.told(event["to"])
         elif kind == "look_ahead":
             self._show_look_aheads(int(event["look_ahead_ms"]))
 
@@ -126,6 +131,7 @@ class LivePresenter(QObject):
         self._ready = ready
         self._targets.begin()
         self._tunings.send()
+        self._voice.begin(self._view.source.file is not None)
         self._show_look_aheads(ready.look_ahead_ms)
         if not self._active:
             self._performing.tell("poses off")
@@ -184,6 +190,7 @@ class LivePresenter(QObject):
         self._ready = self._state = None
         self._wishes.forget()
         self._targets.end()
+        self._voice.over()
         view.source.meter.clear()
         view.latency.show_none()
         view.stage.show_nobody()
@@ -191,6 +198,9 @@ class LivePresenter(QObject):
         self._session.status_changed.emit("live", "", "")
         self._standing.show(None, None)
         self._show_runs()
+
+    def _show_voice(self) -> None:
+        self._view.latency.voice.show_file(self._view.source.file is not None)
 
     # Choices
 
@@ -208,6 +218,8 @@ class LivePresenter(QObject):
         card.clip_reset_requested.connect(lambda: performing.tell("clip"))
         card.option_changed.connect(self._on_option)
         self._sounds.checked.connect(self._show_ready)
+        self._sounds.checked.connect(self._show_voice)
+        card.source_chosen.connect(self._show_voice)
         view.controls.switched.connect(self._on_switched)
         view.latency.look_ahead_chosen.connect(self._on_look_ahead)
         session.project_opened.connect(self._on_project)

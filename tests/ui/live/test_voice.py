@@ -1,0 +1,122 @@
+"""The delayed voice: chosen, remembered, told to the performance, and heard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio import stage
+from studio.capture.audio import AudioInput
+from studio.project import Project
+from studio.settings import Settings
+from studio.ui import background
+from studio.ui.live.voice import NOBODY, SYSTEM, Voice, VoiceRow
+from studio.ui.session import Session
+from tests.live.runs import add_run
+from tests.live.test_steps import speech
+from tests.ui.live.children import Room, ready, state
+
+Thought = tuple[VoiceRow, Voice, Session, list[str]]
+
+
+@pytest.fixture
+def thought(qtbot: QtBot) -> Callable[..., Thought]:
+    def build(**settings: object) -> Thought:
+        row, session, said = VoiceRow(), Session(Settings().changed(**settings)), []
+        qtbot.addWidget(row)
+        return row, Voice(row, session, said.append), session, said
+
+    return build
+
+
+def choose(row: VoiceRow, value: str) -> None:
+    row.outputs.setCurrentIndex(row.outputs.findData(value))
+    row.outputs.activated.emit(row.outputs.currentIndex())
+
+
+def test_a_choice_is_told_at_once_and_remembered(thought: Callable[..., Thought]) -> None:
+    row, voice, session, said = thought()
+    assert row.value == NOBODY
+    row.show_outputs(["CABLE Input"], NOBODY)
+    choose(row, "CABLE Input")
+    assert said == ["voice-to CABLE Input"]
+    assert session.settings.live_voice == "CABLE Input"
+    said.clear()
+    voice.begin(file=False)
+    voice.begin(file=True)
+    assert said == ["voice-to CABLE Input"]
+    choose(row, NOBODY)
+    assert session.settings.live_voice == ""
+    assert said[-1] == "voice-to none"
+
+
+def test_an_output_that_is_gone_is_named_and_one_that_cannot_be_is_off(
+    thought: Callable[..., Thought],
+) -> None:
+    row, voice, _, _ = thought(live_voice="CABLE Input")
+    assert row.outputs.currentText() == "CABLE Input (not found)"
+    voice.told(None)
+    assert row.value == NOBODY
+    voice.over()
+    assert row.value == "CABLE Input"
+    voice.told("")
+    assert row.value == SYSTEM
+
+
+def test_outputs_of_this_computer_are_listed(
+    thought: Callable[..., Thought], virtual_audio: str, qtbot: QtBot
+) -> None:
+    row, voice, _, _ = thought(live_voice="default")
+    voice.look()
+    qtbot.waitUntil(lambda: row.outputs.count() > 2)
+    assert row.value == SYSTEM
+    background.wait()
+
+
+def test_a_file_needs_none_and_the_advice_follows_the_choice(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, live, _ = room(toy_project, live_voice="default")
+    live._on_event(ready(("A",), ("Head",)))
+    live._on_event({"event": "voice", "to": ""})
+    live._on_event(state())
+    assert "no Sync Offset is needed" in view.latency.advice.text()
+    assert not view.latency.copy.isVisible()
+    live._on_event({"event": "voice", "to": None})
+    live._on_event(state())
+    assert "Sync Offset 100 ms" in view.latency.advice.text()
+    assert view.latency.copy.isVisible()
+    view.latency.voice.show_file(True)
+    assert not view.latency.voice.outputs.isEnabled()
+
+
+@pytest.mark.slow
+def test_the_voice_is_heard_while_live(
+    room: Callable[..., Room],
+    toy_project: Project,
+    qtbot: QtBot,
+    virtual_audio: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    import sounddevice
+
+    add_run(toy_project)
+    view, live, _ = room(toy_project, live_voice=SYSTEM)
+    sounddevice.play(np.tile(speech(2.0), 90) * 0.5, 16_000)
+    monkeypatch.setenv("PULSE_SINK", stage.SECOND)  # the performance's alone: it begins after this
+    view.source.start.click()
+    qtbot.waitUntil(lambda: live._state is not None, timeout=60_000)
+    monkeypatch.setenv("PULSE_SOURCE", f"{stage.SECOND}.monitor")
+    ear = AudioInput(virtual_audio, 48_000, 1)
+    ear.start()
+    qtbot.waitUntil(lambda: any(np.abs(block.samples).max() > 0.02 for block in ear.drain()), timeout=60_000)
+    assert view.latency.voice.value == SYSTEM
+    ear.stop()
+    view.source.start.click()
+    qtbot.waitUntil(lambda: not live.running, timeout=60_000)
+    sounddevice.stop()
+    background.wait()
