@@ -1,0 +1,69 @@
+"""A take is recorded with the microphone that Live listens to: both go on."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from studio.project import Project
+from studio.ui import background
+from studio.ui.live.view import LiveView
+from studio.ui.record.presenter import RecordPresenter
+from studio.ui.record.view import RecordView
+from tests.live.runs import add_run
+from tests.live.test_steps import speech
+from tests.ui.live.children import Room
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def hears(view: LiveView) -> bool:
+    """Whether a pose was shown while sound came in."""
+    level = view.source.meter._values
+    return level is not None and level[0] > -50.0 and bool(view.meters.shown_names)
+
+
+@pytest.mark.slow
+def test_a_take_is_recorded_while_live(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot, virtual_audio: str
+) -> None:
+    import sounddevice
+
+    add_run(toy_project)
+    view, live, session = room(toy_project, vmc_port=free_port(), countdown=0.0, pre_roll=0.0, slate="Both")
+    record_view = RecordView()
+    record = RecordPresenter(record_view, session)
+    qtbot.addWidget(record_view, before_close_func=lambda _: record.close())
+    record_view.show()
+    record.activate()
+    qtbot.waitUntil(lambda: record._recorder is not None and record_view.slate_bar.record.isEnabled())
+    recorder = record._recorder
+    assert recorder is not None
+    sounddevice.play(np.tile(speech(2.0), 90) * 0.5, 16_000)
+    qtbot.waitUntil(lambda: recorder.snapshot().audio_alive)
+    view.source.start.click()
+    qtbot.waitUntil(lambda: hears(view))
+    record_view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: record.rolling)
+    qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 1.0)
+    view.source.meter.clear()  # what was heard before does not count
+    qtbot.waitUntil(lambda: hears(view))
+    record_view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: len(toy_project.takes) == 4)
+    take = next(take for take in toy_project.takes if take.id.startswith("Both"))
+    assert take.audio_path is not None
+    assert 0.5 < take.info.audio_seconds <= take.info.duration + 0.01
+    assert live.running
+    view.source.start.click()
+    qtbot.waitUntil(lambda: not live.running)
+    sounddevice.stop()
+    record.close()
+    background.wait()
