@@ -62,6 +62,15 @@ class TunePanel(QWidget):
         self._end_edit()
         self._change(tuning, "")
 
+    def begin(self, tuning: Tuning) -> None:
+        """Show what was tuned the last time; there is nothing before it to go back to."""
+        self._end_edit()
+        self._undo, self._redo = [], []
+        if tuning == self._tuning:
+            self._show()
+        else:
+            self._set(tuning)
+
     def show_motion(self, shape_names: tuple[str, ...], bone_names: tuple[str, ...]) -> None:
         """Enable what the motion on the stage has channels for; anything else would do nothing."""
         regions = {shape_region(name) for name in shape_names} | {bone_region(name) for name in bone_names}

@@ -13,6 +13,7 @@ from studio.playback.layers import presets
 from studio.playback.layers.presets import Preset
 from studio.take import safe_file
 from studio.ui import background, messages
+from studio.ui.review.last_tuning import LastTuning
 from studio.ui.review.tune_panel import TunePanel
 from studio.ui.session import Session
 
@@ -25,12 +26,16 @@ class Tunings(QObject):
     Args:
         panel: the Tune panel.
         session: knows the open project.
+
+    Attributes:
+        last: keeps where the sliders stand.
     """
 
     def __init__(self, panel: TunePanel, session: Session) -> None:
         super().__init__(panel)
         self._panel, self._session = panel, session
         self._turn = 0
+        self.last = LastTuning(panel, session)
         bar = panel.presets
         bar.save_requested.connect(self.save)
         bar.delete_requested.connect(self.delete)
