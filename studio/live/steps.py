@@ -17,7 +17,7 @@ import torch
 from studio.errors import RequestError, StudioError
 from studio.features.audio import AudioSpec, Floats, row_centres, rows
 from studio.model._network import Chance, Network, State
-from studio.model.recurrent_steps import steps_of
+from studio.model._recurrent_steps import steps_of
 from studio.training.checkpoint import Model
 
 WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1

@@ -102,7 +102,8 @@ def test_the_simple_guesses_tell_what_they_are_at(
 
 def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["evaluate", str(project.folder), "balanced_001"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    doing, *lines = capsys.readouterr().out.splitlines()
+    assert doing == "Measuring how well it does at each look-ahead ..."
     assert lines[0] == "balanced_001 (seed 1) on Toy_004 (test), 180 frames"
     assert lines[1].split()[:4] == ["RMSE", "r", "r", "mouth"]
     names = [line.split()[0] for line in lines[2:7]]
@@ -111,7 +112,7 @@ def test_people_read_a_table(project: Project, capsys: pytest.CaptureFixture[str
 
 def test_all_figures_come_one_a_line(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["evaluate", str(project.folder), "balanced_001", "--all"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    _, *lines = capsys.readouterr().out.splitlines()
     assert lines[1].split() == ["balanced_001", "zero", "train_mean", "ridge", "captured"]
     assert lines[2].startswith("RMSE (lower is nearer)")
     assert any(line.startswith("blinks per minute") for line in lines)

@@ -8,7 +8,7 @@ import torch
 
 from studio.model import recurrent
 from studio.model._network import Chance, Network, Sizes
-from studio.model.recurrent_steps import steps_of
+from studio.model._recurrent_steps import steps_of
 
 SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3)
 
