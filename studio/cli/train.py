@@ -2,8 +2,9 @@
 
 With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
 what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, before it
-starts a `cleaning` where cleaned sound was chosen and is not there, and before the error of memory that ran
-out an `out_of_memory` with the setting that may fit.
+starts a `cleaning` where cleaned sound was chosen and is not there and a `listening` for each take whose
+sound is worked out, and before the error of memory that ran out an `out_of_memory` with the setting that may
+fit.
 """
 
 from __future__ import annotations
@@ -247,7 +248,7 @@ def _tell(event: Event, out: Output, stop: StopWish) -> None:
 def _print(event: Event, out: Output) -> None:
     from dataclasses import asdict
 
-    from studio.training.events import Cleaning, Epoch, Note, OutOfMemory, Started, Step
+    from studio.training.events import Cleaning, Epoch, Listening, Note, OutOfMemory, Started, Step
 
     if isinstance(event, Epoch):
         out.event("epoch", _epoch_line(event), **event.as_dict())
@@ -258,6 +259,9 @@ def _print(event: Event, out: Output) -> None:
     elif isinstance(event, Cleaning):
         text = f"Cleaning the sound of {event.take} {event.fraction:4.0%}"
         out.passing("cleaning", text, **asdict(event))
+    elif isinstance(event, Listening):
+        text = f"Listening to {event.take}, {event.number} of {event.of}"
+        out.passing("listening", text, **asdict(event))
     elif isinstance(event, Step):
         out.passing("step", _step_line(event), **asdict(event))
     elif isinstance(event, OutOfMemory):

@@ -75,6 +75,21 @@ class Cleaning:
 
 
 @dataclass(frozen=True)
+class Listening:
+    """Before it starts: what a take sounds like is worked out, slowly by a speech encoder.
+
+    Args:
+        take: whose.
+        number: which it is, counts from 1.
+        of: how many there are.
+    """
+
+    take: str
+    number: int
+    of: int
+
+
+@dataclass(frozen=True)
 class Epoch:
     """One epoch is over.
 
@@ -167,7 +182,7 @@ class OutOfMemory:
     setting: str
 
 
-Event = Started | Note | Cleaning | Epoch | Step | OutOfMemory
+Event = Started | Note | Cleaning | Listening | Epoch | Step | OutOfMemory
 
 
 def is_still(motion_ratio: float | None) -> bool:

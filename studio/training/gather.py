@@ -32,6 +32,7 @@ HELD_BACK = 0.15
 
 Chosen = tuple[Selection, Take]
 OnCleaning = Callable[[str, float], None]
+OnListening = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,7 @@ def gather(
     fps: Fraction | None = None,
     styles: tuple[str, ...] | None = None,
     on_cleaning: OnCleaning = lambda take, done: None,
+    on_listening: OnListening = lambda take, number, of: None,
 ) -> Gathered:
     """The training and validation examples of a project.
 
@@ -86,6 +88,7 @@ def gather(
         recipe: sound features, frame rate, scaling.
         layout, fps, styles: those of a run that is resumed; measured where None.
         on_cleaning: is told of a take whose cleaned sound has to be made, and how much of it is (0..1).
+        on_listening: is told of each take before its sound is listened to: which, its number, of how many.
 
     Raises:
         StudioError: there is too little, or what there is cannot be used.
@@ -104,8 +107,10 @@ def gather(
     named = styles_of([m.selection for m in train], recipe.training.style_by)
     styles = tuple(dict.fromkeys(name for name in named if name)) if styles is None else styles
     indices = {name: i for i, name in enumerate(styles, 1)}
+    numbers = {m.selection.id: i for i, m in enumerate((*train, *val), 1)}
 
     def example(material: Material) -> Example:
+        on_listening(material.selection.id, numbers[material.selection.id], len(numbers))
         grid = grids[material.selection.id]
         return make_example(material.selection.id, material.samples, grid, layout, recipe.sound, fps, cache)
 

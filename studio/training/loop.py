@@ -25,6 +25,7 @@ from studio.training.events import (
     Cleaning,
     Epoch,
     Event,
+    Listening,
     Note,
     OutOfMemory,
     Started,
@@ -64,7 +65,7 @@ def train(
     Args:
         project: its dataset says which takes.
         recipe: how; where a run is resumed, use `resumed_recipe`.
-        on_event: told of the start, notes, epochs and long epochs' steps, on this thread.
+        on_event: told of all that happens, from the first take listened to on, on this thread.
         stop: asked after every step; True ends well, the best weights kept.
         resume: a run to go on with.
         step_seconds: a step is told of when nothing was for so long.
@@ -120,7 +121,10 @@ class _Training:
         self.stop, self.step_seconds = stop, step_seconds
         state = state_of(resume)
         layout, fps, names = loop_run.kept_columns(state) if state else (None, None, None)
-        self.data = gather(project, recipe, layout, fps, names, lambda take, done: tell(Cleaning(take, done)))
+        self.data = gather(
+            project, recipe, layout, fps, names,
+            lambda take, done: tell(Cleaning(take, done)), lambda *facts: tell(Listening(*facts)),
+        )  # fmt: skip
         torch.manual_seed(recipe.training.seed)
         self.model = fresh_model(self.data, recipe)
         loss = make_loss(self.data, recipe, fabric.device)

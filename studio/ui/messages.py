@@ -264,6 +264,7 @@ def ask(parent: QWidget | None, question: str, details: str, yes: str, no: str |
     stay = box.addButton(no or _tr("Cancel"), QMessageBox.ButtonRole.RejectRole)
     box.setDefaultButton(stay)
     box.exec()
+    box.deleteLater()
     return box.clickedButton() is go
 
 

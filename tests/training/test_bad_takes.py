@@ -16,7 +16,7 @@ from studio.errors import RequestError, StudioError
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Cleaning, Event, Note, Started
+from studio.training.events import Cleaning, Event, Listening, Note, Started
 from studio.training.loop import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 
@@ -57,8 +57,12 @@ def test_cleaned_sound_that_is_not_there_is_made_in_sight(make_toy_project: Make
     told = [event for event in events if isinstance(event, Cleaning)]
     assert {event.take for event in told} == {name}
     assert told[-1].fraction == 1.0
+    heard = [event for event in events if isinstance(event, Listening)]
+    assert [(event.number, event.of) for event in heard] == [
+        (i, len(heard)) for i in range(1, len(heard) + 1)
+    ]
     kinds = [type(event) for event in events]
-    assert kinds.index(Started) == len(told), "all of it before the training starts"
+    assert kinds.index(Started) == len(told) + len(heard), "all of it before the training starts"
     _, events = trained(project, tiny())
     assert not any(isinstance(event, Cleaning) for event in events), "it is there by now"
 

@@ -25,13 +25,16 @@ class Form:
         name: as `--set form=` takes it.
         summary: one sentence.
         epochs: the recipe's own.
-        look_ahead_ms: None where the network has no such setting.
+        look_ahead_ms: None where there is nothing to set: the network has none, or its encoder hears
+            far ahead whatever is set.
+        speaks: a pretrained encoder listens to the speech.
     """
 
     name: str
     summary: str
     epochs: int
     look_ahead_ms: int | None
+    speaks: bool = False
 
 
 def forms_of(recipe: str) -> tuple[Form, ...]:
@@ -44,9 +47,9 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
     found = []
     for name in ("", *names):
         made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
-        ahead = made.settings().get(LOOK_AHEAD)
-        ahead_ms = round(ahead) if isinstance(ahead, int | float) else None
-        found.append(Form(name, made.summary, made.training.epochs, ahead_ms))
+        ahead, speaks = made.settings().get(LOOK_AHEAD), made.sound.speaks
+        ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
+        found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks))
     return tuple(found)
 
 
@@ -144,11 +147,14 @@ class AdvancedDrawer(QWidget):
         self.epochs.setValue(form.epochs)
         ahead = form.look_ahead_ms
         self.look_ahead.setEnabled(ahead is not None)
+        self.look_ahead.setSpecialValueText("–" if ahead is None else "")
         self.look_ahead.setValue(ahead or 0)
         hears = self.tr(
             "How far the network hears ahead of each frame; Live has a choice of its own where it can"
         )
-        self.look_ahead.setToolTip(hears if ahead is not None else self.tr("This recipe has no such setting"))
+        none = self.tr("This recipe has no such setting")
+        far = self.tr("Its encoder hears 3 to 27 seconds ahead: there is nothing to set, and no Live with it")
+        self.look_ahead.setToolTip(hears if ahead is not None else far if form.speaks else none)
         only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
         self.form.setToolTip(only)
         self._form_note.setText(form.summary if form.name else "")

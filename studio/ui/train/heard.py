@@ -17,6 +17,7 @@ class Heard:
         events: epochs, those of earlier sittings of a resumed run first.
         notes: sentences worth keeping in the log.
         cleaning: (take, percent) while cleaned sound is made.
+        listening: (take, number, of) while the sounds of the takes are worked out.
         step: the newest step of the epoch under way, None where it is over.
         measuring: percent of what is measured after the last epoch.
         smaller: after memory ran out, the setting that may fit.
@@ -25,6 +26,7 @@ class Heard:
     events: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     cleaning: tuple[str, int] | None = None
+    listening: tuple[str, int, int] | None = None
     step: dict[str, Any] | None = None
     measuring: int | None = None
     smaller: str = ""
@@ -41,8 +43,11 @@ class Heard:
             self.cleaning = str(event.get("take")), round(100 * float(event.get("fraction") or 0.0))
         elif kind == "look_aheads":
             self.measuring = round(100 * float(event.get("fraction") or 0.0))
-        elif kind == "started":
+        elif kind == "listening":
             self.cleaning = None
+            self.listening = str(event.get("take")), int(event.get("number") or 0), int(event.get("of") or 0)
+        elif kind == "started":
+            self.cleaning = self.listening = None
         elif kind == "out_of_memory":
             self.smaller = str(event.get("setting") or "")
         elif event.get("text"):
@@ -55,8 +60,10 @@ class Heard:
 
     @property
     def fraction(self) -> float:
-        """How much is done, 0..1; -1 where nobody can tell yet."""
+        """How much is done, 0..1, of listening to the takes, then of the epochs; -1 where nobody can tell."""
         done, of = self.facts.epochs, self.facts.of or (self.step or {}).get("of")
+        if not of and self.listening is not None and self.listening[2] > 1:
+            return (self.listening[1] - 1) / self.listening[2]
         if not of:
             return -1.0
         return min(1.0, (done + self._part) / float(of))

@@ -10,21 +10,18 @@ from PySide6.QtCore import QObject, QTimer
 from studio.dataset import edits
 from studio.errors import StudioError
 from studio.project import Run
-from studio.training import recipe as recipes
-from studio.training.devices import Devices, devices
-from studio.ui import background, messages
+from studio.ui import messages
 from studio.ui.jobs import Job
 from studio.ui.session import Session
-from studio.ui.train.advanced import forms_or_none
+from studio.ui.train import words
+from studio.ui.train.choices import Choices
 from studio.ui.train.data_facts import data_facts, one_for_validation
 from studio.ui.train.ending import Ending, ask_how_to_end
+from studio.ui.train.following import Following
 from studio.ui.train.heard import Heard, smaller_again
-from studio.ui.train.previewing import Previewing
 from studio.ui.train.removing import Removing
-from studio.ui.train.run_facts import RunFacts, curves, run_facts
 from studio.ui.train.run_keeping import Live, RunKeeping
-from studio.ui.train.view import Preset, TrainView, Wish
-from studio.ui.widgets.time_view import minutes
+from studio.ui.train.view import TrainView, Wish
 
 REFRESH_MS = 500
 """Epochs may come faster than anyone can read: the window follows at this pace."""
@@ -50,19 +47,16 @@ class TrainPresenter(QObject):
         self._shown = ""  # the run whose curves are seen
         self._stopping = False
         self._active = False
-        self._devices: Devices | None = None  # not looked for yet
         self._timer = QTimer(self)
         self._timer.setInterval(REFRESH_MS)
         self._timer.timeout.connect(self._follow)
-        self._infos = recipes.recipes()
-        self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
-        self._previewing = Previewing(view.progress.preview)
+        self._following = Following(view)
         self._removing = Removing(view)
         self._removing.removed.connect(self._on_removed)
         self._removing.returned.connect(self._on_returned)
         self._keeping = RunKeeping(view, session, self._live, self._removing)
         self._keeping.cancel_wished.connect(self._on_cancel)
-        self._show_choices()
+        self._choices = Choices(view, session)
         view.start_requested.connect(self._on_start)
         view.stop_requested.connect(self._on_stop)
         view.cancel_requested.connect(self._on_cancel)
@@ -72,9 +66,6 @@ class TrainPresenter(QObject):
         view.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
         view.resume_requested.connect(self._on_resume)
         view.run_chosen.connect(self._on_run_chosen)
-        view.preset_chosen.connect(self._on_preset)
-        view.recipe_chosen.connect(self._on_recipe)
-        view.advanced.toggled.connect(self._on_advanced)
         session.project_opened.connect(self._on_project)
         session.takes_changed.connect(self._show_data)
         session.dataset_changed.connect(self._show_data)
@@ -129,43 +120,6 @@ class TrainPresenter(QObject):
         if self._job is not None:
             job, self._job = self._job, None
             job.close()
-
-    # -- choices -----------------------------------------------------------------------------------
-
-    def _show_choices(self) -> None:
-        view = self._view
-        cards = [
-            Preset(key, self.tr(info.preset), info.expected_time, info.summary)
-            for key, info in self._by_preset.items()
-        ]
-        view.show_presets(cards, "")
-        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
-        names = [info.name for info in self._infos]
-        last = self._session.settings.recipe
-        self._on_recipe(last if last in names else recipes.DEFAULT)
-
-    def _on_preset(self, key: str) -> None:
-        info = self._by_preset.get(key)
-        if info is not None:
-            self._choose(key, info.name)
-
-    def _on_recipe(self, name: str) -> None:
-        preset = next((key for key, info in self._by_preset.items() if info.name == name), "")
-        self._choose(preset, name)
-
-    def _on_advanced(self, shown: bool) -> None:
-        """Look for graphics cards once somebody wants to choose one."""
-        if shown and self._devices is None:
-            self._devices = Devices(("cpu",))
-
-            def found(result: Devices) -> None:
-                self._devices = result
-                self._view.drawer.show_devices(result.names, result.reason)
-
-            background.run(devices, found, owner=self)
-
-    def _choose(self, preset: str, name: str) -> None:
-        self._view.choose(preset, name, forms_or_none(name))
 
     # -- training ----------------------------------------------------------------------------------
 
@@ -310,70 +264,20 @@ class TrainPresenter(QObject):
         """Bring the display up to the training under way."""
         if self._job is None:
             return
-        facts = self._heard.facts
-        self._session.status_changed.emit("train", self._strip_text(facts), "")
+        self._session.status_changed.emit("train", words.in_strip(self._heard), "")
         if not self._active:
             return
         self._view.progress.show_log("\n".join([*self._heard.notes, self._job.log]).strip())
         if self._here and self._shown in (self._run_id, ""):
-            title = self._run_id or self.tr("Preparing")
-            self._show_run_facts(title, facts, self._heard.events, live=True)
-            self._previewing.follow(self._folder, live=True)
+            self._following.show_training(self._run_id, self._heard, self._folder, self._stopping)
         self._keeping.show_live()
-
-    def _strip_text(self, facts: RunFacts) -> str:
-        if not facts.of:
-            return self.tr("Training: preparing")
-        return self.tr("Training {0} of {1}").format(facts.epochs, facts.of)
 
     def _show_shown(self) -> None:
         """The curves of the run that is chosen in the list."""
         project = self._session.project
-        run = next((r for r in project.runs if r.id == self._shown), None) if project else None
-        if run is None:
-            self._view.progress.show_progress("", "", None)
-            self._view.progress.show_curves({}, None)
-            self._view.progress.show_alarm("")
-            self._previewing.follow(None, live=False)
-            return
-        self._previewing.follow(run.folder, live=False)
-        events = run.epochs()
-        self._show_run_facts(run.id, run_facts(events), events, live=False)
-
-    def _show_run_facts(self, title: str, facts: RunFacts, events: list[dict[str, Any]], live: bool) -> None:
-        fraction = self._heard.fraction if live else None
-        self._view.progress.show_progress(title, self._line(facts, live), fraction)
-        self._view.progress.show_curves(curves(events), facts.best)
-        alarm = facts.advice if live else ""
-        if not live and facts.life == "still":
-            alarm = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
-        self._view.progress.show_alarm(alarm)
-
-    def _line(self, facts: RunFacts, live: bool) -> str:
-        if live and self._heard.measuring is not None:
-            words = self.tr("measuring how well it does at each look-ahead: {0} %")
-            return words.format(self._heard.measuring)
-        step = self._heard.step if live else None
-        if not facts.epochs and step is None:
-            return self._preparing() if live else ""
-        parts = [self.tr("epoch {0} of {1}").format(facts.epochs, facts.of or facts.epochs)]
-        if step is not None:
-            words = self.tr("epoch {0} of {1}, step {2} of {3}")
-            parts = [words.format(*(step.get(key) for key in ("epoch", "of", "step", "steps")))]
-        if facts.best is not None:
-            parts.append(self.tr("best {0}").format(facts.best))
-        if facts.seconds is not None:
-            parts.append(self.tr("{0} s each").format(f"{facts.seconds:.1f}"))
-        eta = self._heard.eta
-        if live and eta is not None and not self._stopping:
-            parts.append(self.tr("{0} left").format(minutes(eta)))
-        return "   ".join(parts)
-
-    def _preparing(self) -> str:
-        """What is done before the first epoch."""
-        if self._heard.cleaning is not None:
-            return self.tr("cleaning the sound of {0}: {1} %").format(*self._heard.cleaning)
-        return self.tr("reading the takes; the first epoch follows")
+        self._following.show_run(
+            next((r for r in project.runs if r.id == self._shown), None) if project else None
+        )
 
     def _show_data(self) -> None:
         project = self._session.project
@@ -431,7 +335,3 @@ class TrainPresenter(QObject):
             self._session.edit(self.tr("Set {0} aside for validation").format(chosen), dataset)
         except StudioError as error:
             messages.show_error(self._view, error)
-
-
-def _key(preset: str) -> str:
-    return preset.lower().replace(" ", "_")

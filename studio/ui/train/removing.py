@@ -5,12 +5,12 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QCoreApplication, QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from studio.errors import StudioError
 from studio.project import Run
-from studio.project.run_trash import bring_run_back, put_run_away, thin_out
+from studio.project.run_trash import MOST_KEPT, bring_run_back, put_run_away, thin_out
 from studio.ui import background, messages
 from studio.ui.review.clip import generated_folder
 
@@ -51,7 +51,7 @@ class Removing(QObject):
         background.run(tidy, lambda _: None, owner=self)
         self.removed.emit(folder.name)
         action = (self.tr("Undo"), lambda: self._bring_back(kept, folder.parent))
-        messages.show_note(self._parent, told, action=action)
+        messages.show_note(self._parent, told, where_it_goes(), action)
 
     def _bring_back(self, kept: Path, runs: Path) -> None:
         try:
@@ -60,3 +60,11 @@ class Removing(QObject):
             messages.show_error(self._parent, error)
             return
         self.returned.emit(back.name)
+
+
+def where_it_goes() -> str:
+    """Where a removed run lies, and for how long."""
+    words = QCoreApplication.translate(
+        "Removing", "It lies in .trash/runs of the project's folder, with the {0} removed last."
+    )
+    return words.format(MOST_KEPT)

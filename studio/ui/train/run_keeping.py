@@ -17,7 +17,7 @@ from studio.ui import messages
 from studio.ui.session import Session
 from studio.ui.train.carrying import Carrying
 from studio.ui.train.comparing import Comparing
-from studio.ui.train.removing import Removing
+from studio.ui.train.removing import Removing, where_it_goes
 from studio.ui.train.run_facts import RunFacts, run_facts
 from studio.ui.train.run_reading import NOTE_FILE, RunReading, has_state, note_of
 from studio.ui.train.runs_table import RunRow
@@ -137,7 +137,9 @@ class RunKeeping(QObject):
         if live is not None and run_id == live.run:
             self.cancel_wished.emit()
             return
-        self._removing.remove(project.run(run_id).folder, self.tr("Removed {0}.").format(run_id))
+        question = self.tr("Delete {0}?").format(run_id)
+        if messages.ask(self._view, question, where_it_goes(), self.tr("Delete run")):
+            self._removing.remove(project.run(run_id).folder, self.tr("Removed {0}.").format(run_id))
 
     def _on_folder(self, run_id: str) -> None:
         if self._session.project is not None and run_id:

@@ -1,17 +1,27 @@
-"""What a training does after its last epoch is seen: the window looked done, and was not."""
+"""What a training does before its first epoch and after its last one is seen: it looked stuck, or done."""
 
 from __future__ import annotations
 
+from studio.ui.train import words
 from studio.ui.train.heard import Heard
-from studio.ui.train.presenter import TrainPresenter
-from studio.ui.train.view import TrainView
 
 
-def test_measuring_the_look_aheads_is_said(tab: tuple[TrainView, TrainPresenter]) -> None:
-    _, presenter = tab
+def test_measuring_the_look_aheads_is_said() -> None:
     heard = Heard()
     heard.take({"event": "epoch", "epoch": 4, "of": 4, "train_loss": 0.1, "val": {}, "seconds": 1.0})
     heard.take({"event": "look_aheads", "ms": 0, "done": 1, "of": 4, "fraction": 0.25})
-    presenter._heard = heard
-    assert presenter._line(heard.facts, live=True) == ("measuring how well it does at each look-ahead: 25 %")
-    assert presenter._line(heard.facts, live=False).startswith("epoch 4 of 4")
+    assert words.of_training(heard) == "measuring how well it does at each look-ahead: 25 %"
+    assert words.of_run(heard.facts).startswith("epoch 4 of 4")
+
+
+def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
+    heard = Heard()
+    assert words.of_training(heard) == "reading the takes; the first epoch follows"
+    heard.take({"event": "cleaning", "take": "Hello_001", "fraction": 0.5})
+    assert words.of_training(heard) == "cleaning the sound of Hello_001: 50 %"
+    heard.take({"event": "listening", "take": "Hello_002", "number": 2, "of": 5})
+    assert words.of_training(heard) == "listening to Hello_002, take 2 of 5; kept for the next training"
+    assert heard.fraction == 0.2
+    heard.take({"event": "started", "run": "quick_001"})
+    assert words.of_training(heard) == "reading the takes; the first epoch follows"
+    assert heard.fraction == -1.0

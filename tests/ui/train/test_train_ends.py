@@ -43,7 +43,8 @@ def answer(view: TrainView, words: str) -> None:
     """Press a button of the question that is about to be asked."""
 
     def press() -> None:
-        box = view.findChild(QMessageBox, "question")
+        boxes = view.findChildren(QMessageBox, "question")
+        box = next((one for one in boxes if one.isVisible()), None)  # those answered before go later
         if box is None:
             QTimer.singleShot(20, view, press)
             return
@@ -112,12 +113,17 @@ def test_a_removed_run_comes_back_with_one_click(
     view.runs.choose("quick_001")
     delete = view.findChild(QPushButton, "delete_run")
     assert delete is not None
+    answer(view, "Cancel")
+    qtbot.mouseClick(delete, Qt.MouseButton.LeftButton)
+    assert [run.id for run in session.project.runs] == ["quick_001"], "asked, and stayed"
+    answer(view, "Delete run")
     qtbot.mouseClick(delete, Qt.MouseButton.LeftButton)
     assert session.project.runs == ()
     assert view.runs.rowCount() == 0
     toast = view.window().findChild(messages.Toast)
     assert toast is not None
     assert (toast.text.text(), toast.action.text()) == ("Removed quick_001.", "Undo")
+    assert toast.remedy.text() == "It lies in .trash/runs of the project's folder, with the 10 removed last."
     qtbot.mouseClick(toast.action, Qt.MouseButton.LeftButton)
     assert [run.id for run in session.project.runs] == ["quick_001"]
     assert view.runs.chosen == "quick_001"

@@ -1,0 +1,62 @@
+"""What to train: a preset card or a recipe, and what there is to compute on."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject
+
+from studio.training import recipe as recipes
+from studio.training.devices import Devices, devices
+from studio.ui import background
+from studio.ui.session import Session
+from studio.ui.train.advanced import forms_or_none
+from studio.ui.train.view import Preset, TrainView
+
+
+class Choices(QObject):
+    """Keeps preset cards, list of recipes and drawer in step; the recipe of the last time is chosen."""
+
+    def __init__(self, view: TrainView, session: Session) -> None:
+        super().__init__(view)
+        self._view = view
+        self._devices: Devices | None = None  # not looked for yet
+        self._infos = recipes.recipes()
+        self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
+        cards = [
+            Preset(key, self.tr(info.preset), info.expected_time, info.summary)
+            for key, info in self._by_preset.items()
+        ]
+        view.show_presets(cards, "")
+        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
+        view.preset_chosen.connect(self._on_preset)
+        view.recipe_chosen.connect(self._on_recipe)
+        view.advanced.toggled.connect(self._on_advanced)
+        names = [info.name for info in self._infos]
+        last = session.settings.recipe
+        self._on_recipe(last if last in names else recipes.DEFAULT)
+
+    def _on_preset(self, key: str) -> None:
+        info = self._by_preset.get(key)
+        if info is not None:
+            self._choose(key, info.name)
+
+    def _on_recipe(self, name: str) -> None:
+        preset = next((key for key, info in self._by_preset.items() if info.name == name), "")
+        self._choose(preset, name)
+
+    def _choose(self, preset: str, name: str) -> None:
+        self._view.choose(preset, name, forms_or_none(name))
+
+    def _on_advanced(self, shown: bool) -> None:
+        """Look for graphics cards once somebody wants to choose one."""
+        if shown and self._devices is None:
+            self._devices = Devices(("cpu",))
+
+            def found(result: Devices) -> None:
+                self._devices = result
+                self._view.drawer.show_devices(result.names, result.reason)
+
+            background.run(devices, found, owner=self)
+
+
+def _key(preset: str) -> str:
+    return preset.lower().replace(" ", "_")
