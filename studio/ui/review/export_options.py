@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QMenu, QToolButton, QWidget
 
 from studio.ui import theme
+from studio.ui.review.tune_fields import Fold
 from studio.ui.widgets.card import label
 
 SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
-LABELS_PX = 46
+LABELS_PX = 52
 DRAWN = frozenset({"mp4", "png"})
 """Formats that are pictures."""
 
@@ -73,50 +74,36 @@ class MoreFormats(QToolButton):
 
 
 class OptionsForm(QWidget):
-    """The choices in a small grid.
+    """What matters for this export alone, and `fold` with the rest, closed until it is wanted.
 
     Signals:
         changed: something was chosen.
+
+    Attributes:
+        fold: part, frames and sliders; its head names what is not as it comes.
     """
 
     changed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.part = self._box("export_part", self.tr("Part"))
-        for words, name in (
-            (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
-        ):  # fmt: skip
-            self.part.addItem(words, name)
-        self.span = self._box("export_span", self.tr("Span"))
-        self.span.addItem(self.tr("All of it"), False)
-        self.span.addItem(self.tr("Selection"), True)
-        self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
-        self.picture = self._box("export_size", self.tr("Picture"))
-        for wide, high in SIZES:
-            self.picture.addItem(f"{wide} x {high}", (wide, high))
-        self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
-        self.tuned.setObjectName("export_tuned")
-        self.tuned.setChecked(True)
-        self.clear_room = QCheckBox(self.tr("Still without the room"))
-        self.clear_room.setObjectName("export_clear")
-        self._span_words = label(self.tr("Span"), "muted")
-        self._size_words = label(self.tr("Picture"), "muted")
+        self._build_boxes()
+        self._span_words, self._size_words = caption(self.tr("Span")), caption(self.tr("Picture"))
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.INSIDE)
         grid.setColumnStretch(1, 1)
-        rows = (
-            (label(self.tr("Part"), "muted"), self.part),
-            (self._span_words, self.span),
-            (self._size_words, self.picture),
-        )
-        for row, (caption, box) in enumerate(rows):
-            caption.setMinimumWidth(LABELS_PX)
-            grid.addWidget(caption, row, 0)
-            grid.addWidget(box, row, 1)
-        grid.addWidget(self.clear_room, 3, 0, 1, 2)
-        grid.addWidget(self.tuned, 4, 0, 1, 2)
+        for row, (words, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
+            grid.addWidget(words, 2 * row, 0)
+            grid.addWidget(box, 2 * row, 1)
+        grid.addWidget(self.clear_room, 1, 0, 1, 2)
+        self.fold = Fold("export", self.tr("Options"), is_open=False)
+        for row, (title, box) in enumerate(((self.tr("Part"), self.part), (self.tr("Frames"), self.fps))):
+            self.fold.grid.addWidget(caption(title), row, 0)
+            self.fold.grid.addWidget(box, row, 1)
+        self.fold.grid.addWidget(self.tuned, 2, 0, 1, 2)
+        self.fold.reset_requested.connect(self._on_reset)
+        self.changed.connect(self._show_changed)
         self.show_selection(None)
         self.show_drawn(film=False, still=False)
 
@@ -133,6 +120,7 @@ class OptionsForm(QWidget):
 
     def show_selection(self, span: tuple[float, float] | None) -> None:
         """Offer what is selected on the timeline; where nothing is, all of it is exported."""
+        self._selected = span is not None
         self.span.setEnabled(span is not None)
         self.span.setVisible(span is not None)
         self._span_words.setVisible(span is not None)
@@ -143,12 +131,58 @@ class OptionsForm(QWidget):
             self.span.setItemText(1, words)
             if span is None:
                 self.span.setCurrentIndex(0)
+        self._fit()
 
     def show_drawn(self, film: bool, still: bool) -> None:
         """Ask for the size of pictures where some are drawn."""
+        self._drawn = film or still
         self.picture.setVisible(film or still)
         self._size_words.setVisible(film or still)
         self.clear_room.setVisible(still)
+        self._fit()
+
+    def _fit(self) -> None:
+        self.setVisible(self._selected or self._drawn)  # an empty row would leave a gap
+
+    def _on_reset(self) -> None:
+        self.part.setCurrentIndex(0)
+        self.fps.setCurrentIndex(0)
+        self.tuned.setChecked(True)
+
+    def _show_changed(self) -> None:
+        """What is chosen is read on a closed fold, too."""
+        words = [self.part.currentText().lower()] if self.part.currentIndex() else []
+        words += [self.fps.currentText()] if self.fps.currentIndex() else []
+        words += [] if self.tuned.isChecked() else [self.tr("without Tune")]
+        told = self.tr("Options: {0}").format(", ".join(words)) if words else self.tr("Options")
+        self.fold.head.setText(told)
+        self.fold.head.setToolTip(told if words else "")
+        self.fold.show_changed(bool(words))
+
+    def _build_boxes(self) -> None:
+        self._selected = self._drawn = False
+        self.part = self._box("export_part", self.tr("Part"))
+        for words, name in (
+            (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
+        ):  # fmt: skip
+            self.part.addItem(words, name)
+        self.fps = self._box("export_fps", self.tr("Frames"))
+        self.fps.addItem(self.tr("As they are"), 0.0)
+        for fps in (24, 30, 60, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
+        self.span = self._box("export_span", self.tr("Span"))
+        self.span.addItem(self.tr("All of it"), False)
+        self.span.addItem(self.tr("Selection"), True)
+        self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
+        self.picture = self._box("export_size", self.tr("Picture"))
+        for wide, high in SIZES:
+            self.picture.addItem(f"{wide} x {high}", (wide, high))
+        self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
+        self.tuned.setObjectName("export_tuned")
+        self.tuned.setChecked(True)
+        self.tuned.toggled.connect(lambda _: self.changed.emit())
+        self.clear_room = QCheckBox(self.tr("Still without the room"))
+        self.clear_room.setObjectName("export_clear")
 
     def _box(self, name: str, words: str) -> QComboBox:
         box = QComboBox()
@@ -158,3 +192,10 @@ class OptionsForm(QWidget):
         box.setMinimumContentsLength(12)
         box.currentIndexChanged.connect(lambda _: self.changed.emit())
         return box
+
+
+def caption(words: str) -> QLabel:
+    """What stands before a field; all are as wide, so that the fields stand in one line."""
+    made = label(words, "muted")
+    made.setMinimumWidth(LABELS_PX)
+    return made

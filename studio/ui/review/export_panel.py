@@ -25,8 +25,11 @@ from PySide6.QtWidgets import (
 from studio import formats
 from studio.take.safe_file import safe_name
 from studio.ui import theme
-from studio.ui.review.export_options import DRAWN, ExportOptions, MoreFormats, OptionsForm
+from studio.ui.review.export_options import DRAWN, ExportOptions, MoreFormats, OptionsForm, caption
 from studio.ui.widgets.card import label
+
+SIDES_PX, RIGHT_PX = 12, 4
+"""Around the panel, and between its fields and a scroll bar."""
 
 
 @dataclass(frozen=True)
@@ -77,23 +80,27 @@ class ExportPanel(QWidget):
         self._proposed = ""
         form = QVBoxLayout()
         column = QVBoxLayout(self)
-        column.setContentsMargins(12, 12, 12, 12)
+        column.setContentsMargins(SIDES_PX, SIDES_PX, SIDES_PX, SIDES_PX)
         column.setSpacing(10)
         column.addWidget(self._scrolling(form), 1)
         self.what = label("", "caption", "export_what")
         self.what.setWordWrap(True)
         self.what.hide()
         self.options = OptionsForm()
-        form.addLayout(self._build_form())
+        self.fps = self.options.fps
+        self._build_format(form)
         form.addWidget(self.options)
+        form.addLayout(self._build_target())
+        form.addWidget(self.options.fold)
         form.addStretch(1)
+        self._scroll.verticalScrollBar().rangeChanged.connect(lambda *_: self._fit_note())
         column.addWidget(self.what)
         column.addLayout(self._build_buttons())
         self._build_outcome(column)
 
     def _scrolling(self, form: QVBoxLayout) -> QScrollArea:
         """The form; where a small window is too low for it, it scrolls, and the button stays in sight."""
-        scroll = QScrollArea()
+        scroll = self._scroll = QScrollArea()
         scroll.setObjectName("export_scroll")
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
@@ -102,7 +109,7 @@ class ExportPanel(QWidget):
         page.setObjectName("scrolled")
         page.setLayout(form)
         scroll.setWidget(page)
-        form.setContentsMargins(0, 0, 4, 0)
+        form.setContentsMargins(0, 0, RIGHT_PX, 0)
         form.setSpacing(10)
         return scroll
 
@@ -184,8 +191,12 @@ class ExportPanel(QWidget):
         self._fit_note()
 
     def _fit_note(self) -> None:
-        # A tab's page does not pass on that wrapped text grows with less width.
-        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - 40, 100)))
+        # A tab's page does not pass on that wrapped text grows with less width. What a label needs is never
+        # less than its least height, which is taken away first.
+        self.note.setMinimumHeight(0)
+        bar = self._scroll.verticalScrollBar()
+        taken = 2 * SIDES_PX + RIGHT_PX + (bar.sizeHint().width() if bar.maximum() > 0 else 0)
+        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - taken, 100)))
 
     def _chosen(self) -> FormatChoice | None:
         name = self.format.currentData(Qt.ItemDataRole.UserRole)
@@ -212,45 +223,37 @@ class ExportPanel(QWidget):
             fps, options = float(self.fps.currentData()), self.options.options
             self.export_requested.emit(ExportWish(name, (choice, *self._also()), fps, folder, options))
 
-    def _build_form(self) -> QGridLayout:
-        """What is exported, how, and where to."""
+    def _build_format(self, form: QVBoxLayout) -> None:
+        """Which formats, and what they leave out."""
         self.format = QComboBox()
         self.format.setObjectName("export_format")
+        self.format.setAccessibleName(self.tr("Format"))
+        self.format.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.format.currentIndexChanged.connect(lambda _: self._show_note())
         self.more = MoreFormats()
         self.more.changed.connect(self._show_note)
         self.note = label("", "caption", "export_note")
         self.note.setWordWrap(True)
-        self.name = QLineEdit()
-        self.name.setObjectName("export_name")
-        self.fps = QComboBox()
-        self.fps.setObjectName("export_fps")
-        self.fps.addItem(self.tr("As they are"), 0.0)
-        for fps in (24, 30, 60, 120):
-            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(theme.INSIDE)
-        grid.setVerticalSpacing(theme.INSIDE)
-        grid.setColumnStretch(1, 1)
-        rows: tuple[tuple[str, QWidget], ...] = (
-            (self.tr("Name"), self.name),
-            (self.tr("Frames"), self.fps),
-            (self.tr("Format"), self.format),
-        )
-        for row, (words, widget) in enumerate(rows):
-            widget.setAccessibleName(words)
-            grid.addWidget(label(words, "muted"), row, 0)
-            if widget is not self.format:
-                grid.addWidget(widget, row, 1)
-        self.format.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         choice = QHBoxLayout()
         choice.setSpacing(theme.TIGHT)
         choice.addWidget(self.format, 1)
         choice.addWidget(self.more)
-        grid.addLayout(choice, 2, 1)
-        grid.addWidget(self.note, 3, 0, 1, 2)
-        grid.addWidget(label(self.tr("Folder"), "muted"), 4, 0)
-        grid.addLayout(self._build_folder(), 4, 1)
+        form.addLayout(choice)
+        form.addWidget(self.note)
+
+    def _build_target(self) -> QGridLayout:
+        """What the files are called, and where they go."""
+        self.name = QLineEdit()
+        self.name.setObjectName("export_name")
+        self.name.setAccessibleName(self.tr("Name"))
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        grid.addWidget(caption(self.tr("Name")), 0, 0)
+        grid.addWidget(self.name, 0, 1)
+        grid.addWidget(caption(self.tr("Folder")), 1, 0)
+        grid.addLayout(self._build_folder(), 1, 1)
         return grid
 
     def _build_folder(self) -> QHBoxLayout:

@@ -3,9 +3,12 @@
 from pathlib import Path
 
 import pytest
+from pytestqt.qtbot import QtBot
 
 from studio.ui import theme
-from studio.ui.review.export_panel import ExportPanel
+from studio.ui.review.export_options import ExportOptions
+from studio.ui.review.export_panel import ExportPanel, FormatChoice
+from studio.ui.review.exporting import choices
 
 
 @pytest.fixture
@@ -27,3 +30,30 @@ def test_a_folder_that_was_chosen_stays(panel: ExportPanel, tmp_path: Path) -> N
     panel.folder.setText(str(tmp_path / "Mine"))
     panel.show_target("Hello_001", tmp_path / "Two", ready=True)
     assert panel.folder.text() == str(tmp_path / "Mine")
+
+
+@pytest.mark.parametrize("choice", choices(), ids=lambda choice: choice.name)
+def test_every_format_fits_a_small_window_without_scrolling(
+    qtbot: QtBot, panel: ExportPanel, tmp_path: Path, choice: FormatChoice
+) -> None:
+    panel.show_formats(choices())
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    panel.show_what(predicted=True)
+    panel.resize(300, 391)  # what a window of 1280 x 800 leaves it
+    panel.show()
+    panel.format.setCurrentIndex(panel.format.findData(choice.name))
+    bar = panel._scroll.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() == 0)
+    qtbot.waitUntil(lambda: panel.note.height() >= panel.note.heightForWidth(panel.note.width()))
+
+
+def test_a_closed_fold_says_what_is_not_as_it_comes(panel: ExportPanel) -> None:
+    fold, options = panel.options.fold, panel.options
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
+    options.part.setCurrentIndex(1)
+    panel.show_fps(30.0)
+    options.tuned.setChecked(False)
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options: face, 30 frames/s, without Tune", False)
+    fold.reset.click()
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
+    assert options.options == ExportOptions()
