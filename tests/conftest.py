@@ -137,6 +137,9 @@ def no_settings_of_a_person(tmp_path_factory: pytest.TempPathFactory) -> Iterato
     """Settings, caches and logs of this run, for what is made once for many tests."""
     with pytest.MonkeyPatch.context() as patch:
         _settle(patch, tmp_path_factory)
+        # What drawing works out once on a machine serves all tests and their children.
+        patch.setenv("MESA_SHADER_CACHE_DIR", str(tmp_path_factory.mktemp("mesa")))
+        patch.setenv("MPLCONFIGDIR", str(tmp_path_factory.mktemp("matplotlib")))
         yield
 
 

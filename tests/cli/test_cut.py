@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,8 @@ from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.sound import Sound, write_sound
 from tests.take.speech import RATE, talk
+
+OpenElsewhere = Callable[[Path], AbstractContextManager[int]]
 
 
 @pytest.fixture
@@ -72,17 +74,11 @@ def test_a_take_without_sound_is_refused(folder: Path, capsys: pytest.CaptureFix
     assert capsys.readouterr().err == "mute has no sound. Choose a take with sound.\n"
 
 
-def test_a_project_open_elsewhere_is_left_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code = (
-        f"from studio.project import Project; p = Project.open({str(folder)!r}); print(flush=True); input()"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as window:
-        assert window.stdout is not None
-        window.stdout.readline()
+def test_a_project_open_elsewhere_is_left_alone(
+    folder: Path, open_elsewhere: OpenElsewhere, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with open_elsewhere(folder) as window:
         assert cli.main(["cut", str(folder), "talk"]) == 1
-        assert capsys.readouterr().err.startswith(f"話 is open in another window (process {window.pid}).")
+        assert capsys.readouterr().err.startswith(f"話 is open in another window (process {window}).")
         assert cli.main(["cut", str(folder), "talk", "--look"]) == 0
-        window.communicate("\n")
     assert [s.id for s in Project.open(folder).dataset.selections] == ["talk"]

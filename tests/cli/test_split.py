@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,8 @@ from studio import cli
 from studio.project import Project
 from studio.take import TakeInfo
 from tests.formats.examples import a_sound
+
+OpenElsewhere = Callable[[Path], AbstractContextManager[int]]
 
 
 @pytest.fixture
@@ -71,22 +73,14 @@ def test_a_kept_test_take_is_used_otherwise_only_after_unlocking(
 
 
 def test_beside_a_window_that_has_it_open_nothing_changes(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, open_elsewhere: OpenElsewhere, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code = (
-        f"from studio.project import Project; p = Project.open({str(folder)!r}); print(flush=True); input()"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as window:
-        assert window.stdout is not None
-        window.stdout.readline()
+    with open_elsewhere(folder) as window:
         assert cli.main(["split", str(folder), "--val", "a"]) == 1
         assert capsys.readouterr().err == (
-            f"p is open in another window (process {window.pid}). "
+            f"p is open in another window (process {window}). "
             "Change it there, or close it there and open it here again.\n"
         )
-        window.communicate("\n")
     assert {s.split for s in Project.open(folder).dataset.selections} == {"train"}
 
 

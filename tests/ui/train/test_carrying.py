@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.settings import Settings
 from studio.ui.messages import Toast
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
@@ -22,21 +20,12 @@ MINUTE = 60_000
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, toy_project: Project) -> Iterator[tuple[TrainView, TrainPresenter]]:
+def session(session: Session, toy_project: Project) -> Session:
     folder = toy_project.new_run_folder("quick")
     (folder / "best.safetensors").write_bytes(b"weights")
     report = {"status": "done", "title": "Quick look", "train": ["toy_001"], "performers": ["友"]}
     (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    session = Session(Settings())
-    session.project = toy_project
-    view = TrainView()
-    presenter = TrainPresenter(view, session)
-    qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    yield view, presenter
-    presenter.close()
+    return session
 
 
 def _press(qtbot: QtBot, parent: object, name: str) -> None:
