@@ -303,7 +303,8 @@ class Frames:
 
     def behind(self, moments: np.ndarray, mouth: np.ndarray) -> float:
         """Seconds by which the frames lie behind a curve (T,) of moments (T,): the shift that fits best."""
-        times, seen = np.array(self.times), np.array(self.mouth)
+        count = len(self.mouth)  # appended last, on another thread
+        times, seen = np.array(self.times[:count]), np.array(self.mouth[:count])
         inside = (times > moments[0] + 1.0) & (times < moments[-1])
         times, seen = times[inside], seen[inside]
 
