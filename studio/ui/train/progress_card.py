@@ -87,6 +87,9 @@ class ProgressCard(Card):
         self.cancel.setEnabled(running)
         self.stop.setVisible(running)
         self.cancel.setVisible(running)
+        soon = self.tr("The curves begin with the first epoch. Go on working in other tabs meanwhile.")
+        first = self.tr("Press Start training: the curves grow here while you go on working in other tabs.")
+        self._hint.sentence.setText(soon if running else first)
 
     def show_progress(self, title: str, line: str, fraction: float | None) -> None:
         """Say how the shown run is doing.
@@ -165,12 +168,10 @@ class ProgressCard(Card):
             row.addWidget(plot, 1)
         self.preview = PreviewPane()
         row.addWidget(self.preview, 1)
-        hint = EmptyState(
-            "mdi6.chart-bell-curve-cumulative",
-            self.tr("Press Start training: the curves grow here while you go on working in other tabs."),
-        )
+        self._hint = EmptyState("mdi6.chart-bell-curve-cumulative", "")
+        self._hint.sentence.setObjectName("curves_hint")
         self._curves = QStackedLayout()
-        self._curves.addWidget(hint)
+        self._curves.addWidget(self._hint)
         self._curves.addWidget(plots)
         return self._curves
 

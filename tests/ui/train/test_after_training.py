@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from PySide6.QtWidgets import QLabel
+
 from studio.ui.train import words
 from studio.ui.train.heard import Heard
+from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.view import TrainView
 
 
 def test_measuring_the_look_aheads_is_said() -> None:
@@ -12,6 +16,15 @@ def test_measuring_the_look_aheads_is_said() -> None:
     heard.take({"event": "look_aheads", "ms": 0, "done": 1, "of": 4, "fraction": 0.25})
     assert words.of_training(heard) == "measuring how well it does at each look-ahead: 25 %"
     assert words.of_run(heard.facts).startswith("epoch 4 of 4")
+
+
+def test_an_empty_plot_does_not_ask_to_start_what_runs(tab: tuple[TrainView, TrainPresenter]) -> None:
+    view, _ = tab
+    hint = view.findChild(QLabel, "curves_hint")
+    assert hint is not None
+    assert hint.text().startswith("Press Start training")
+    view.show_running(True)
+    assert hint.text().startswith("The curves begin with the first epoch.")
 
 
 def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
