@@ -98,35 +98,23 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 
 _freeze, _thaw = gc.freeze, gc.unfreeze
+# The window freezes what is alive, so that no collection stops it for long. Tests collect between themselves,
+# and a window's own objects have to stay young to be found then.
+gc.freeze = gc.unfreeze = lambda: None
 _as_left = -1
-"""How often everything had been collected when a test ended; -1 as soon as somebody froze or thawed."""
-
-
-def _noticed(freeze_or_thaw: Callable[[], None]) -> Callable[[], None]:
-    def call() -> None:
-        global _as_left
-        _as_left = -1
-        freeze_or_thaw()
-
-    return call
-
-
-gc.freeze, gc.unfreeze = _noticed(_freeze), _noticed(_thaw)
+"""How often everything had been collected when a test ended."""
 
 
 def _collect(whole: bool) -> None:
     """Collect what came since the last time; everything at the end of a file.
 
     To look through all that torch and Qt keep alive takes a fifth of a second, to look through what one test
-    made a few milliseconds. A window freezes and thaws what is alive and so makes its own objects old ones:
-    after such a test it has to be everything.
+    made a few milliseconds.
     """
     global _as_left
-    if gc.get_stats()[2]["collections"] != _as_left:
-        whole = True
-        _thaw()
+    whole = whole or gc.get_stats()[2]["collections"] != _as_left  # somebody did, and left old what was young
     gc.collect(2 if whole else 1)
-    gc.disable()  # as a window's tests may have made it otherwise
+    gc.disable()
     if whole:
         _freeze()
     _as_left = gc.get_stats()[2]["collections"]
