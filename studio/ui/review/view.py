@@ -197,7 +197,7 @@ class ReviewView(QWidget):
         self.curve.setObjectName("curve")
         self.curve.setAccessibleName(self.tr("Curve on the timeline"))
         self.curve.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self.curve.setMinimumWidth(110)
+        self.curve.setMinimumWidth(84)
         self.curve.setToolTip(self.tr("Which channel the timeline draws"))
         self.curve.currentTextChanged.connect(self.curve_chosen)
         self.curve.hide()

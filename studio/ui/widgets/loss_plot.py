@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     import pyqtgraph as pg
 
 MOST_TICKS = 16
+LEAST_ROOM = 0.05
+"""Of a value: less change than that looks like a great one, or fills the axis with digits."""
 REDRAW_MS = 500
 """Curves are redrawn at most this often, however fast epochs come."""
 
@@ -179,7 +181,9 @@ class LossPlot(QWidget):
             item.setYRange(0, 1, padding=0.02)
             return
         low, high = min(values), max(values)
-        room = max(high - low, 1e-3 * max(abs(high), 1e-6))
+        room = max(high - low, LEAST_ROOM * max(abs(high), 1e-6))
+        low = min(low, (low + high - room) / 2)
+        high = max(high, low + room)
         first, last = min(epochs, default=0), max([*epochs, 5])
         item.setXRange(first, last, padding=0.02)
         step = epoch_step(last - first)

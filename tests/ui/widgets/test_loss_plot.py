@@ -26,6 +26,16 @@ def test_only_its_own_series_set_the_range(qtbot: QtBot) -> None:
     assert plot._values["train_loss"].text() == "0.0100"
 
 
+def test_a_single_value_does_not_fill_the_axis_with_digits(qtbot: QtBot) -> None:
+    plot = _plot(qtbot)
+    plot.show_points({"val_loss": [(1, 0.07)]}, best=1)
+    assert plot._plot is not None
+    qtbot.waitUntil(lambda: plot._plot.viewRange()[1][1] < 0.1)
+    low, high = plot._plot.viewRange()[1]
+    assert low < 0.07 < high
+    assert high - low >= 0.0035
+
+
 def test_values_that_are_no_numbers_leave_a_gap(qtbot: QtBot) -> None:
     plot = _plot(qtbot)
     plot.show_points({"val_loss": [(1, 0.5), (2, None), (3, math.nan), (4, math.inf), (5, 0.4)]}, best=5)
