@@ -6,7 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -17,13 +17,13 @@ from studio.errors import StudioError
 from studio.features.audio import Floats
 from studio.live.conditioning import Conditioning
 from studio.live.handed_on import HandedOn
-from studio.live.moments import GUESSED, Delay
+from studio.live.moments import Delay
+from studio.live.pose_line import PoseLine
 from studio.live.sources import Heard, Source
 from studio.live.stand import Names, Stand
 from studio.live.steps import Hearing, Steps, silent_pose
 from studio.model._network import Chance
 from studio.motion import Motion, Pose
-from studio.playback.neutral import between
 from studio.training.checkpoint import Model
 
 LOOK_S = 0.02
@@ -37,8 +37,6 @@ TELL_BUSY_S = 60.0
 WARM_UP_S = 0.3
 LOST_S = 1.5
 """Seconds without any sound, silent or not, after which the microphone counts as lost."""
-STALLED_S = 0.25
-"""Seconds without a pose after which the avatar goes over to idling."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +104,7 @@ class Performance:
         self._steps = Steps(model, heard, style, self._chance)
         self._base = 0.0  # seconds of the stream at which the steps at hand began
         self._delay = Delay(1.0 / float(model.fps))
-        self._poses: deque[tuple[float, Pose, bool]] = deque()
-        self._lock = threading.Lock()
+        self._line = PoseLine(1.0 / float(model.fps))
         self._said: deque[StudioError] = deque()
         self._meter = LevelMeter()
         self._late = self._frames = 0
@@ -216,27 +213,7 @@ class Performance:
 
     def named_pose_at(self, moment: float) -> tuple[Pose, Names]:
         """The same with its channels."""
-        with self._lock:
-            found = self._found(moment)
-        return self.stand.named_pose(moment, *found)
-
-    def _found(self, moment: float) -> tuple[Pose | None, bool]:
-        """The model's pose of a moment, and whether somebody speaks then."""
-        poses = self._poses
-        if not poses:
-            return None, False
-        after = next((i for i in range(len(poses) - 1, -1, -1) if poses[i][0] <= moment), -1) + 1
-        if after == 0:
-            return poses[0][1], poses[0][2]
-        t, pose, speaking = poses[after - 1]
-        if after == len(poses):
-            guess = _guess((moment - t) * float(self.model.fps))
-            if guess and after > 1 and t - poses[-2][0] < STALLED_S:
-                pose = _beyond(poses[-2][1], pose, guess)
-            return pose, speaking and moment - t < STALLED_S
-        later, following, _ = poses[after]
-        share = (moment - t) / max(later - t, 1e-6)
-        return between(pose, following, min(max(share, 0.0), 1.0)), speaking
+        return self.stand.named_pose(moment, *self._line.at(moment))
 
     # The live thread
 
@@ -307,13 +284,9 @@ class Performance:
         if now - moment > self._delay.value and self._frames > 1:
             self._late += 1
         self._delay.saw(now, now - moment)
-        with self._lock:
-            if self._poses and moment <= self._poses[-1][0]:
-                moment = self._poses[-1][0] + 1e-4
-            self._poses.append((moment, pose, speaking))
-            # Here, for there may be nobody who asks for poses.
-            while len(self._poses) > 2 and self._poses[1][0] <= now - self._delay.value - KEPT_S:
-                self._poses.popleft()
+        self._line.add(moment, pose, speaking)
+        # Here, for there may be nobody who asks for poses.
+        self._line.forget(now - self._delay.value - KEPT_S)
 
     def _change(self) -> None:
         assert self._wanted is not None
@@ -345,17 +318,6 @@ def wakeful() -> float:
     """Seconds of a clock that goes on while the computer sleeps, where there is one."""
     boot = getattr(time, "CLOCK_BOOTTIME", None)
     return time.clock_gettime(boot) if boot is not None else clock.now()
-
-
-def _guess(frames: float) -> float:
-    """How much of the last step to go on with, so many frames after the newest pose; back if none comes."""
-    return max(min(frames, 2 * GUESSED - frames), 0.0)
-
-
-def _beyond(before: Pose, last: Pose, share: float) -> Pose:
-    """The pose that follows if everything goes on as between two poses, for a share of that step."""
-    pose = between(before, last, 1.0 + share)
-    return replace(pose, shapes=np.clip(pose.shapes, 0.0, 1.0))
 
 
 def _silence(model: Model, heard: Hearing) -> Floats:

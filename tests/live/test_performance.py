@@ -230,7 +230,7 @@ def test_poses_that_nobody_asks_for_are_forgotten() -> None:
         now.t += 1 / 60
         made.look()
     assert made.facts.frames > 300
-    assert len(made._poses) < 200
+    assert len(made._line) < 200
 
 
 def test_a_target_never_gets_channels_it_was_not_told_of() -> None:
