@@ -44,7 +44,7 @@ MORE = (
     ("diversity_body_cm", "variety of the body (L1Div), cm", 1),
 )  # fmt: skip
 _IN_WORDS = {
-    "rmse": "RMSE (lower is nearer)", "pearson": "correlation of what moves",
+    "rmse": "RMSE of face and body (lower is nearer)", "pearson": "correlation of what moves",
     "pearson_mouth": "correlation of the mouth", "pearson_jaw": "correlation of the jaw",
     "motion_ratio": "motion, predicted / captured (1 is as lively)",
     "std_ratio": "width of poses, predicted / captured", "jerk_ratio": "jerk, predicted / captured",
@@ -229,6 +229,7 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
 
 READING = (
     "RMSE, degrees and wrist are errors: less is better. r, motion and std are best near 1, as you moved.\n"
+    "RMSE counts face and body together; what Review calls error is the face's alone, as --all names it.\n"
     "captured is yourself; zero, train_mean and ridge are simple guesses to beat. --all names every figure."
 )
 

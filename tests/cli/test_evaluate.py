@@ -114,7 +114,7 @@ def test_all_figures_come_one_a_line(project: Project, capsys: pytest.CaptureFix
     assert cli.main(["evaluate", str(project.folder), "balanced_001", "--all"]) == 0
     _, *lines = capsys.readouterr().out.splitlines()
     assert lines[1].split() == ["balanced_001", "zero", "train_mean", "ridge", "captured"]
-    assert lines[2].startswith("RMSE (lower is nearer)")
+    assert lines[2].startswith("RMSE of face and body (lower is nearer)")
     assert any(line.startswith("blinks per minute") for line in lines)
     assert len(lines) > 20
 

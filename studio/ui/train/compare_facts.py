@@ -29,7 +29,7 @@ FIGURES = tuple(
     Figure(*words)
     for words in (
         ("rmse", QT_TRANSLATE_NOOP("Compare", "Error"), 4,
-         QT_TRANSLATE_NOOP("Compare", "Root mean square error of all channels; smaller is nearer")),
+         QT_TRANSLATE_NOOP("Compare", "Root mean square error of face and body together; smaller is nearer")),
         ("pearson", QT_TRANSLATE_NOOP("Compare", "Follows (r)"), 2,
          QT_TRANSLATE_NOOP("Compare", "How well the curves follow the captured ones; 1 is perfect")),
         ("pearson_mouth", QT_TRANSLATE_NOOP("Compare", "Mouth follows (r)"), 2,

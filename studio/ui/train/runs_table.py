@@ -191,8 +191,8 @@ class RunsTable(QTableWidget):
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
             BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
             RMSE: self.tr(
-                "How far the face is off on takes it has not learnt from (RMSE), 0 to 1: below 0.1 is good, "
-                "less is better. Compare only runs of the same takes."
+                "How far face and body together are off on takes it has not learnt from (RMSE): below 0.1 is "
+                "good, less is better. Compare only runs of the same takes. Review's error is the face's alone."
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "

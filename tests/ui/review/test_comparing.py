@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from studio.motion import Motion, rotation
+from studio.training import metrics
 from studio.ui.review.comparing import compare
+from tests.formats.examples import a_motion
 
 
 def _motion(gain: float = 1.0, start: float = 0.0, names: tuple[str, ...] = ("A",)) -> Motion:
@@ -50,3 +54,12 @@ def test_nothing_in_common_is_no_comparison() -> None:
     other = Motion.build(np.arange(10) / 10, ("JawOpen",), np.zeros((10, 1)))
     assert compare(_motion(), other) is None
     assert compare(_motion(), _motion(start=100.0)) is None
+
+
+def test_review_calls_error_what_an_evaluation_calls_rmse_of_the_blend_shapes() -> None:
+    truth = a_motion(60)
+    guess = replace(truth, shapes=truth.shapes * 0.7, rotations=np.roll(truth.rotations, 20, axis=0))
+    seen, figures = compare(truth, guess), metrics.score([metrics.Pair(truth, guess)])
+    assert seen is not None
+    assert seen.rmse == pytest.approx(figures["rmse_face"], rel=1e-5)
+    assert seen.rmse != pytest.approx(figures["rmse"], rel=0.1), "that one counts the body, too"
