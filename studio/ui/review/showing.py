@@ -151,7 +151,7 @@ class Showing(QObject):
             parts.append(self.tr("bones {0}°").format(f"{c.degrees:.1f}"))
         tip = self.tr(
             "What is on screen against what was captured:\n"
-            "error: how far the face alone is off, 0 to 1; less is better (Train's error counts the body too)\n"
+            "error: how far the face alone is off, 0 to 1; less is better (Train's counts the body too)\n"
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
             "bones: how far the bones are turned wrong, in degrees; less is better"

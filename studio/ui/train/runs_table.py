@@ -192,7 +192,7 @@ class RunsTable(QTableWidget):
             BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
             RMSE: self.tr(
                 "How far face and body together are off on takes it has not learnt from (RMSE): below 0.1 is "
-                "good, less is better. Compare only runs of the same takes. Review's error is the face's alone."
+                "good, less is better. Compare only runs of the same takes. Review's is the face's alone."
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "
