@@ -115,7 +115,9 @@ class SlateBar(Card):
         self.record.setObjectName("record_button")
         self.record.setCheckable(True)
         self.record.setIconSize(theme.icon_size(big=True))
-        self.record.setMinimumWidth(230)
+        self.record.setMinimumWidth(190)
+        for box in (self.countdown, self.pre_roll):
+            box.setMinimumWidth(110)  # in the smallest window they would lie over the button
         theme.as_role(self.record, "record")
         self.record.clicked.connect(self._on_clicked)
         self.countdown.setObjectName("countdown")

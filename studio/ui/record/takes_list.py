@@ -11,6 +11,8 @@ from studio.ui import theme
 from studio.ui.widgets.card import Card, CutLabel, label
 
 SHOWN = 40
+BUTTON_PX = 28
+"""As narrow as a finger can hit: the take's name needs the room."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,7 @@ class TakeRow(QFrame):
         button.setToolTip(text)
         button.setAccessibleName(f"{text}: {self.take_id}")
         theme.as_role(button, "quiet")
+        button.setFixedWidth(BUTTON_PX)
         button.clicked.connect(work)
         return button
 

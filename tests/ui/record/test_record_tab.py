@@ -377,6 +377,16 @@ def test_a_long_slate_leaves_the_buttons_of_a_take_in_sight(room: Room, qtbot) -
     )
 
 
+def test_in_the_smallest_window_nothing_lies_over_the_button(room: Room, qtbot) -> None:
+    bar = room.view.slate_bar
+    room.view.resize(1040, 588)
+    qtbot.waitUntil(lambda: room.view.width() == 1040, timeout=30_000)
+    bar.layout().activate()
+    boxes = bar.countdown.geometry(), bar.record.geometry(), bar.pre_roll.geometry()
+    assert boxes[0].right() < boxes[1].left()
+    assert boxes[1].right() < boxes[2].left()
+
+
 def test_takes_are_graded_with_a_reason(room: Room, sender: Sender, qtbot) -> None:
     record(room, qtbot)
     row = room.view.takes.row("Hello_001")
