@@ -27,7 +27,7 @@ _NO_AUDIO = (
     "The sound library PortAudio is missing.",
     "Install it (Debian and Ubuntu: sudo apt install libportaudio2) and start the studio again.",
 )
-opening = threading.Lock()
+opening = threading.RLock()
 """Held while PortAudio opens a stream or looks for devices: it must not be asked twice at once."""
 _open_inputs: WeakSet[AudioInput] = WeakSet()
 """Looking for devices anew would cut them off."""
@@ -90,14 +90,13 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     """
     sd = library()
     try:
-        if refresh:
-            with opening:
-                if not _open_inputs:
-                    sd._terminate()  # PortAudio lists devices only when it starts
-                    sd._initialize()
-        listed = sd.query_devices()
-        chosen = sd.default.device[0]
-        api = sd.query_hostapis()
+        with opening:  # nobody may ask while another one starts it anew
+            if refresh and not _open_inputs:
+                sd._terminate()  # PortAudio lists devices only when it starts
+                sd._initialize()
+            listed = sd.query_devices()
+            chosen = sd.default.device[0]
+            api = sd.query_hostapis()
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
         raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
@@ -113,7 +112,8 @@ def output_names() -> tuple[str, ...]:
     """
     sd = library()
     try:
-        listed = sd.query_devices()
+        with opening:
+            listed = sd.query_devices()
     except sd.PortAudioError as error:
         raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
     return tuple(dict.fromkeys(str(one["name"]) for one in listed if one["max_output_channels"] > 0))

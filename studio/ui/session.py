@@ -32,6 +32,8 @@ class Session(QObject):
         sounds_dropped: sound files were dropped on the window while Review was shown, a tuple of paths.
         batch_dropped: a folder of sounds was.
         performance_dropped: sound files were dropped while Live was shown, a tuple of paths.
+        microphones_wanted: look anew for microphones; whoever has one open lets it go for that moment.
+        microphones_listed: that was done.
         avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
@@ -50,6 +52,8 @@ class Session(QObject):
     sounds_dropped = Signal(object)
     batch_dropped = Signal(object)
     performance_dropped = Signal(object)
+    microphones_wanted = Signal()
+    microphones_listed = Signal()
     avatar_dropped = Signal(object)
     run_dropped = Signal(object)
     import_requested = Signal(object)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from studio.ui import theme
@@ -38,7 +38,8 @@ class Controls(QWidget):
             button.setObjectName(f"live_{name}")
             button.setCheckable(True)
             button.setToolTip(f"{tip} ({KEYS[name]})")
-            button.setShortcut(KEYS[name])
+            # A button's own key would press it a tenth of a second later.
+            QShortcut(QKeySequence(KEYS[name]), self, button.click)
             theme.set_icon(button, icon, "muted", "accent")
             button.toggled.connect(lambda on, name=name: self.switched.emit(name, on))
             row.addWidget(button)
@@ -46,7 +47,7 @@ class Controls(QWidget):
         self.show_live(False)
 
     def heed_keys_of(self, widget: QWidget) -> None:
-        """Take the switches' keys from a widget that would use them: a list finds typed letters."""
+        """Take the switches' keys from a widget that would use them up: a list, a number."""
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

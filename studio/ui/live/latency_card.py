@@ -120,7 +120,7 @@ class LatencyCard(Card):
 
     def _on_copy(self) -> None:
         QGuiApplication.clipboard().setText(str(self._delay_ms))
-        messages.show_note(self, self.tr("Copied: {0}").format(self._delay_ms))
+        messages.show_note(self, self.tr("Copied {0}: paste it as the Sync Offset.").format(self._delay_ms))
 
     def _on_slider(self, _place: int) -> None:
         self._show_quality()

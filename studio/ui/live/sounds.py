@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QMetaMethod, QObject, Signal
 from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
@@ -35,7 +35,8 @@ class Sounds(QObject):
         self._offers = 0  # the newest counts
         self.checking = False
         """Whether a file is being looked at."""
-        card.refresh_requested.connect(lambda: self.look(refresh=True))
+        card.refresh_requested.connect(self._look_anew)
+        session.microphones_listed.connect(lambda: self.look(refresh=False))
         card.file_requested.connect(self._on_file)
         card.source_chosen.connect(self.keep)
         self._show()
@@ -81,6 +82,14 @@ class Sounds(QObject):
             lambda _: self._show(()),  # Record says what is wrong with the sound system
             owner=self,
         )
+
+    def _look_anew(self) -> None:
+        """List them as they are now: by Record where it is there, for it has one open, and rests for that."""
+        wanted = self._session.microphones_wanted
+        if self._session.isSignalConnected(QMetaMethod.fromSignal(wanted)):
+            wanted.emit()
+        else:
+            self.look(refresh=True)
 
     def offer(self, path: Path) -> None:
         """Choose a file, once it turns out to be a sound."""

@@ -10,7 +10,7 @@ from studio.ui.live.controls import Controls
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.source_card import SourceCard
 from studio.ui.live.stage import LiveStage
-from studio.ui.review.send_panel import SendPanel
+from studio.ui.review.send_panel import SendPanel, TargetRow
 from studio.ui.widgets.card import Card, EmptyState, Picture, label
 from studio.ui.widgets.columns import columns, rows
 from studio.ui.widgets.shape_meters import ShapeMeters
@@ -44,6 +44,7 @@ class LiveView(QWidget):
         outer.addWidget(columns("live_columns", *parts))
         for box in self.findChildren(QComboBox):
             self.controls.heed_keys_of(box)
+        self.send.row_added.connect(self._on_target)
 
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the room."""
@@ -55,6 +56,10 @@ class LiveView(QWidget):
         self._light.set_icon(icons.get(health, "mdi6.circle-outline"), health or "disabled")
         if words != self.status.text():
             self.status.setText(words)
+
+    def _on_target(self, row: TargetRow) -> None:
+        for box in (row.preset, row.port):
+            self.controls.heed_keys_of(box)
 
     def _left(self) -> QWidget:
         self.source, self.latency = SourceCard(), LatencyCard()

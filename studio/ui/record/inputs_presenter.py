@@ -59,6 +59,7 @@ class InputsPresenter(QObject):
         card.host_chosen.connect(lambda host: self._choose_motion(vmc_host=host))
         card.device_chosen.connect(self._choose_device)
         card.refresh_requested.connect(self.refresh)
+        session.microphones_wanted.connect(self._on_wanted)
 
     def attach(self, recorder: Recorder | None) -> None:
         """Open the chosen inputs of a new recorder."""
@@ -107,6 +108,13 @@ class InputsPresenter(QObject):
         if recorder is not None and not self._session.rolling:
             self.later(recorder.close_audio, lambda _r: self._list_devices(refresh=True))
 
+    def _on_wanted(self) -> None:
+        """Another room looks for microphones."""
+        if self._recorder is None:
+            self._list_devices(refresh=True)
+        else:
+            self.refresh()
+
     def _on_retry(self) -> None:
         """Once more what could not be opened, while nothing is recorded."""
         if self._recorder is None or self._session.rolling:
@@ -124,6 +132,7 @@ class InputsPresenter(QObject):
             self._show_devices()
             if refresh:
                 self._open_sound()
+                self._session.microphones_listed.emit()
 
         def failed(error: BaseException) -> None:
             self._note("sound", error)

@@ -65,7 +65,7 @@ class SendPanel(QWidget):
         column.addLayout(buttons)
         column.addLayout(self._options())
         column.addStretch(1)
-        scroll = QScrollArea()
+        scroll = self._scroll = QScrollArea()
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QFrame.Shape.NoFrame)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -80,8 +80,12 @@ class SendPanel(QWidget):
         self._numbers += 1
         row.removed.connect(lambda: self._remove(row))
         row.sending_shown.connect(self._show_all)
+        before: QWidget = self.rows[-1].remove if self.rows else self._scroll
         self.rows.append(row)
         self._list.addWidget(row)
+        for control in (row.preset, row.host, row.port, row.send, row.wave, row.remove):
+            QWidget.setTabOrder(before, control)  # where it is seen, not after what was there already
+            before = control
         self._show_removable()
         self.row_added.emit(row)
         return row

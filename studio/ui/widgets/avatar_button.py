@@ -53,7 +53,7 @@ class AvatarButton(QWidget):
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._said = ""
-        row = QHBoxLayout(self)
+        row = self._row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
         row.addWidget(self.terms, 1)
@@ -88,6 +88,8 @@ class AvatarButton(QWidget):
         name = avatar.name if avatar else ""
         name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
         self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))
+        self._row.invalidate()
+        self._row.activate()  # it stands in no layout that would ask it to
         self._say(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
 
     def show_busy(self, name: str) -> None:

@@ -183,7 +183,7 @@ def test_a_microphone_that_is_not_there_is_a_sentence(
     assert view.source.start.text() == "Go live"
 
 
-def test_the_keys_work_where_a_list_has_the_keyboard(
+def test_the_keys_work_where_a_list_or_a_number_has_the_keyboard(
     room: Callable[..., Room], toy_project: Project, qtbot: QtBot
 ) -> None:
     add_run(toy_project)
@@ -191,12 +191,32 @@ def test_the_keys_work_where_a_list_has_the_keyboard(
     view.controls.show_live(True)
     switched: list[tuple[str, bool]] = []
     view.controls.switched.connect(lambda name, on: switched.append((name, on)))
-    tuning = view.source.tuning
+    tuning, row = view.source.tuning, view.send.rows[0]
     qtbot.waitUntil(lambda: tuning.findText("Mouth only") >= 0)
-    before = tuning.currentIndex()
-    qtbot.keyClick(tuning, Qt.Key.Key_M)
-    assert switched == [("mute", True)]
-    assert tuning.currentIndex() == before
+    before = tuning.currentIndex(), row.preset.currentIndex()
+    for box, key, name in (
+        (tuning, Qt.Key.Key_M, "mute"),
+        (row.preset, Qt.Key.Key_N, "neutral"),
+        (row.port, Qt.Key.Key_F, "freeze"),
+    ):
+        qtbot.keyClick(box, key)
+        assert switched.pop() == (name, True)  # at once
+        assert not switched
+    assert (tuning.currentIndex(), row.preset.currentIndex()) == before
+
+
+def test_the_tab_key_leads_through_the_targets_before_their_options(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, _, _ = room(toy_project)
+    row, seen = view.send.rows[0], []
+    widget = row.preset.nextInFocusChain()
+    while widget is not view.send.add:
+        seen.append(widget)
+        widget = widget.nextInFocusChain()
+    assert row.wave in seen
+    assert view.send.fps not in seen
 
 
 def test_closing_asks_while_it_is_live(
