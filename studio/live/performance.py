@@ -26,8 +26,9 @@ from studio.model._network import Chance
 from studio.motion import Motion, Pose
 from studio.training.checkpoint import Model
 
-LOOK_S = 0.02
-"""How long the source may let wait for sound before other things are looked after."""
+LOOK_S, REST_S = 0.02, 0.008
+"""How long the source may let wait for sound before other things are looked after, and how long it rests
+after a look: devices hand over every 5 ms, and to answer each block alone would cost half as much again."""
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
@@ -222,6 +223,7 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.look()
+                time.sleep(REST_S)
                 self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
             self._failure = error

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.capture import clock
-from studio.capture.audio import AudioInput, input_devices
+from studio.capture.audio import AudioInput, Block, input_devices
 from studio.capture.reopen import SoundWatch
 from studio.errors import StudioError
 from studio.playback.player import Player
@@ -26,6 +26,7 @@ SHORT_S, SAFE_S = 0.02, 0.05
 """How much sound the system may gather at a time: little by default, more where it loses sound by that."""
 _LOSSES, _LOSSES_S = 4, 10.0
 REOPEN_S = 1.0
+MERGED_S = 0.02
 BLOCK_S = 0.01
 """How much of a file is given at a time."""
 TAIL_S = 0.5
@@ -137,12 +138,12 @@ class Microphone:
             if not self._lost and current.stalled:
                 self._lose(current)
             heard = []
-            for block in current.drain():
-                if block.overflow:
-                    self._lose_some(block.captured)
-                samples = np.ascontiguousarray(block.samples.mean(axis=1))
+            for blocks in _unbroken(current.drain()):
+                if blocks[0].overflow:
+                    self._lose_some(blocks[0].captured)
+                samples = np.concatenate([block.samples.mean(axis=1) for block in blocks])
                 heard.append(
-                    Heard(np.nan_to_num(samples), current.sample_rate, block.captured, anew=self._anew)
+                    Heard(np.nan_to_num(samples), current.sample_rate, blocks[0].captured, anew=self._anew)
                 )
                 self._anew = False
             return heard
@@ -193,6 +194,18 @@ class Microphone:
         rate = fresh.sample_rate
         changed = f" at {rate / 1000:g} kHz" if rate != before else ""
         self._said.append(StudioError(f"{self.name} is back{changed}.", "Nothing to do."))
+
+
+def _unbroken(blocks: list[Block]) -> list[list[Block]]:
+    """Blocks that follow each other without a loss, together, up to MERGED_S: one step for all costs less."""
+    together: list[list[Block]] = []
+    for block in blocks:
+        follows = together and not block.overflow
+        if follows and block.captured - together[-1][0].captured < MERGED_S:
+            together[-1].append(block)
+        else:
+            together.append([block])
+    return together
 
 
 class SoundFile:
