@@ -77,7 +77,7 @@ class ReviewView(QWidget):
         outer = QHBoxLayout(room)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         self.sources_card = SourceCard()
-        parts = (self.sources_card, 195, 0), (self._middle(), 735, 1), (self._right(), 326, 0)
+        parts = (self.sources_card, 182, 0), (self._middle(), 756, 1), (self._right(), 294, 0)
         self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)
         space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
@@ -165,7 +165,9 @@ class ReviewView(QWidget):
         time_card = Card()
         time_card.body.addLayout(self._transport_row())
         time_card.body.addWidget(self.timeline, 1)
-        return rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
+        middle = rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
+        middle.setMinimumWidth(LEAST_MIDDLE)  # what a bar shows or hides must not move the columns
+        return middle
 
     def _transport_row(self) -> QHBoxLayout:
         self.play = QToolButton()

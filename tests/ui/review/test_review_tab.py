@@ -18,7 +18,7 @@ from studio.dataset import edits
 from studio.formats import bvh
 from studio.take.motion_file import read_motion
 from studio.ui.messages import Toast
-from studio.ui.review.clip import Wanted
+from studio.ui.review.clip import RunChoice, Wanted
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
@@ -58,7 +58,11 @@ def test_what_the_bars_show_does_not_move_the_columns(
     qtbot: QtBot, tab: tuple[ReviewView, ReviewPresenter]
 ) -> None:
     view, _ = tab
+    view.resize(1040, 588)
+    qtbot.waitUntil(lambda: sum(view.columns.sizes()) < 1040, timeout=MINUTE)
     before = view.columns.sizes()
+    run = RunChoice("balanced_001", ("average", "Hello_001"), "average", draws=True)
+    view.bar.show_runs([run], [Wanted(run.id), Wanted(run.id)])
     view.bar.show_ghost_choice(True, True)
     view.bar.show_two(True)
     view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
