@@ -42,6 +42,8 @@ settings.register_profile(
 settings.load_profile("studio")
 
 _XDG = ("CONFIG", "DATA", "CACHE", "STATE")
+_POLICY = os.sched_getscheduler(0) if hasattr(os, "sched_getscheduler") else 0
+_PRIORITY = os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else 0
 
 
 def pytest_sessionfinish() -> None:
@@ -98,23 +100,35 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 
 _freeze, _thaw = gc.freeze, gc.unfreeze
-# The window freezes what is alive, so that no collection stops it for long. Tests collect between themselves,
-# and a window's own objects have to stay young to be found then.
-gc.freeze = gc.unfreeze = lambda: None
 _as_left = -1
-"""How often everything had been collected when a test ended."""
+"""How often everything had been collected when a test ended; -1 as soon as somebody froze or thawed."""
+
+
+def _noticed(freeze_or_thaw: Callable[[], None]) -> Callable[[], None]:
+    def call() -> None:
+        global _as_left
+        _as_left = -1
+        freeze_or_thaw()
+
+    return call
+
+
+gc.freeze, gc.unfreeze = _noticed(_freeze), _noticed(_thaw)
 
 
 def _collect(whole: bool) -> None:
     """Collect what came since the last time; everything at the end of a file.
 
     To look through all that torch and Qt keep alive takes a fifth of a second, to look through what one test
-    made a few milliseconds.
+    made a few milliseconds. A window freezes and thaws what is alive and so makes its own objects old ones:
+    after such a test it has to be everything.
     """
     global _as_left
-    whole = whole or gc.get_stats()[2]["collections"] != _as_left  # somebody did, and left old what was young
+    if gc.get_stats()[2]["collections"] != _as_left:
+        whole = True
+        _thaw()
     gc.collect(2 if whole else 1)
-    gc.disable()
+    gc.disable()  # as a window's tests may have made it otherwise
     if whole:
         _freeze()
     _as_left = gc.get_stats()[2]["collections"]
@@ -135,6 +149,17 @@ def no_settings_of_a_person(tmp_path_factory: pytest.TempPathFactory) -> Iterato
 def isolated_settings(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Settings, caches and logs of this test alone; gives the settings folder."""
     return _settle(monkeypatch, tmp_path_factory)
+
+
+@pytest.fixture(autouse=True)
+def no_haste() -> Iterator[None]:
+    """A performance within a test makes this process come before all others; those after it must not starve
+    their own children and the sound server."""
+    yield
+    if hasattr(os, "sched_setscheduler") and os.sched_getscheduler(0) != _POLICY:
+        os.sched_setscheduler(0, _POLICY, os.sched_param(0))
+    if hasattr(os, "setpriority") and os.getpriority(os.PRIO_PROCESS, 0) != _PRIORITY:
+        os.setpriority(os.PRIO_PROCESS, 0, _PRIORITY)
 
 
 def _settle(patch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> Path:
