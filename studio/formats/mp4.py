@@ -201,18 +201,20 @@ def _read_back(
 
     try:
         with av.open(str(path.absolute())) as film:
-            video = film.streams.video[0]
-            size = (video.width, video.height) == (drawing.width // 2 * 2, drawing.height // 2 * 2)
+            video = film.streams.video[0]  # to be asked nothing once the file is closed: its memory is gone
+            wide, high, rate = video.width, video.height, float(video.average_rate or 0)
             pictures, sound = _counted(film)
             film.seek(0)
             shown = next(film.decode(video)).to_ndarray(format="rgb24")
     except (av.FFmpegError, IndexError, StopIteration) as error:
         raise not_read_back(name) from error
     wanted = first[: shown.shape[0], : shown.shape[1], :3].astype(np.int16)
-    alike = shown.shape == wanted.shape and float(np.abs(shown - wanted).mean()) < ALIKE
+    apart = float(np.abs(shown - wanted).mean()) if shown.shape == wanted.shape else math.inf
+    size = (wide, high) == (drawing.width // 2 * 2, drawing.height // 2 * 2)
     whole = pictures == count and abs(sound - seconds) < 0.1
-    if not (size and whole and alike and abs(float(video.average_rate or 0) - float(fps)) < 0.01):
-        raise not_read_back(name)
+    if not (size and whole and apart < ALIKE and abs(rate - float(fps)) < 0.01):
+        found = f"{pictures} of {count} pictures, {sound:g} of {seconds:g} s, {rate:g} fps, {apart:.1f} apart"
+        raise not_read_back(name) from ValueError(f"{found}, {wide} x {high}")  # for the log
 
 
 def _counted(film: Any) -> tuple[int, float]:

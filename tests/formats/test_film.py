@@ -137,6 +137,11 @@ def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) 
         with pytest.raises(StudioError) as error:
             mp4._read_back(path, path.name, SMALL, fps, count, seconds, picture)
         assert error.value.what == "a.mp4 did not read back as it was written."
+    with pytest.raises(StudioError) as error:  # what a closed film says of itself is chance
+        mp4._read_back(path, path.name, SMALL, mp4._rate(25.0), 7, 0.0, first)
+    told = str(error.value.__cause__)
+    assert told.startswith("7 of 7 pictures, 0 of 0 s, 20 fps, ")
+    assert told.endswith(", 192 x 108")
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux tells which files are held")
