@@ -196,10 +196,10 @@ class RunsTable(QTableWidget):
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "
-                "A voice tells 0.3 to 0.7 of a face."
+                "0.3 to 0.7 is usual: a voice does not tell everything."
             ),
             MOTION: self.tr(
-                "How much it moves against you: 1.0 is as much, below 0.5 looks stiff, above 1.3 shaky"
+                "How much it moves against you: 1.0 is as much, 0.8 to 1.25 is alive, below 0.3 stands still"
             ),
         }
         for column, text in told.items():
