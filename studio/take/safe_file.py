@@ -104,6 +104,7 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
     """What to say of a file that could not be written."""
     reason = error.strerror or type(error).__name__
     if error.errno in _FULL:
+        reason = os.strerror(error.errno or errno.ENOSPC)  # a library may have put its own words around it
         remedy = f"Free some space on the disk of {path.parent}."
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         remedy = f"Allow writing in {path.parent}, or choose another folder."

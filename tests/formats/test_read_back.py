@@ -45,7 +45,7 @@ def test_one_that_reads_otherwise_leaves_what_was_there(tmp_path: Path, cause: E
 
 def test_a_disk_that_takes_nothing_is_named_by_the_files_own_name(tmp_path: Path) -> None:
     def full(beside: Path) -> None:
-        raise OSError(28, "No space left on device")
+        raise OSError(28, "Error writing bytes. Detail: [errno 28] No space left on device")
 
     with pytest.raises(StudioError) as error:
         checked(tmp_path / "a.txt", full, lambda beside: True)
