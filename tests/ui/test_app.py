@@ -235,6 +235,17 @@ def test_an_avatar_dropped_anywhere_is_worn_in_review(
     assert (project_folder / "avatars" / "私.vrm").is_file()
 
 
+def test_an_avatar_dropped_on_live_is_worn_there(
+    open_window, project_folder: Path, tmp_path: Path, qtbot
+) -> None:
+    window = open_window(str(project_folder))
+    window.show_room("live")
+    window.take_paths((Maker(0).write(tmp_path / "私.vrm"),))
+    live, _ = window.rooms["live"]
+    qtbot.waitUntil(lambda: live.stage.figure.avatar is not None)
+    assert window.shown_room == "live"
+
+
 def test_a_dropped_avatar_needs_a_project(open_window, tmp_path: Path) -> None:
     window = open_window()
     window.take_paths((tmp_path / "私.vrm",))
