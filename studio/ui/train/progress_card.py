@@ -185,7 +185,7 @@ class ProgressCard(Card):
         )
         self.error_plot.setToolTip(
             self.tr(
-                "How far the face is off on the validation takes, 0 to 1 (root mean square error). "
+                "How far face and body together are off on the validation takes (root mean square error). "
                 "Below 0.1 is good, less is better."
             )
         )
