@@ -38,6 +38,7 @@ def open_window(qtbot, qapp):
 
     yield make
     for window in windows:
+        window.session.set_rolling(False)  # a test that failed on the way must not leave a question open
         window.close()
     background.wait()
 
