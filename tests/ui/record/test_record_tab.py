@@ -477,8 +477,10 @@ def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Se
     room.presenter._recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
     qtbot.waitUntil(lambda: bool(room.project.takes), timeout=30_000)
     assert not room.presenter.rolling
+    qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
     toast = room.view.findChild(Toast)
-    assert toast.text.text().startswith("The disk is full. Recording ended at ")
+    said = "The disk is full. Recording ended at "
+    qtbot.waitUntil(lambda: toast.text.text().startswith(said), timeout=30_000)
     assert toast.remedy.text() == "What came until then is kept. Make room before the next take."
 
 
