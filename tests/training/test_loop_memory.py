@@ -10,7 +10,7 @@ import torch
 
 from studio.errors import StudioError
 from studio.project import Project
-from studio.training.events import Epoch, Event, OutOfMemory
+from studio.training.events import Epoch, Event, Listening, OutOfMemory
 from studio.training.loop import resumed_recipe, train
 from studio.training.loop_memory import is_out_of_memory, smaller_batch
 from studio.training.recipe import Recipe, load_recipe
@@ -43,7 +43,7 @@ def test_memory_that_does_not_suffice_for_the_sound_is_a_sentence_with_a_smaller
         "The memory of this machine was not enough for the training. A smaller batch may fit: "
         f'`saia train "{project.folder}" --recipe quick --set training.crops=4`.'
     )
-    assert events == [OutOfMemory("", "training.crops=4")]
+    assert events == [Listening("Toy_001", 1, 2), OutOfMemory("", "training.crops=4")]
     assert project.runs == ()
 
 
