@@ -189,11 +189,15 @@ class Microphone:
         fresh = AudioInput(self._wanted, latency=self._latency)
         fresh.start()
         with self._lock:
-            before = self._input.sample_rate
+            before, name = self._input.sample_rate, self.name
             self._input, self._lost, self._anew = fresh, False, True
         rate = fresh.sample_rate
         changed = f" at {rate / 1000:g} kHz" if rate != before else ""
-        self._said.append(StudioError(f"{self.name} is back{changed}.", "Nothing to do."))
+        if self.name == name:
+            self._said.append(StudioError(f"{self.name} is back{changed}.", "Nothing to do."))
+        else:  # the system chose another one, or one of a similar name took its place
+            what = f"{self.name} is heard{changed} now, for {name} is not back."
+            self._said.append(StudioError(what, "If you mean another one, stop and choose it."))
 
 
 def _unbroken(blocks: list[Block]) -> list[list[Block]]:
