@@ -31,6 +31,7 @@ from studio.picture.scene import BODY, GHOST, Scene
 from studio.picture.stance import Stance
 from studio.ui import theme
 from studio.ui.widgets import figure_loading, figure_sketch
+from studio.ui.widgets.figure_detail import Detail
 
 World = NDArray[np.floating]
 
@@ -84,6 +85,7 @@ class StickFigure(QWidget):
         self._ghost: Stance | None = None
         self._avatar: Avatar | None = None
         self._costs: deque[float] = deque(maxlen=_COSTS_KEPT)
+        self._detail = Detail()
         self._image: QImage | None = None
         self._empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
         self._rolling = self._ring = False
@@ -128,6 +130,7 @@ class StickFigure(QWidget):
         if avatar is not self._avatar:
             self._avatar = avatar
             self._costs.clear()
+            self._detail.begin_anew()
             self._request()
 
     @property
@@ -222,6 +225,7 @@ class StickFigure(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
+        self._detail.begin_anew()
         self._place_empty_button()
         self._request()
 
@@ -354,12 +358,13 @@ class StickFigure(QWidget):
             self._scene.hide(GHOST)
         ratio = self.devicePixelRatioF()
         pixels = self.width() * self.height() * ratio * ratio
-        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5)
+        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * self._detail.share
         width, height = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
         self._image = _image_of(self._scene.render(self.orbit, width, height))
         self._last_drawn = time.perf_counter()
         self._last_cost = self._last_drawn - started
         self.renders += 1
+        self._detail.saw(self._last_cost)
         self._watch_cost()
         self.update()
 
