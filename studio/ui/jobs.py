@@ -58,6 +58,11 @@ class Job(QObject):
         return self._process.state() != QProcess.ProcessState.NotRunning
 
     @property
+    def cancelling(self) -> bool:
+        """Whether it was told to end at once; a child at its very end may report `done` all the same."""
+        return self._cancelling
+
+    @property
     def pid(self) -> int:
         """The child's process number, 0 where none is alive."""
         return int(self._process.processId())

@@ -211,6 +211,9 @@ class TrainPresenter(QObject):
         self._heard.take(event)
 
     def _on_done(self, facts: dict[str, Any]) -> None:
+        if self._job is not None and self._job.cancelling and not self._resuming:
+            self._on_cancelled()  # too late for the child, which was measuring what it had learnt
+            return
         run = str(facts.get("run") or self._run_id)
         stopped = bool(facts.get("stopped"))
         text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")

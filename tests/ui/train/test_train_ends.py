@@ -103,6 +103,25 @@ def test_discard_puts_the_run_into_the_trash(tab: tuple[TrainView, TrainPresente
     assert (session.project.folder / ".trash" / "runs" / "quick_001" / "best.safetensors").is_file()
 
 
+@pytest.mark.parametrize("resumed", [False, True])
+def test_a_cancelled_training_is_removed_though_its_child_was_done(
+    tab: tuple[TrainView, TrainPresenter], session: Session, resumed: bool
+) -> None:
+    view, presenter = tab
+    job = under_way(presenter, session)
+    presenter._resuming = resumed
+    job.done.connect(presenter._on_done)
+    job._cancelling = True  # as after `cancel`: it measured look-aheads, which end well when told to
+    job.done.emit({"event": "done", "run": "quick_001", "stopped": False})
+    job.ended.emit()
+    assert not presenter.training
+    assert session.project is not None
+    assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
+    said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
+    told = "quick_001 is trained." if resumed else "The training was cancelled and its run removed."
+    assert said == [told]
+
+
 def test_a_removed_run_comes_back_with_one_click(
     qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
 ) -> None:
