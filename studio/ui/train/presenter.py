@@ -180,7 +180,7 @@ class TrainPresenter(QObject):
         if self._job is not None:
             self._stopping = True
             self._job.stop()
-            self._view.show_running(True, stopping=True)
+            self._view.show_running(True, stopping=True, measuring=self._heard.measuring is not None)
 
     def _on_cancel(self) -> None:
         if self._job is None:
@@ -208,7 +208,10 @@ class TrainPresenter(QObject):
             if self._here:
                 self._shown = self._run_id
                 self._view.runs.choose(self._run_id)
+        learning = self._heard.measuring is None
         self._heard.take(event)
+        if learning and self._heard.measuring is not None:
+            self._view.show_running(True, measuring=True)  # a stop before this one ended the learning
 
     def _on_done(self, facts: dict[str, Any]) -> None:
         if self._job is not None and self._job.cancelling and not self._resuming:

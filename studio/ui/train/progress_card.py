@@ -80,10 +80,16 @@ class ProgressCard(Card):
         self._log_button.toggled.connect(self._log.setVisible)
         self.body.addWidget(self._log)
 
-    def show_running(self, running: bool, stopping: bool = False) -> None:
-        """Offer to end the training while there is one."""
+    def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:
+        """Offer to end the training while there is one, and the measuring that follows it."""
+        asked, words = self.tr("Stopping after this epoch"), self.tr("Stop, keep best")
+        hint = ""
+        if measuring:
+            asked, words = self.tr("Skipping"), self.tr("Skip measuring")
+            hint = self.tr("The run is complete; only its table of look-aheads is left out")
         self.stop.setEnabled(running and not stopping)
-        self.stop.setText(self.tr("Stopping after this epoch") if stopping else self.tr("Stop, keep best"))
+        self.stop.setText(asked if stopping else words)
+        self.stop.setToolTip(hint)
         self.cancel.setEnabled(running)
         self.stop.setVisible(running)
         self.cancel.setVisible(running)

@@ -188,10 +188,10 @@ class TrainView(QWidget):
         self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
         self.drawer.show_forms(forms)
 
-    def show_running(self, running: bool, stopping: bool = False) -> None:
+    def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:
         """Switch between the states of the buttons."""
         self._running = running
-        self.progress.show_running(running, stopping)
+        self.progress.show_running(running, stopping, measuring)
         self._show_buttons()
 
     def show_runs(self, rows: Sequence[RunRow], resumable: set[str], reviewable: set[str]) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtWidgets import QLabel
 
+from studio.ui.jobs import Job
 from studio.ui.train import words
 from studio.ui.train.heard import Heard
 from studio.ui.train.presenter import TrainPresenter
@@ -16,6 +18,28 @@ def test_measuring_the_look_aheads_is_said() -> None:
     heard.take({"event": "look_aheads", "ms": 0, "done": 1, "of": 4, "fraction": 0.25})
     assert words.of_training(heard) == "measuring how well it does at each look-ahead: 25 %"
     assert words.of_run(heard.facts).startswith("epoch 4 of 4")
+
+
+def test_measuring_is_skipped_with_the_button_that_stopped_the_learning(
+    tab: tuple[TrainView, TrainPresenter], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    view, presenter = tab
+    button, told = view.progress.stop, list[str]()
+    job = Job(presenter)
+    monkeypatch.setattr(job, "stop", lambda: told.append("stop"))
+    presenter._job, presenter._run_id, presenter._heard = job, "quick_001", Heard()
+    view.show_running(True)
+    button.click()
+    assert (button.text(), button.isEnabled()) == ("Stopping after this epoch", False)
+    for done in (0, 1):
+        presenter._on_event({"event": "look_aheads", "ms": 0, "done": done, "of": 4, "fraction": done / 4})
+        assert (button.text(), button.isEnabled()) == ("Skip measuring", True)
+    button.click()
+    presenter._on_event({"event": "look_aheads", "ms": 0, "done": 2, "of": 4, "fraction": 0.5})
+    assert (button.text(), button.isEnabled()) == ("Skipping", False)
+    assert told == ["stop", "stop"]
+    presenter._on_ended()
+    assert (button.text(), button.isHidden()) == ("Stop, keep best", True)
 
 
 def test_an_empty_plot_does_not_ask_to_start_what_runs(tab: tuple[TrainView, TrainPresenter]) -> None:
