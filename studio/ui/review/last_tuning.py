@@ -32,7 +32,7 @@ class LastTuning(QObject):
         super().__init__(panel)
         self._panel, self._session = panel, session
         self._folder: Path | None = None  # None where nothing is kept: no project, or one only to look at
-        self._kept = Tuning()
+        self._kept: Tuning | None = Tuning()  # None where it could not be written
         self._turn = 0
         self._told = self._touched = False
         self._pool = QThreadPool(self)
@@ -76,8 +76,10 @@ class LastTuning(QObject):
         def failed(error: BaseException) -> None:
             if turn != self._turn:
                 return
-            if not isinstance(error, safe_file.NewerVersionError):  # that one is left as it is
+            if not isinstance(error, safe_file.NewerVersionError):
                 show(Tuning())
+            elif not self._touched:
+                self._panel.begin(Tuning())  # the file is left as it is
             what = self.tr("Where the sliders of Tune stood last could not be read.")
             remedy = self.tr("They begin as if nothing was tuned; your presets are as they were.")
             messages.show_warning(self._panel, what, remedy)
@@ -95,10 +97,14 @@ class LastTuning(QObject):
         folder, tuning = self._folder, self._panel.tuning
         if folder is None or tuning == self._kept:
             return
-        self._kept = tuning
-        background.run(
-            lambda: _keep(folder, tuning), lambda _: None, self._on_error, owner=self, pool=self._pool
-        )
+        self._kept, turn = tuning, self._turn
+
+        def failed(error: BaseException) -> None:
+            if turn == self._turn:
+                self._kept = None  # the next time sliders rest, or the window closes, it is tried again
+            self._on_error(error)
+
+        background.run(lambda: _keep(folder, tuning), lambda _: None, failed, owner=self, pool=self._pool)
 
     def _on_error(self, error: BaseException) -> None:
         """Said once a project: a full disk would say it with each slider."""

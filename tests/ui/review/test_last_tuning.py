@@ -106,15 +106,30 @@ def test_a_damaged_file_is_told_of_and_tunes_nothing(
     assert _kept(folder) == Tuning(head=0.4)
 
 
+def test_what_could_not_be_written_is_written_when_the_window_closes(
+    qtbot: QtBot, start: Start, tmp_path: Path
+) -> None:
+    folder = tmp_path / "project"
+    panel, last, _ = start(folder)
+    (folder / FILE).mkdir()  # in the way, as a full disk is
+    panel.set_tuning(Tuning(head=0.4))
+    qtbot.waitUntil(lambda: panel.window().findChild(Toast) is not None)
+    (folder / FILE).rmdir()
+    last.close()
+    assert _kept(folder) == Tuning(head=0.4)
+
+
 def test_what_a_newer_studio_kept_is_left_alone(qtbot: QtBot, tmp_path: Path) -> None:
     folder = tmp_path / "project"
     panel, session = TunePanel(), Session(Settings())
     qtbot.addWidget(panel)
+    panel.set_tuning(Tuning(arms=0.2))  # of the project before
     session.project = Project.create(folder)
     newer = json.dumps({"format": "saia-tuning", "version": 99, "tuning": {}})
     (folder / FILE).write_text(newer, encoding="utf-8")
     last = LastTuning(panel, session)
     qtbot.waitUntil(lambda: panel.window().findChild(Toast) is not None)
+    assert panel.tuning == Tuning()
     panel.set_tuning(Tuning(head=0.4))
     last.close()
     assert (folder / FILE).read_text(encoding="utf-8") == newer
