@@ -119,6 +119,30 @@ def output_names() -> tuple[str, ...]:
     return tuple(dict.fromkeys(str(one["name"]) for one in listed if one["max_output_channels"] > 0))
 
 
+def find_output(wanted: str) -> int:
+    """PortAudio's number of the output of that name, "" for the default one.
+
+    A system that offers one output in several ways gives them the same name: the quickest way is taken.
+
+    Raises:
+        StudioError: there is none.
+    """
+    sd = library()
+    try:
+        with opening:
+            if not wanted:
+                return int(sd.query_devices(None, "output")["index"])
+            listed = [one for one in sd.query_devices() if one["max_output_channels"] > 0]
+    except (sd.PortAudioError, ValueError) as error:
+        raise StudioError("This computer has no sound output.", "Plug in headphones or speakers.") from error
+    match = [one for one in listed if str(one["name"]).lower() == wanted.lower()]
+    match = match or [one for one in listed if wanted.lower() in str(one["name"]).lower()]
+    if not match:
+        known = ", ".join(dict.fromkeys(str(one["name"]) for one in listed))
+        raise StudioError(f"There is no sound output called {wanted}.", f"Choose one of: {known}.")
+    return int(min(match, key=lambda one: float(one["default_low_output_latency"]))["index"])
+
+
 def _device(entry: Any, default: bool) -> AudioDevice:
     rate = round(entry["default_samplerate"])
     return AudioDevice(

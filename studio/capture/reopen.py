@@ -48,6 +48,6 @@ class SoundWatch:
             try:
                 self._reopen(self.may_refresh())
             except StudioError as error:
-                _log.info("the microphone is not back: %s", error)
+                _log.info("a sound device is not back: %s", error)
             except Exception:  # noqa: BLE001 - a fault of the sound system must not end the looking
-                _log.exception("the microphone could not be opened again")
+                _log.exception("a sound device could not be opened again")

@@ -69,6 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     addresses = _addresses(args)
     if args.file is not None:
         check_sound(args.file)
+    _check_voice(args)
     from studio.capture.priority import come_first
     from studio.cli._project import opened
     from studio.live.build import Wanted, make
@@ -93,7 +94,7 @@ class _Stage:
         self._targets = Targets(live.pose_source, _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._told = self._shown = 0.0
-        self._last = ""
+        self._voice: str | None = None
         self._answers: dict[str, Callable[[Wish], None]] = {
             "mute": lambda wish: live.set_muted(wish.turned(live.muted)),
             "freeze": lambda wish: live.set_frozen(wish.turned(live.frozen)),
@@ -170,10 +171,13 @@ class _Stage:
         try:
             self._live.hand_voice_on(_output(name))
         finally:
-            to = self._live.voice_to
-            where = to or "the system's output"
-            said = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
-            self._out.event("voice", said, to=to)
+            self._tell_voice()
+
+    def _tell_voice(self) -> None:
+        to = self._voice = self._live.voice_to
+        where = to or "the system's output"
+        said = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
+        self._out.event("voice", said, to=to)
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
@@ -187,6 +191,8 @@ class _Stage:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
+        if self._voice != self._live.voice_to:  # the output went away, or came back
+            self._tell_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.event("pose", **self._live.pose_facts())
@@ -228,6 +234,18 @@ def _addresses(args: argparse.Namespace) -> list[str]:
     for one in wanted:
         address(one)
     return list(wanted)
+
+
+def _check_voice(args: argparse.Namespace) -> None:
+    """Whether the voice can go where it is to, before anything is opened."""
+    to = _output(args.voice_to or "")
+    if to is None:
+        return
+    if args.file is not None:
+        raise RequestError("A file is heard in time with the avatar already.", "Leave --voice-to out.")
+    from studio.capture.audio import find_output
+
+    find_output(to)
 
 
 def _output(name: str) -> str | None:

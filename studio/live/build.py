@@ -67,7 +67,7 @@ class Live:
     def __init__(self, run: str, performance: Performance, style: str) -> None:
         self.run, self.performance, self.style = run, performance, style
         self._sound, self._stand = performance.sound, performance.stand
-        self._voice_to: str | None = None
+        self._output: HandedOn | None = None
 
     @property
     def muted(self) -> bool:
@@ -122,8 +122,9 @@ class Live:
 
     @property
     def voice_to(self) -> str | None:
-        """Which output the voice is handed on to; None for none."""
-        return self._voice_to
+        """Which output takes the voice; None for none, or while it is gone."""
+        output = self._output
+        return None if output is None or output.gone else output.device
 
     def hand_voice_on(self, device: str | None) -> None:
         """Give the voice to an output by name ("" the system's own), as late as the avatar is; None to none.
@@ -132,7 +133,7 @@ class Live:
             StudioError: a file is performed, or the output cannot be opened.
         """
         source = self.performance.source
-        self._voice_to = None
+        self._output = None
         self.performance.hand_on(None)
         if device is None:
             return
@@ -142,7 +143,7 @@ class Live:
         output.start()
         source.before_refresh = output.rest
         self.performance.hand_on(output)
-        self._voice_to = device
+        self._output = output
 
     def tune(self, text: str) -> None:
         """Lay other layers over the poses, given as JSON.

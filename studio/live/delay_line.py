@@ -24,6 +24,8 @@ _FADE_S = 0.004
 _SPARE_S = 0.005
 _SHORT_S = 0.2
 """Sound that is missing by more is not late, it has stopped."""
+_REMEMBERED_S = 4.0
+_NEIGHBOURS = 3
 
 
 class DelayLine:
@@ -42,7 +44,9 @@ class DelayLine:
         self._clock: SampleClock | None = None
         self._resampler: Resampler | None = None
         self._place: float | None = None
-        self._extra = 0.0  # samples it is later than wished, for sound takes its time to come
+        self._missing = [0.0, 0.0]  # samples that came too late, at most: lately, and before that
+        self._most = self._before = 0.0
+        self._since = 0
         self._tail = np.float32(0.0)
         self._lock = threading.Lock()
 
@@ -51,7 +55,8 @@ class DelayLine:
         with self._lock:
             if heard.anew or self._resampler is None or self._resampler.rate != heard.rate:
                 self._resampler, self._clock = Resampler(heard.rate, self.rate), SampleClock(self.rate)
-                self._taken, self._began, self._extra = 0, self._written, 0.0
+                self._taken, self._began = 0, self._written
+                self._missing, self._most, self._before = [0.0, 0.0], 0.0, 0.0
             assert self._clock is not None
             at = self._began + round(self._taken * self.rate / heard.rate)
             self._clock.follow(at, heard.captured)
@@ -63,9 +68,13 @@ class DelayLine:
         with self._lock:
             if self._clock is None:
                 return np.zeros(count, dtype=np.float32)
-            wanted = self._wanted(self._clock.sample(moment), count)
-            place = self._place
-            jumps = place is None or abs(wanted - place) > JUMP_S * self.rate
+            at = self._clock.sample(moment)
+            self._notice(at + count + _NEIGHBOURS - self._written)
+            wanted, place = at - self._extra, self._place
+            left = self._written - count - _NEIGHBOURS
+            # Where sound is missing that would be there a little later, better later; where it has stopped,
+            # on into silence.
+            jumps = place is None or abs(wanted - place) > JUMP_S * self.rate or place > left >= wanted
             if place is None or jumps:
                 place = wanted
             bent = (wanted - place) / self.rate * _CAUGHT_UP_EACH_S
@@ -74,13 +83,20 @@ class DelayLine:
             self._place = place + speed * count
             return self._joined(out, jumps)
 
-    def _wanted(self, at: float, count: int) -> float:
-        """Where to read, later than wished where that sound is still on its way."""
-        short = at - self._extra + count + 3 - self._written
-        if 0 < short < _SHORT_S * self.rate:
-            self._extra += short + _SPARE_S * self.rate
-            self._place = None
-        return at - self._extra
+    @property
+    def _extra(self) -> float:
+        """Samples it is later than wished, for sound takes its time to come: what was missing lately."""
+        missing = max(self._missing)
+        return missing + _SPARE_S * self.rate if missing > 0 else 0.0
+
+    def _notice(self, missing: float) -> None:
+        """So many samples are not there yet; what was missing counts once some came, and for some seconds."""
+        if missing < self._before and self._most <= _SHORT_S * self.rate:
+            self._missing[0] = max(self._missing[0], self._most)
+        self._most = missing if missing < self._before else max(self._most, missing)
+        self._before = missing
+        if self._written - self._since > _REMEMBERED_S * self.rate:
+            self._missing, self._since = [0.0, self._missing[0]], self._written
 
     def _write(self, samples: Floats) -> None:
         size = len(self._ring)

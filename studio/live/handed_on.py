@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from studio.capture import clock
-from studio.capture.audio import library, opening
+from studio.capture.audio import find_output, library, opening
 from studio.capture.reopen import SoundWatch
 from studio.errors import StudioError
 from studio.live.delay_line import DelayLine, Floats
@@ -36,9 +36,14 @@ class HandedOn:
         self._stream: Any = None
         self._line: DelayLine | None = None
         self._called = self._fed = 0.0
-        self._gone = False
+        self._gone = self._stopped = False
         self._said: deque[StudioError] = deque()
         self._watch: SoundWatch | None = None
+
+    @property
+    def gone(self) -> bool:
+        """Whether it takes no sound, for now or for good."""
+        return self._gone or self._stopped
 
     @property
     def name(self) -> str:
@@ -51,7 +56,8 @@ class HandedOn:
         Raises:
             StudioError: there is none of that name, or it cannot be opened.
         """
-        self._open()
+        with opening:
+            self._open()
         self._watch = SoundWatch(lambda: self._gone and self._is_fed, self._reopen, _AGAIN_S)
 
     def feed(self, heard: Heard, muted: bool) -> None:
@@ -63,7 +69,8 @@ class HandedOn:
         if not self._gone and self._fed - self._called > _SILENT_S:
             self._gone = True
             what = f"{self.name} takes no sound any more."
-            self._said.append(StudioError(what, "Plug it in again; your voice is handed on by itself then."))
+            remedy = "Plug it in again; if your voice is not handed on by itself then, choose it again."
+            self._said.append(StudioError(what, remedy))
 
     def problems(self) -> list[StudioError]:
         """What went wrong or right again since the last call, as sentences."""
@@ -73,31 +80,33 @@ class HandedOn:
 
     def rest(self) -> None:
         """Close it until sound comes again: devices are about to be looked for anew."""
-        self._gone = True
-        self._close()
+        with opening:
+            self._gone = True
+            self._close()
 
     def stop(self) -> None:
         """Silence; safe to call twice."""
+        self._stopped = True
         if self._watch is not None:
             self._watch.stop()
-        self._close()
+        with opening:  # it may just be opened again
+            self._close()
 
     @property
     def _is_fed(self) -> bool:
         return clock.now() - self._fed < _SILENT_S
 
     def _open(self) -> None:
-        sd = library()
+        sd, index = library(), find_output(self.device)
         try:
-            with opening:
-                rate = round(sd.query_devices(self.device or None, "output")["default_samplerate"])
-                self._line = DelayLine(rate)
-                self._stream = sd.OutputStream(
-                    samplerate=rate, device=self.device or None, channels=2, dtype="float32",
-                    latency=_LATENCY_S, callback=self._give,
-                )  # fmt: skip
-                self._called = clock.now()
-                self._stream.start()
+            rate = round(sd.query_devices(index)["default_samplerate"])
+            self._line = DelayLine(rate)
+            self._stream = sd.OutputStream(
+                samplerate=rate, device=index, channels=2, dtype="float32", latency=_LATENCY_S,
+                callback=self._give,
+            )  # fmt: skip
+            self._called = clock.now()
+            self._stream.start()
         except (sd.PortAudioError, ValueError) as error:
             self._close()
             what = f"{self.name} cannot be opened to hand your voice on."
@@ -105,9 +114,12 @@ class HandedOn:
 
     def _reopen(self, _may_refresh: bool) -> None:
         """Runs on the watch's thread."""
-        self._close()
-        self._open()
-        self._gone = False
+        with opening:
+            if self._stopped:
+                return
+            self._close()
+            self._open()
+            self._gone = False
         self._said.append(StudioError(f"{self.name} takes your voice again.", "Nothing to do."))
 
     def _close(self) -> None:

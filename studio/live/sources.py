@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.capture import clock
-from studio.capture.audio import AudioInput, Block, input_devices
+from studio.capture.audio import AudioInput, Block, input_devices, opening
 from studio.capture.reopen import SoundWatch
 from studio.errors import StudioError
 from studio.playback.player import Player
@@ -184,8 +184,9 @@ class Microphone:
     def _reopen(self, may_refresh: bool) -> None:
         """Runs on the watch's thread."""
         if may_refresh:
-            self.before_refresh()
-            input_devices(refresh=True)
+            with opening:  # nothing may be opened in between
+                self.before_refresh()
+                input_devices(refresh=True)
         fresh = AudioInput(self._wanted, latency=self._latency)
         fresh.start()
         with self._lock:

@@ -6,8 +6,9 @@ import time
 import pytest
 
 from studio.capture import audio
-from studio.capture.audio import AudioInput, input_devices
+from studio.capture.audio import AudioInput, find_output, input_devices, output_names
 from studio.capture.input_error import InputError
+from studio.errors import StudioError
 
 
 def _heard(microphone: AudioInput, seconds: float = 30.0) -> bool:
@@ -57,3 +58,19 @@ def test_without_a_microphone_window_and_terminal_each_say_what_can_be_done_ther
     assert caught.value.what == "This computer has no sound input."
     assert caught.value.remedy == f"{check}. Without one, record takes --device none and live takes --file."
     assert caught.value.in_window == f"{check}, then refresh the list of devices."
+
+
+def test_an_output_offered_in_several_ways_is_opened_in_the_quickest(monkeypatch: pytest.MonkeyPatch) -> None:
+    cable = "CABLE Input (VB-Audio Virtual Cable)"
+    ways = [("CABLE Input (VB-Audio Virtual C", 0.09), (cable, 0.12), (cable, 0.003), ("Mic", 0.001)]
+    listed = [
+        {"name": name, "index": i, "max_output_channels": 0 if name == "Mic" else 2,
+         "default_low_output_latency": latency}
+        for i, (name, latency) in enumerate(ways)
+    ]  # fmt: skip
+    monkeypatch.setattr("sounddevice.query_devices", lambda *_: listed)
+    assert output_names() == ("CABLE Input (VB-Audio Virtual C", cable)
+    assert find_output(cable) == 2
+    assert find_output("CABLE Input (VB-Audio Virtual C") == 0
+    with pytest.raises(StudioError, match="There is no sound output called Speakers"):
+        find_output("Speakers")

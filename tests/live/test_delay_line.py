@@ -59,12 +59,57 @@ def test_a_delay_shorter_than_the_way_of_the_sound_is_as_short_as_can_be_without
     assert np.diff(out[later]).min() > 0  # no hole
 
 
+class Line:
+    """A delay line with a microphone and an output that go on block by block; values are moments."""
+
+    def __init__(self, late: float) -> None:
+        self.line, self.late, self.i, self.held = DelayLine(RATE), late, 0, []
+
+    def go(self, blocks: int, held_up: bool = False) -> np.ndarray:
+        """What comes out, (blocks, BLOCK), and stays out of it while the microphone is held up."""
+        out = []
+        for _ in range(blocks):
+            moment = 100.0 + self.i * BLOCK / RATE
+            samples = 1.0 + (self.i * BLOCK + np.arange(BLOCK, dtype=np.float32)) / RATE / 10
+            self.held.append(Heard(samples, RATE, moment, self.i == 0))
+            if not held_up:
+                for heard in self.held:
+                    self.line.put(heard)
+                self.held = []
+            out.append(self.line.take(BLOCK, moment + 0.03 - self.late))
+            self.i += 1
+        return np.array(out)
+
+    def behind(self, block: np.ndarray) -> float:
+        """Seconds by which a block just taken lies behind the moment it was heard at."""
+        return (self.i - 1) * BLOCK / RATE + 0.03 - 10 * (float(block[0]) - 1.0)
+
+
 def test_a_voice_that_stops_is_silence_and_not_the_same_again() -> None:
-    line = DelayLine(RATE)
-    passed(line, 0.12, 3.0)
-    t = 104.0
-    rest = np.concatenate([line.take(BLOCK, t + i * 0.01 - 0.12) for i in range(100)])
-    assert not rest[RATE // 10 :].any()
+    line = Line(0.12)
+    line.go(300)
+    rest = line.go(100, held_up=True)
+    assert (np.diff(rest[:8].ravel()) >= 0).all()  # what was there is played once
+    assert not rest[12:].any()
+
+
+def test_a_microphone_that_was_held_up_does_not_make_the_voice_late_for_good() -> None:
+    line = Line(0.12)
+    line.go(300)
+    line.go(50, held_up=True)
+    assert line.behind(line.go(100)[-1]) == pytest.approx(0.12, abs=0.005)
+
+
+def test_hiccups_make_the_voice_later_for_as_long_as_they_go_on() -> None:
+    line = Line(0.05)
+    line.go(300)
+    for _ in range(6):
+        line.go(6, held_up=True)
+        line.go(60)
+    hiccup, after = line.go(6, held_up=True), line.go(60)
+    assert hiccup.all()  # no hole any more
+    assert 0.06 < line.behind(after[-1]) < 0.13
+    assert line.behind(line.go(2000)[-1]) == pytest.approx(0.05, abs=0.005)
 
 
 def test_another_delay_is_gone_over_to_without_a_click() -> None:

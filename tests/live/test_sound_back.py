@@ -92,6 +92,7 @@ def test_microphone_and_delayed_voice_come_back(
         until(lambda: live.said("default stopped giving sound."))
         (folder / "native").unlink(missing_ok=True)
         again = start(folder)
+        request.addfinalizer(again.kill)
         until(lambda: live.said("default is back."))
         before = live.state["frames"]
         until(lambda: live.state["frames"] > before + 10 and not live.state["lost"])

@@ -57,11 +57,6 @@ class VoiceRow(QWidget):
                 self.outputs.addItem(words, value)
             self.outputs.setCurrentIndex(self.outputs.findData(chosen))
 
-    def show_value(self, value: str) -> None:
-        """Show what is so."""
-        with QSignalBlocker(self.outputs):
-            self.outputs.setCurrentIndex(max(self.outputs.findData(value), 0))
-
     def show_file(self, file: bool) -> None:
         """Whether a file is performed, which is heard in time already."""
         self.outputs.setEnabled(not file)
@@ -88,6 +83,9 @@ class Voice(QObject):
     def __init__(self, row: VoiceRow, session: Session, tell: Callable[[str], None]) -> None:
         super().__init__(row)
         self._row, self._session, self._tell = row, session, tell
+        self._told = ""  # where the performance says the voice goes, "" before it does
+        self._names: tuple[str, ...] = ()
+        session.microphones_listed.connect(self.look)
         row.chosen.connect(self._on_chosen)
         row.show_outputs((), self._wanted)
 
@@ -104,18 +102,21 @@ class Voice(QObject):
 
     def told(self, to: str | None) -> None:
         """The performance says where the voice goes; what was chosen and cannot be is off."""
-        self._row.show_value(NOBODY if to is None else to or SYSTEM)
+        self._told = NOBODY if to is None else to or SYSTEM
+        self._show(self._names)
 
     def over(self) -> None:
         """The performance is over: the choice for the next one stands."""
-        self._row.show_value(self._wanted)
+        self._told = ""
+        self._show(self._names)
 
     @property
     def _wanted(self) -> str:
         return self._session.settings.live_voice or NOBODY
 
     def _show(self, names: tuple[str, ...]) -> None:
-        self._row.show_outputs(names, self._wanted)
+        self._names = names
+        self._row.show_outputs(names, self._told or self._wanted)
 
     def _on_chosen(self, value: str) -> None:
         self._session.change_settings(live_voice="" if value == NOBODY else value)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
 from studio import stage
@@ -54,11 +55,15 @@ def test_a_choice_is_told_at_once_and_remembered(thought: Callable[..., Thought]
 
 
 def test_an_output_that_is_gone_is_named_and_one_that_cannot_be_is_off(
-    thought: Callable[..., Thought],
+    thought: Callable[..., Thought], virtual_audio: str
 ) -> None:
     row, voice, _, _ = thought(live_voice="CABLE Input")
     assert row.outputs.currentText() == "CABLE Input (not found)"
     voice.told(None)
+    assert row.value == NOBODY
+    voice.look()  # as when the tab is shown again
+    background.wait()
+    QCoreApplication.processEvents()
     assert row.value == NOBODY
     voice.over()
     assert row.value == "CABLE Input"
@@ -101,22 +106,23 @@ def test_the_voice_is_heard_while_live(
     qtbot: QtBot,
     virtual_audio: str,
     monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
 ) -> None:
     import sounddevice
 
     add_run(toy_project)
     view, live, _ = room(toy_project, live_voice=SYSTEM)
     sounddevice.play(np.tile(speech(2.0), 90) * 0.5, 16_000)
+    request.addfinalizer(sounddevice.stop)
     monkeypatch.setenv("PULSE_SINK", stage.SECOND)  # the performance's alone: it begins after this
     view.source.start.click()
     qtbot.waitUntil(lambda: live._state is not None, timeout=60_000)
     monkeypatch.setenv("PULSE_SOURCE", f"{stage.SECOND}.monitor")
     ear = AudioInput(virtual_audio, 48_000, 1)
     ear.start()
+    request.addfinalizer(ear.stop)
     qtbot.waitUntil(lambda: any(np.abs(block.samples).max() > 0.02 for block in ear.drain()), timeout=60_000)
     assert view.latency.voice.value == SYSTEM
-    ear.stop()
     view.source.start.click()
     qtbot.waitUntil(lambda: not live.running, timeout=60_000)
-    sounddevice.stop()
     background.wait()
