@@ -89,14 +89,16 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
     getattr(item, "funcargs", {}).clear()
     found: list[str] = []
     before, sys.unraisablehook = sys.unraisablehook, lambda one: found.append(f"{one.exc_value!r}")
+    whole = nextitem is None or nextitem.path != item.path
     try:
         if nextitem is None:
             _thaw()  # the last test answers for what outlived its file
-        _collect(whole=nextitem is None or nextitem.path != item.path)
+        _collect(whole)
     finally:
         sys.unraisablehook = before
     if found:
-        pytest.fail(f"The test left behind: {', '.join(found)}", pytrace=False)
+        who = "A test of this file" if whole else "The test"
+        pytest.fail(f"{who} left behind: {', '.join(found)}", pytrace=False)
 
 
 _freeze, _thaw = gc.freeze, gc.unfreeze

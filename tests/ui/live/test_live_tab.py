@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from studio.ui.jobs import Job
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.performing import Phase
 from studio.ui.live.state import LookAhead, look_aheads_of
+from studio.ui.live.wishes import Wishes
 from tests.live.runs import add_run
 from tests.live.test_steps import speech
 from tests.ui.live.children import Room, pose, ready, state
@@ -125,12 +126,19 @@ def test_the_status_says_what_is_heard(
     assert view.status.text() == said
 
 
-@pytest.mark.slow
-def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
-    room: Callable[..., Room], toy_project: Project, qtbot: QtBot, virtual_audio: str
-) -> None:
+@pytest.fixture
+def speak(virtual_audio: str) -> Iterator[Callable[[], None]]:
+    """Begins to speak for two minutes; silent when the test is over, however it ends."""
     import sounddevice
 
+    yield lambda: sounddevice.play(np.tile(speech(2.0), 60) * 0.5, 16_000)
+    sounddevice.stop()
+
+
+@pytest.mark.slow
+def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
+    room: Callable[..., Room], toy_project: Project, qtbot: QtBot, speak: Callable[[], None]
+) -> None:
     add_run(toy_project, "look_aheads=0 100 200 500")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
@@ -140,7 +148,7 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         session.status_changed.connect(lambda *fact: facts.append(fact))
         view.source.start.click()
         assert view.source.start.text() == "Starting…"
-        sounddevice.play(np.tile(speech(2.0), 60) * 0.5, 16_000)
+        speak()
         qtbot.waitUntil(lambda: view.source.start.text() == "Stop")
         qtbot.waitUntil(lambda: _received(listener))
         qtbot.waitUntil(lambda: view.latency.figure.text().endswith(" ms"))
@@ -154,7 +162,6 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         presenter.activate()
         view.source.start.click()
         qtbot.waitUntil(lambda: not presenter.running)
-        sounddevice.stop()
     assert view.source.start.text() == "Go live"
     assert view.status.text() == "Not live: press Go live, and speak."
     assert facts[-1] == ("live", "", "")
@@ -242,6 +249,7 @@ def test_closing_asks_while_it_is_live(
 def test_a_state_under_way_presses_no_switch_back(room: Callable[..., Room], toy_project: Project) -> None:
     add_run(toy_project)
     view, presenter, _ = room(toy_project)
+    presenter._wishes = Wishes(lambda: 0.0)  # no time passes, however slow the machine is
     presenter._on_event(ready(("A",), ()))
     presenter._on_event(state())
     mute, gain = view.controls.button("mute"), view.source.gain

@@ -57,7 +57,8 @@ def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
     qtbot.waitUntil(lambda: bool(view.meters.shown_names))
     qtbot.waitUntil(lambda: presenter._state is not None)
-    assert view.latency.words.text() == "A file is known ahead: voice and lips come together."
+    known = "A file is known ahead: voice and lips come together."
+    qtbot.waitUntil(lambda: view.latency.words.text() == known)
     job = presenter._performing._job
     assert job is not None
     os.kill(job.pid, signal.SIGSTOP)
@@ -65,12 +66,8 @@ def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
     view.source.start.click()
     qtbot.waitUntil(lambda: not presenter.running)
     said = [(toast.text.text(), toast.remedy.text()) for toast in view.findChildren(Toast)]
-    assert said == [
-        (
-            "The performance did not end by itself, so it was ended for you.",
-            "Nothing is lost: you can go live again.",
-        )
-    ]
+    ended = "The performance did not end by itself, so it was ended for you."
+    assert (ended, "Nothing is lost: you can go live again.") in said
     assert view.source.start.text() == "Go live"
     assert view.source.start.isEnabled()
     assert view.meters.shown_names == ()

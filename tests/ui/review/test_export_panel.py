@@ -32,6 +32,13 @@ def test_a_folder_that_was_chosen_stays(panel: ExportPanel, tmp_path: Path) -> N
     assert panel.folder.text() == str(tmp_path / "Mine")
 
 
+def _small(panel: ExportPanel) -> tuple[int, int]:
+    """What a window of 1280 x 800 leaves it, more where this machine's font is larger than DejaVu Sans."""
+    metrics = panel.fontMetrics()
+    wide = metrics.horizontalAdvance("The quick brown fox jumps over the lazy dog") / 268
+    return round(268 * max(wide, 1.0)), round(391 * max(metrics.height() / 19, 1.0))
+
+
 @pytest.mark.parametrize("choice", choices(), ids=lambda choice: choice.name)
 def test_every_format_fits_a_small_window_without_scrolling(
     qtbot: QtBot, panel: ExportPanel, tmp_path: Path, choice: FormatChoice
@@ -39,7 +46,7 @@ def test_every_format_fits_a_small_window_without_scrolling(
     panel.show_formats(choices())
     panel.show_target("Hello_001", tmp_path, ready=True)
     panel.show_what(predicted=True)
-    panel.resize(268, 391)  # what a window of 1280 x 800 leaves it
+    panel.resize(*_small(panel))
     panel.show()
     panel.format.setCurrentIndex(panel.format.findData(choice.name))
     bar = panel._scroll.verticalScrollBar()
