@@ -109,8 +109,12 @@ class InputsPresenter(QObject):
             self.later(recorder.close_audio, lambda _r: self._list_devices(refresh=True))
 
     def _on_wanted(self) -> None:
-        """Another room looks for microphones."""
-        if self._recorder is None:
+        """Another room looks for microphones; a recording is not interrupted for that."""
+        if self._session.rolling:
+            self._list_devices(refresh=False, asked=True)
+            why = self.tr("What was plugged in just now cannot be found while a take is recorded.")
+            messages.show_note(self._card, why, self.tr("Look again after the take."))
+        elif self._recorder is None:
             self._list_devices(refresh=True)
         else:
             self.refresh()
@@ -124,7 +128,7 @@ class InputsPresenter(QObject):
         if "sound" in self.problems and "sound" not in self._trying:
             self._open_sound(again=True)
 
-    def _list_devices(self, refresh: bool) -> None:
+    def _list_devices(self, refresh: bool, asked: bool = False) -> None:
         from studio.capture.audio import input_devices
 
         def done(devices: tuple[AudioDevice, ...]) -> None:
@@ -132,10 +136,13 @@ class InputsPresenter(QObject):
             self._show_devices()
             if refresh:
                 self._open_sound()
+            if refresh or asked:
                 self._session.microphones_listed.emit()
 
         def failed(error: BaseException) -> None:
             self._note("sound", error)
+            if refresh or asked:  # who waits for the list goes on with what it has
+                self._session.microphones_listed.emit()
 
         self.later(lambda: input_devices(refresh), done, failed)
 

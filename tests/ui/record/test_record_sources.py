@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from studio.capture import sync_test
+from studio.capture import audio, sync_test
 from studio.capture.assembler import Source
 from studio.capture.snapshot import Snapshot
 from studio.capture.vmc import encode_frame
+from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.project import Project
@@ -18,6 +19,7 @@ from studio.ui import background, theme
 from studio.ui.messages import Toast
 from studio.ui.record import findings
 from studio.ui.record.inputs import MORE_PORTS, NO_MICROPHONE, InputsCard
+from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.sync import SyncTest, verdict
 from studio.ui.record.view import RecordView
@@ -79,6 +81,36 @@ def test_a_body_and_a_face_show_who_gives_what(qtbot, session: Session) -> None:
         index = [row.name for row in view.shapes.list.rows].index("JawOpen")
         assert view.shapes.list.tip_at(index * 22 + 5) == f"JawOpen, from iFacialMocap :{second}"
     presenter.close()
+
+
+def test_another_room_is_answered_while_a_take_is_recorded(
+    qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    monkeypatch.setattr(audio, "input_devices", lambda refresh=False: asked.append(refresh) or ())
+    inputs = InputsPresenter(card, session, card)
+    session.set_rolling(True)
+    with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
+        session.microphones_wanted.emit()
+    inputs.close()
+    assert asked == [False], "the microphone that is recorded is not let go"
+    toast = card.window().findChild(Toast)
+    assert toast is not None
+    assert toast.remedy.text() == "Look again after the take."
+
+
+def test_another_room_is_answered_where_listing_fails(
+    qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(refresh: bool = False) -> tuple[audio.AudioDevice, ...]:
+        raise StudioError("The sound system did not answer.", "Start it again.")
+
+    monkeypatch.setattr(audio, "input_devices", broken)
+    inputs = InputsPresenter(card, session, card)
+    with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
+        session.microphones_wanted.emit()
+    inputs.close()
+    assert inputs.problems["sound"] == ("The sound system did not answer.", "Start it again.")
 
 
 def test_one_sender_needs_no_words() -> None:
