@@ -38,7 +38,7 @@ class Sounds(QObject):
         card.refresh_requested.connect(self._look_anew)
         session.microphones_listed.connect(lambda: self.look(refresh=False))
         card.file_requested.connect(self._on_file)
-        card.source_chosen.connect(self.keep)
+        card.source_chosen.connect(self._on_chosen)
         self._show()
 
     @property
@@ -113,6 +113,14 @@ class Sounds(QObject):
         self.checking = True
         self._card.show_opening(path)
         background.run(lambda: sound_info(path), good, bad, owner=self)
+
+    def _on_chosen(self) -> None:
+        """Somebody chose from the list: a file that is still being looked at is wanted no more."""
+        self._offers += 1
+        self.keep()
+        if self.checking:
+            self.checking = False
+            self.checked.emit()
 
     def _choose(self, path: Path | None) -> None:
         self.checking = False

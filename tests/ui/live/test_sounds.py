@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 from studio.capture.audio import AudioDevice
 from studio.project import Project
 from studio.settings import Settings
+from studio.ui import background
 from studio.ui.live.presenter import LivePresenter
 from studio.ui.live.sounds import Sounds
 from studio.ui.live.source_card import SourceCard
@@ -156,6 +157,19 @@ def test_a_file_that_is_no_sound_is_a_sentence_and_the_choice_stays(
         assert file.name in toasts(view)
         assert view.source.file == tmp_path / "good.wav"
         assert view.source.start.isEnabled()
+
+
+def test_a_microphone_chosen_meanwhile_stays_chosen(live: Room, tmp_path: Path, qtbot: QtBot) -> None:
+    view, presenter, session = live
+    presenter._sounds.offer(write(tmp_path / "a.wav"))
+    assert not view.source.start.isEnabled()
+    choose(view.source, "System's microphone")
+    assert view.source.start.isEnabled()
+    assert session.settings.live_device == ("",)
+    background.wait()
+    qtbot.wait(1)  # what was looked at is told
+    assert view.source.file is None
+    assert view.source.source.currentText() == "System's microphone"
 
 
 def test_dropped_sounds_are_performed_next(live: Room, tmp_path: Path, qtbot: QtBot) -> None:
