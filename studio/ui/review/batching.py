@@ -49,6 +49,7 @@ class Batching(QObject):
         self._wish: BatchWish | None = None
         self._scratch: Path | None = None
         self._ended_child = 0
+        self._leaving = False  # the child is of the project before, and is ending
         view.sources_card.batch_requested.connect(self.show)
         session.batch_dropped.connect(self._on_dropped)
         session.project_opened.connect(self._on_project)
@@ -106,6 +107,7 @@ class Batching(QObject):
     def _on_project(self) -> None:
         """Another project: what is under way belongs to the one before."""
         self._on_cancel()
+        self._leaving = self.busy
         self._drop_dialog()
 
     def _drop_dialog(self) -> None:
@@ -115,6 +117,10 @@ class Batching(QObject):
             self._dialog = None
 
     def _on_start(self, wish: BatchWish) -> None:
+        if self.busy and self._dialog is not None:
+            words = self.tr("The batch before is ending: press Start again in a moment.")
+            self._dialog.show_told(words, "warn")
+            return
         self._wish = wish
         self._start(wish, force=False)
 
@@ -153,7 +159,7 @@ class Batching(QObject):
 
     def _on_event(self, event: dict[str, Any]) -> None:
         dialog, kind = self._dialog, event.get("event")
-        if dialog is None:
+        if dialog is None or self._leaving:
             return
         if kind == "queue":
             dialog.show_entries([str(name) for name in event.get("names", ())])
@@ -180,12 +186,12 @@ class Batching(QObject):
         words += " " + self.tr("{0} failed; the list says why.").format(failed) if failed else ""
         words += " " + self.tr("{0} cancelled.").format(left) if left else ""
         self._tell(words, "warn" if failed else "good")
-        if self._dialog is not None:
+        if self._dialog is not None and not self._leaving:
             self._dialog.show_folder_button(made > 0)
 
     def _on_failed(self, what: str, remedy: str) -> None:
         name = self._job.there if self._job is not None else ""
-        if name:
+        if name and not self._leaving:
             self._tell(self.tr("Nothing was written."))
             QTimer.singleShot(0, self, lambda: self._ask(name))
         else:
@@ -202,7 +208,7 @@ class Batching(QObject):
             self._start(wish, force=True)
 
     def _tell(self, words: str, role: str = "muted") -> None:
-        if self._dialog is not None:
+        if self._dialog is not None and not self._leaving:
             self._dialog.show_told(words, role)
 
     def _on_skip(self, index: int) -> None:
@@ -224,8 +230,11 @@ class Batching(QObject):
         if job is not None:
             job.deleteLater()
         self._clean()
+        left, self._leaving = self._leaving, False
         if self._dialog is not None:
             self._dialog.show_busy(False)
+        if left:
+            self._tell(self.tr("The batch before has ended."))
 
     def _on_folder(self) -> None:
         if self._wish is not None:

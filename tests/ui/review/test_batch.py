@@ -17,6 +17,7 @@ from studio.cli import main
 from studio.formats import bvh
 from studio.project import Project
 from studio.take.motion_file import read_motion
+from studio.ui.jobs import Job
 from studio.ui.review import clip
 from studio.ui.review.batch_dialog import BatchDialog, BatchWish
 from studio.ui.review.batching import words_of
@@ -161,6 +162,29 @@ def test_without_a_run_in_the_bar_the_newest_is_proposed(tab: Tab) -> None:
     assert project is not None
     _runs(project)
     assert _opened(view, presenter).chooser.wanted == Wanted("quick_001")
+
+
+def test_a_batch_of_the_project_before_is_none_of_the_new_form(tab: Tab, tmp_path: Path) -> None:
+    view, presenter = tab
+    batching = presenter._batching
+    job = batching._job = Job(batching)  # one that ends slowly
+    job.ended.connect(batching._on_ended)
+    before = batching._wish = BatchWish((), Wanted(), ("bvh",), tmp_path / "before", tuned=False)
+    batching._on_project()
+    dialog = _opened(view, presenter)
+    dialog.material.setCurrentIndex(1)
+    dialog.run.setCurrentIndex(0)
+    _format(dialog, "bvh")
+    dialog.start.click()
+    assert dialog.told.text() == "The batch before is ending: press Start again in a moment."
+    batching._on_event({"event": "queue", "names": ["a.bvh"]})
+    batching._on_cancelled()
+    assert dialog.list.topLevelItemCount() == 0
+    assert dialog.told.text() == "The batch before is ending: press Start again in a moment."
+    assert batching._wish == before, "its half-written files lie there"
+    job.ended.emit()
+    assert dialog.told.text() == "The batch before has ended."
+    assert not batching.busy
 
 
 def test_a_long_failure_can_be_read_whole(tab: Tab) -> None:
