@@ -45,6 +45,7 @@ class Predicting(QObject):
         self._path = Path()  # where a child writes the whole motion
         self._wish = 0  # the newest wins
         self._pieces = _Pieces()
+        self._ending: dict[Job, _Pieces] = {}  # children nobody waits for, and what they may still write
 
     @property
     def busy(self) -> bool:
@@ -72,7 +73,7 @@ class Predicting(QObject):
         job, self._job = self._job, None
         pieces, self._pieces = self._pieces, _Pieces()
         if job is not None and job.running:
-            job.ended.connect(pieces.drop)  # until then the child may write one more
+            self._ending[job] = pieces  # until it has ended the child may write one more
         else:
             pieces.drop()
         if job is not None:
@@ -80,11 +81,15 @@ class Predicting(QObject):
             self.progressed.emit("", None)
 
     def close(self) -> None:
-        """The window closes."""
+        """The window closes: no child stays behind, and nothing of what one wrote."""
         self._wish += 1
         if self._job is not None:
             self._job.close()
         self._pieces.drop()
+        ending, self._ending = self._ending, {}
+        for job, pieces in ending.items():
+            job.close()
+            pieces.drop()
 
     def _read(self, path: Path) -> None:
         wish = self._wish
@@ -185,6 +190,9 @@ class Predicting(QObject):
 
     def _on_ended(self, job: Job) -> None:
         job.deleteLater()
+        left = self._ending.pop(job, None)
+        if left is not None:
+            left.drop()
         if job is self._job:
             self._job = None
             self.progressed.emit("", None)

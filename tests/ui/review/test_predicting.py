@@ -102,6 +102,24 @@ def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predictin
     qtbot.waitUntil(lambda: not folder.exists())
 
 
+def test_a_child_that_was_ending_leaves_nothing_behind_where_the_window_closes(
+    qtbot: QtBot, predicting: Predicting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, folder = predicting._job, predicting._pieces.folder
+    assert job is not None
+    assert folder is not None
+    alive, closed = [True], list[bool]()
+    monkeypatch.setattr(Job, "running", property(lambda _: alive[0]))
+    monkeypatch.setattr(job, "cancel", lambda: None)
+    monkeypatch.setattr(job, "close", lambda: closed.append(True))
+    predicting.cancel()
+    assert folder.is_dir(), "the child may still write"
+    predicting.close()
+    alive[0] = False
+    assert closed
+    qtbot.waitUntil(lambda: not folder.exists())
+
+
 def test_a_kept_motion_that_cannot_be_read_is_gone_before_it_is_told(
     qtbot: QtBot, predicting: Predicting, tmp_path: Path
 ) -> None:
