@@ -276,11 +276,7 @@ class BatchDialog(QDialog):
         self.tuned.setObjectName("batch_tuned")
         self.tuned.setChecked(True)  # as in Export: what is tuned is what is exported
         browse = self._small(self.tr("Choose"), "batch_browse", self._choose_folder)
-        grid = QGridLayout()
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(theme.INSIDE)
-        grid.setColumnStretch(1, 1)
-        rows: tuple[tuple[str, tuple[QWidget, ...]], ...] = (
+        return self._lay_out(
             (self.tr("Of"), (self.material, self.files, self.whole_folder)),
             ("", (self.chosen,)),
             (self.tr("Run"), (self.chooser,)),
@@ -289,6 +285,13 @@ class BatchDialog(QDialog):
             (self.tr("Formats"), (self.formats, self.more)),
             (self.tr("Folder"), (self.folder, browse)),
         )
+
+    def _lay_out(self, *rows: tuple[str, tuple[QWidget, ...]]) -> QGridLayout:
+        """Rows of words and what they name, the first widget of each as wide as there is room."""
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
         for row, (words, widgets) in enumerate(rows):
             grid.addWidget(label(words, "muted"), row, 0)
             line = QHBoxLayout()
