@@ -11,9 +11,11 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
+    QLabel,
     QPushButton,
     QSizePolicy,
     QToolButton,
+    QWidget,
 )
 
 from studio.ui import theme
@@ -193,17 +195,20 @@ class SourceCard(Card):
         self.refresh.setAccessibleName(self.tr("Look for microphones again"))
         theme.set_icon(self.refresh, "mdi6.refresh", "muted")
         self.refresh.clicked.connect(self.refresh_requested)
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(theme.INSIDE)
-        grid.setVerticalSpacing(theme.INSIDE)
         self._style_caption = label(self.tr("Style"), "muted")
         self.run.chosen.connect(lambda _: self._show_style())
-        rows = (
+        return self._lay_out(
             (self.run.caption, self.run.run, (self.run.liveliness, self.run.another)),
             (self._style_caption, self.run.styles, ()),
             (label(self.tr("Sound"), "muted"), self.source, (self.refresh,)),
             (label(self.tr("Tuning"), "muted"), self.tuning, ()),
         )
+
+    def _lay_out(self, *rows: tuple[QLabel, QComboBox, tuple[QWidget, ...]]) -> QGridLayout:
+        """Rows of a caption, a box and the buttons beside it."""
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
         for row, (caption, box, buttons) in enumerate(rows):
             # A narrow column elides what a box holds, and does not cut it.
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
