@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from studio.capture.input_error import InputError
 from studio.cli._output import Output, silence_stdout
 from studio.errors import FileThereError, RequestError, StudioError
 
@@ -22,7 +23,8 @@ def guarded(work: Callable[[], int], out: Output) -> int:
         out.error(error.what, error.remedy)
         return 2
     except StudioError as error:
-        out.error(error.what, error.remedy, _write_log())
+        remedy = error.in_window if out.as_json and isinstance(error, InputError) else error.remedy
+        out.error(error.what, remedy, _write_log())
         return 1
     except KeyboardInterrupt as error:
         out.error("Interrupted.", str(error) or "Nothing that was saved is lost.")

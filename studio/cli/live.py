@@ -25,6 +25,9 @@ EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
+FARTHEST_MS = 2000
+SETTLED_S = 8.0
+"""Until the latency is told once for all: the first seconds of a process take longer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -94,19 +97,20 @@ class _Stage:
         self._targets = Targets(live.pose_source, _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._told = self._shown = 0.0
+        self._began, self._measured = time.monotonic(), False
         self._voice: str | None = None
         self._answers: dict[str, Callable[[Wish], None]] = {
-            "mute": lambda wish: live.set_muted(wish.turned(live.muted)),
-            "freeze": lambda wish: live.set_frozen(wish.turned(live.frozen)),
-            "neutral": lambda wish: live.set_neutral(wish.turned(live.neutral)),
-            "gain": lambda wish: live.set_gain(wish.turned(live.gain_on)),
-            "gate": lambda wish: live.set_idles(wish.turned(live.idles)),
+            "mute": lambda wish: self._switch(wish, live.set_muted, live.muted),
+            "freeze": lambda wish: self._switch(wish, live.set_frozen, live.frozen),
+            "neutral": lambda wish: self._switch(wish, live.set_neutral, live.neutral),
+            "gain": lambda wish: self._switch(wish, live.set_gain, live.gain_on),
+            "gate": lambda wish: self._switch(wish, live.set_idles, live.idles),
             "look-ahead": lambda wish: self._look_ahead(wish.rest),
             "voice-to": lambda wish: self._voice_to(wish.rest),
             "tune": lambda wish: self._tune(wish.rest),
             "send": lambda wish: self._targets.send(wish.rest),
             "unsend": lambda wish: self._targets.unsend(wish.rest),
-            "wave": lambda wish: self._targets.wave(wish.rest),
+            "wave": lambda wish: self._wave(wish.rest),
             "poses": lambda wish: self._show_poses(wish.turned(self._poses)),
             "clip": lambda _: live.performance.reset_clip(),
             "stop": lambda _: self._end(),
@@ -157,6 +161,15 @@ class _Stage:
         except StudioError as error:
             self._say(error)
 
+    def _switch(self, wish: Wish, turn: Callable[[bool], None], now: bool) -> None:
+        on = wish.turned(now)
+        turn(on)
+        self._out.event("switch", f"{wish.word} is {'on' if on else 'off'}.", name=wish.word, on=on)
+
+    def _wave(self, name: str) -> None:
+        self._targets.wave(name)
+        self._out.event("wave", f"The test wave goes to {name}.", to=name)
+
     def _show_poses(self, on: bool) -> None:
         self._poses = on and self._out.as_json
 
@@ -164,7 +177,7 @@ class _Stage:
         if not (text.isascii() and text.isdigit()):
             raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
         heard = self._live.choose_look_ahead(int(text))
-        self._out.event("look_ahead", f"It hears {heard.reach_ms:.0f} ms ahead now.",
+        self._out.event("look_ahead", f"It hears {max(heard.reach_ms, 0):.0f} ms ahead now.",
                         look_ahead_ms=heard.look_ahead_ms, reach_ms=heard.reach_ms)  # fmt: skip
 
     def _voice_to(self, name: str) -> None:
@@ -196,6 +209,12 @@ class _Stage:
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.event("pose", **self._live.pose_facts())
+        late = self._live.performance.facts.latency_ms
+        if not self._measured and late > 0 and now - self._began > SETTLED_S:
+            self._measured = True
+            offset = self._live.facts()["sound_delay_ms"]
+            said = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."
+            self._out.event("latency", said, latency_ms=round(late, 1), sound_delay_ms=offset)
         if now - self._told >= (TELL_S if self._out.as_json else WORDS_S):
             self._told = now
             facts = self._live.facts()
@@ -206,8 +225,8 @@ class _Stage:
         heard = live.performance.hearing
         self._out.event(
             "ready",
-            f"{live.run} performs {live.performance.source.name}: it hears {heard.reach_ms:.0f} ms ahead. "
-            "Write mute, freeze, neutral or stop and press Enter; Ctrl+C ends it.",
+            f"{live.run} performs {live.performance.source.name}: it hears {max(heard.reach_ms, 0):.0f} ms"
+            " ahead. Write mute, freeze, neutral or stop and press Enter; Ctrl+C ends it.",
             **live.ready_facts(),
         )
 
@@ -226,6 +245,10 @@ def _addresses(args: argparse.Namespace) -> list[str]:
     """Where to send at first, checked before anything is opened."""
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+    if args.look_ahead is not None and not 0 <= args.look_ahead <= FARTHEST_MS:
+        raise RequestError(
+            f"{args.look_ahead} ms is no look-ahead.", f"Choose 0 (fastest) to {FARTHEST_MS} (finest)."
+        )
     if args.seconds is not None and not 0 < args.seconds <= 7 * 24 * 3600:
         raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
     if args.to == [NOWHERE]:

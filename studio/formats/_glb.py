@@ -201,7 +201,7 @@ def read(path: Path) -> Glb:
     except OSError as error:
         raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
     if len(content) < _HEADER.size + _CHUNK.size or not content.startswith(b"glTF"):
-        raise StudioError(f"{path.name} is not a binary glTF file.", "Choose a file saved as GLB.")
+        raise StudioError(f"{path.name} holds no avatar.", "Choose a .vrm or .glb file.")
     _, version, length = _HEADER.unpack_from(content)
     if version != 2:
         raise StudioError(f"{path.name} is glTF {version}; the studio reads glTF 2.", _AGAIN)

@@ -119,6 +119,7 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
     assert ready["look_ahead_ms"] == 100
     assert child.has("look_ahead", look_ahead_ms=500)
     assert child.has("notice", what="There is no dance while it is live.")
+    assert child.has("switch", name="mute", on=True)
     assert child.has("notice", what="A file is heard in time with the avatar already.")
     done = child.events[-1]
     assert done["event"] == "done"
@@ -149,6 +150,7 @@ def test_it_ends_with_the_file_and_when_its_parent_goes(project: Project, voice:
     [
         (["--to", "here"], "here is not an address. Write HOST:PORT, such as 127.0.0.1:39539.\n"),
         (["--fps", "500"], "500 frames per second is not possible. Choose 1 to 240.\n"),
+        (["--look-ahead", "-5"], "-5 ms is no look-ahead. Choose 0 (fastest) to 2000 (finest).\n"),
         (["--seconds", "0"], "0 s is no length of a performance. Give seconds above 0.\n"),
         (["--style", "nobody"], "balanced_001 knows no style called nobody. It was trained without styles;"
          " leave --style out.\n"),

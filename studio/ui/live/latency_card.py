@@ -13,6 +13,9 @@ from studio.ui.live.state import LookAhead
 from studio.ui.live.voice import NOBODY, VoiceRow
 from studio.ui.widgets.card import Card, label
 
+WAY_MS = 25
+"""Of sound and poses through this computer, beside the look-ahead."""
+
 
 class LatencyCard(Card):
     """The card's layout.
@@ -26,6 +29,7 @@ class LatencyCard(Card):
     def __init__(self) -> None:
         super().__init__(self.tr("Latency"))
         self._offered: tuple[LookAhead, ...] = ()
+        self._expected = True
         self.figure = label("", "", "live_latency")
         self.figure.setFont(theme.figures_font(theme.TITLE_PX))
         self.words = label("", "muted", "live_latency_words")
@@ -65,12 +69,18 @@ class LatencyCard(Card):
         """There is no latency; why, or that nothing is live."""
         self._show_delay(0)
         self.figure.setText("-")
-        self.words.setText(why or self.tr("How long after your voice the avatar moves."))
+        self._expected = not why
+        self.words.setText(why)
+        self._show_expected()
 
     def show_latency(self, latency_ms: float, seen: str, delay_ms: int) -> None:
         """Show the latency measured, what viewers make of it, and the delay that makes up for it."""
         self._show_delay(delay_ms)
+        self._expected = False
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
+        if self.voice.value != NOBODY:
+            self.words.setText(self.tr("Voice and lips leave together, this long after you speak."))
+            return
         self.words.setText(
             {
                 "unseen": self.tr("The lips follow so soon that nobody notices."),
@@ -106,6 +116,16 @@ class LatencyCard(Card):
         """Where the slider stands; None where nothing is offered."""
         return self._offered[self.slider.value()] if self._offered else None
 
+    def _show_expected(self) -> None:
+        """While nothing is measured yet: what it will be, about."""
+        if not self._expected:
+            return
+        words, one = self.tr("How long after your voice the avatar moves."), self.chosen
+        if one is not None:
+            about = 10 * round((max(one.reach_ms, 0) + WAY_MS) / 10)
+            words = self.tr("Live, the avatar moves about {0} ms after your voice.").format(about)
+        self.words.setText(words)
+
     def _copy_button(self) -> QToolButton:
         button = QToolButton()
         button.setObjectName("live_copy_delay")
@@ -128,6 +148,7 @@ class LatencyCard(Card):
             self.look_ahead_chosen.emit(self.chosen.ms)
 
     def _show_quality(self) -> None:
+        self._show_expected()
         one = self.chosen
         if one is None:
             self.quality.setText("")

@@ -20,7 +20,7 @@ from studio.ui.live.tunings import Tunings
 from studio.ui.live.view import LiveView
 from studio.ui.live.voice import Voice
 from studio.ui.live.wishes import Wishes
-from studio.ui.review.clip import Wanted, run_choice
+from studio.ui.review.clip import Wanted, newest, run_choice
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ class LivePresenter(QObject):
         self._performing, self._wishes = Performing(self), Wishes()
         self._ready: Ready | None = None
         self._state: State | None = None
-        self._wanted, self._look_ahead_ms = Wanted(), 0
+        self._wanted = Wanted()
+        self._look_ahead_ms: int | None = None
         self._active = False
         self._targets = LiveTargets(view.send, session, self._performing.tell)
         self._tunings = Tunings(view.source, session, self._performing.tell)
@@ -102,7 +103,7 @@ class LivePresenter(QObject):
 
     def _options(self) -> list[str]:
         card, words = self._view.source, [*self._wanted.words, *self._sounds.options]
-        if self._look_ahead_ms:
+        if self._look_ahead_ms is not None:
             words += ["--look-ahead", str(self._look_ahead_ms)]
         for on, word in ((card.gain.isChecked(), "--no-gain"), (card.gate.isChecked(), "--no-gate")):
             words += [] if on else [word]
@@ -149,7 +150,10 @@ class LivePresenter(QObject):
             view.source.show_option(name, shown(name, on))
         self._targets.show_states(state.targets)
         self._standing.show(self._ready, state)
-        self._session.status_changed.emit("live", self.tr("Live"), "warn" if state.lost else "good")
+        held = self.tr("Live, neutral") if state.neutral else self.tr("Live, frozen") if state.frozen else ""
+        held = held or (self.tr("Live, muted") if state.muted else "")
+        light = "warn" if held or state.lost else "good"
+        self._session.status_changed.emit("live", held or self.tr("Live"), light)
 
     def _show_latency(self, state: State) -> None:
         card = self._view.latency
@@ -228,7 +232,7 @@ class LivePresenter(QObject):
 
     def _on_project(self) -> None:
         self._performing.stop()
-        self._wanted, self._look_ahead_ms = Wanted(), 0
+        self._wanted, self._look_ahead_ms = Wanted(), None
         self._show_runs()
 
     def _runs(self) -> list[Run]:
@@ -242,7 +246,7 @@ class LivePresenter(QObject):
         runs = self._runs()
         self._view.show_empty(not runs)
         if runs and self._run() is None and not self.running:
-            self._wanted, self._look_ahead_ms = Wanted(runs[-1].id), 0
+            self._wanted, self._look_ahead_ms = Wanted(newest(runs).id), None
         self._view.source.show_runs([run_choice(run) for run in runs], self._wanted)
         if not self.running:
             self._show_ready()
@@ -255,19 +259,19 @@ class LivePresenter(QObject):
 
     def _on_run(self, wanted: Wanted) -> None:
         if wanted.run != self._wanted.run:
-            self._look_ahead_ms = 0
+            self._look_ahead_ms = None
         self._wanted = wanted
         self._show_ready()
         self._show_look_aheads(self._look_ahead_ms)
 
-    def _show_look_aheads(self, chosen_ms: int) -> None:
+    def _show_look_aheads(self, chosen_ms: int | None) -> None:
         run, ready = self._run(), self._ready
         known = {one.ms: one for one in look_aheads_of(run)} if run is not None else {}
         offered = list(known.values())
         if ready is not None:
             plain = {ready.look_ahead_ms: LookAhead(ready.look_ahead_ms, ready.reach_ms)}
             offered = [known.get(ms) or plain.get(ms) or LookAhead(ms, ms) for ms in ready.look_aheads]
-        self._view.latency.show_look_aheads(offered, chosen_ms or USUAL_MS)
+        self._view.latency.show_look_aheads(offered, USUAL_MS if chosen_ms is None else chosen_ms)
 
     def _on_look_ahead(self, ms: int) -> None:
         self._look_ahead_ms = ms

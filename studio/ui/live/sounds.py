@@ -124,6 +124,8 @@ class Sounds(QObject):
 
     def _choose(self, path: Path | None) -> None:
         self.checking = False
+        if path is not None:
+            messages.dismiss_error(self._card)  # of a file offered before
         self._card.show_file(path)
         self.checked.emit()
 

@@ -66,10 +66,12 @@ class Standing(QObject):
         return self._live_words(ready.source, state)
 
     def _live_words(self, source: str, state: State) -> tuple[str, str]:
+        also = " " + self.tr("Muted too (M).") if state.muted else ""
         if state.neutral:
-            return self.tr("Neutral: the avatar stands still until you switch it off (N)."), "warn"
+            told = self.tr("Neutral: the avatar stands still until you switch it off (N).")
+            return told + (" " + self.tr("Frozen too (F).") if state.frozen else "") + also, "warn"
         if state.frozen:
-            return self.tr("Frozen: the avatar holds still until you switch it off (F)."), "warn"
+            return self.tr("Frozen: the avatar holds still until you switch it off (F).") + also, "warn"
         if state.lost:
             told = self.tr("No sound comes from {0}: it goes on by itself as soon as some does.")
             return told.format(source), "bad"

@@ -219,6 +219,11 @@ def lively(*motions: Motion | None) -> list[str]:
     return sorted(spread, key=lambda name: (not is_mouth_shape(name), -spread[name]))
 
 
+def newest(runs: Sequence[Run]) -> Run:
+    """The run trained last, so that a person sees what it learnt without looking for it."""
+    return max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id))
+
+
 def run_choice(run: Run) -> RunChoice:
     """A run with the styles that its report names."""
     report = run.report or {}

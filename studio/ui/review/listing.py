@@ -11,7 +11,7 @@ from studio.errors import StudioError
 from studio.project import Project, Run
 from studio.ui import background, messages
 from studio.ui.review import sounds
-from studio.ui.review.clip import RunChoice, Source, run_choice, sources
+from studio.ui.review.clip import RunChoice, Source, newest, run_choice, sources
 from studio.ui.review.source_card import SourceCard
 from studio.ui.session import Session
 
@@ -79,8 +79,8 @@ class Listing(QObject):
 
     def newest_run(self) -> str:
         """The run trained last, so that a person sees what it learnt without looking for it."""
-        trained = [(run.folder.stat().st_mtime, run.id) for run in self._usable()]
-        return max(trained)[1] if trained else ""
+        runs = self._usable()
+        return newest(runs).id if runs else ""
 
     def add(self, paths: list[Path]) -> None:
         """Keep sounds in the project and show the first; one that is none is told of, the others stay."""

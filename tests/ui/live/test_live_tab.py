@@ -310,3 +310,33 @@ def test_a_performance_that_says_nothing_is_told_of(room: Callable[..., Room], t
     )
     presenter._on_event(state(speaking=True))
     assert view.status.text() == "Live: Mic is heard."
+
+
+def test_the_fastest_setting_is_kept_when_going_live(room: Callable[..., Room], toy_project: Project) -> None:
+    add_run(toy_project, look_aheads=FIGURES)
+    view, presenter, _ = room(toy_project)
+    view.latency.slider.setValue(0)
+    fastest = view.latency.chosen
+    assert fastest is not None
+    assert fastest.ms == 0
+    words = presenter._options()
+    assert words[words.index("--look-ahead") + 1] == "0"
+    presenter._on_event({"event": "look_ahead", "look_ahead_ms": 0, "reach_ms": -8.0})
+    assert view.latency.chosen == fastest
+
+
+def test_what_holds_the_avatar_is_seen_from_every_tab(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project)
+    view, presenter, session = room(toy_project)
+    told: list[tuple[str, str, str]] = []
+    session.status_changed.connect(lambda *status: told.append(status))
+    presenter._performing._go(Phase.STARTING)
+    presenter._performing.phase = Phase.LIVE
+    presenter._on_event(ready(("A",), ("Head",)))
+    presenter._on_event(state(muted=True, neutral=True))
+    assert told[-1] == ("live", "Live, neutral", "warn")
+    assert "Muted too (M)." in view.status.text()
+    presenter._on_event(state(muted=True))
+    assert told[-1] == ("live", "Live, muted", "warn")
