@@ -48,6 +48,8 @@ def run() -> dict[str, Any]:
         figures: dict[str, Any] = {"load_before": os.getloadavg()[0], "look_aheads_ms": offered}
         for ms in offered:
             figures |= {f"{name}_{ms}": value for name, value in measure(project, run_id, ms, output).items()}
+        with_voice = measure(project, run_id, SOAK_MS, output, delayed_voice=True)
+        figures |= {f"{name}_{SOAK_MS}_with_delayed_voice": value for name, value in with_voice.items()}
         return figures | {"load_after": os.getloadavg()[0]}
 
 
@@ -87,10 +89,12 @@ def look_aheads(project: Path, run_id: str) -> list[int]:
     return list(offered(load_model(project / "runs" / run_id / BEST)))
 
 
-def measure(project: Path, run_id: str, look_ahead_ms: int, output: str) -> dict[str, Any]:
-    """One performance of clicks and vowels."""
+def measure(
+    project: Path, run_id: str, look_ahead_ms: int, output: str, delayed_voice: bool = False
+) -> dict[str, Any]:
+    """One performance of clicks and vowels, the voice handed on or not."""
     sound, frames = clicks_and_vowels(SECONDS), Frames()
-    options = ("--no-gate", "--no-gain", "--voice-to", "default")
+    options = ["--no-gate", "--no-gain", *(["--voice-to", "default"] if delayed_voice else [])]
     with _live(project, run_id, look_ahead_ms, frames.port, *options) as live, _second_ear() as ear:
         live.wait_ready()
         heard = play_and_hear(sound, output)
@@ -106,7 +110,7 @@ def measure(project: Path, run_id: str, look_ahead_ms: int, output: str) -> dict
         "over_look_ahead_ms": round(1000 * latency - live.ready["look_ahead_ms"], 1),
         "said_latency_ms": live.done["latency_ms"],
         "click_to_datagram_ms": first,
-        "voice_handed_on_ms": round(1000 * behind(heard, ear.heard), 1),
+        "voice_handed_on_ms": round(1000 * behind(heard, ear.heard), 1) if delayed_voice else None,
         "interval_ms_p50": round(1000 * float(np.median(intervals)), 3),
         "jitter_ms_p99": round(1000 * float(np.percentile(np.abs(intervals - 1 / FPS), 99)), 3),
         "poses_late": live.done["late"],
