@@ -22,9 +22,11 @@ def guarded(work: Callable[[], int], out: Output) -> int:
     except RequestError as error:
         out.error(error.what, error.remedy)
         return 2
+    except InputError as error:  # a window that runs this command has another remedy than a terminal
+        out.error(error.what, error.remedy, _write_log(), in_window=error.in_window)
+        return 1
     except StudioError as error:
-        remedy = error.in_window if out.as_json and isinstance(error, InputError) else error.remedy
-        out.error(error.what, remedy, _write_log())
+        out.error(error.what, error.remedy, _write_log())
         return 1
     except KeyboardInterrupt as error:
         out.error("Interrupted.", str(error) or "Nothing that was saved is lost.")

@@ -173,7 +173,8 @@ class Job(QObject):
             self.cancelled.emit()
             self.ended.emit()
         elif self._error is not None:
-            self._report_failure(*(str(self._error.get(key, "")) for key in ("what", "remedy")))
+            remedy = self._error.get("in_window") or self._error.get("remedy", "")
+            self._report_failure(str(self._error.get("what", "")), str(remedy))
         else:
             last = " / ".join(list(self._log)[-3:]) or self.tr("It left no message.")
             self._report_failure(self.tr("The work ended unexpectedly (code {0}).").format(code), last)
