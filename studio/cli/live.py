@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--voice-to", metavar="NAME",
-        help="hand your voice on to this output, as late as the avatar is; default: the system's own",
+        help="hand your voice on to this output, as late as the avatar; the word default: the system's",
     )  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
     parser.add_argument("--style", metavar="NAME", help="whose way of moving (chosen on validation)")
