@@ -15,7 +15,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 if sys.version_info < (3, 11):  # noqa: UP036 (a person may start this with any Python)
@@ -30,7 +31,7 @@ STARTED_IN = Path.cwd()
 """Where a project's path is meant from."""
 
 sys.path.insert(0, str(ROOT))
-from studio import stage  # noqa: E402  (standard library only, so usable before anything is installed)
+from studio import launch, virtual_devices  # noqa: E402  (standard library only: usable before anything is installed)
 from studio.errors import StudioError  # noqa: E402
 
 NEEDED_PACKAGES = (
@@ -96,29 +97,34 @@ def venv_python() -> Path:
     return VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
+def of_venv(*words: str) -> list[str]:
+    """What starts it with some words; it takes nothing in the current folder for code."""
+    return launch.python(*words, interpreter=str(venv_python()))
+
+
 def make_venv() -> None:
     """Make `.venv`, and make it anew where it belongs to another Python or another folder."""
-    works = venv_python().is_file() and answers([str(venv_python()), "-m", "pip", "--version"])
+    works = venv_python().is_file() and answers(of_venv("-m", "pip", "--version"))
     version = f"import sys; sys.exit(sys.version_info[:2] != {sys.version_info[:2]})"
-    if works and answers([str(venv_python()), "-c", version]):
+    if works and answers(of_venv("-c", version)):
         return
-    if not answers([sys.executable, "-c", "import ensurepip, venv"]):
+    if not answers(launch.python("-c", "import ensurepip, venv")):
         # Debian and Ubuntu leave these two out of python3.
         own = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
         if not (
             is_debian()
             and apt_install(["python3-venv"])
-            and answers([sys.executable, "-m", "ensurepip", "--version"])
+            and answers(launch.python("-m", "ensurepip", "--version"))
         ):
             sys.exit(f"Python's venv module is missing. Run: sudo apt-get install -y python3-venv {own}")
     say("Making .venv ...")
-    subprocess.run([sys.executable, "-m", "venv", "--clear", str(VENV)], check=True)
+    subprocess.run(launch.python("-m", "venv", "--clear", str(VENV)), check=True)
 
 
 def pip(*words: str) -> None:
     """Run pip inside `.venv`; ends the program with a sentence where it fails."""
     quiet = ["-qq", "--disable-pip-version-check", "--no-input"]
-    command = [str(venv_python()), "-m", "pip", words[0], *quiet, *words[1:]]
+    command = of_venv("-m", "pip", words[0], *quiet, *words[1:])
     if subprocess.run(command, check=False).returncode:
         sys.exit("Installing the Python packages failed. Check the network connection and start again.")
 
@@ -191,7 +197,7 @@ def run(rest: Sequence[str]) -> int:
     """
     if rest and rest[0] != "--out":
         return call("-m", "studio", *rest, folder=STARTED_IN)
-    if not stage.has_screen():
+    if not virtual_devices.has_screen():
         out = ["--out", "tour"] if not rest else []
         say("There is no screen here, so the studio takes itself through the whole job (saia tour).")
         code = call("-m", "studio", "tour", *out, *rest)
@@ -209,25 +215,31 @@ def make_sample() -> int:
     return call("-m", "studio", "performer", "--sample", str(SAMPLE))
 
 
+FAST = "--fast"
+"""A word for `test`: leave the slow tests out."""
+
+
 def test(rest: Sequence[str]) -> int:
     """Lint, format, types, then the tests, the fast ones first; one exit code for all of it.
 
     Args:
-        rest: words for pytest, e.g. `tests/motion -k slerp`.
+        rest: FAST, and words for pytest, e.g. `tests/motion -k slerp`.
     """
-    with screen():
-        codes = {
-            "lint": call("-m", "ruff", "check"),
-            "format": call("-m", "ruff", "format", "--check"),
-            "types": call("-m", "mypy"),
-            "fast tests": call("-m", "pytest", "-m", "not slow", *rest),
-            "slow tests": call("-m", "pytest", "-m", "slow", "--durations=10", *rest),
-        }
-    if rest and 0 in (codes["fast tests"], codes["slow tests"]):
+    chosen = [word for word in rest if word != FAST]
+    codes = {"lint": call("-m", "ruff", "check"), "format": call("-m", "ruff", "format", "--check")}
+    # Types take a minute of one core when nothing is known of them yet, and the tests often wait.
+    with screen(), beside("-m", "mypy") as types:
+        codes["fast tests"] = call("-m", "pytest", "-n", "auto", "-m", "not slow", *chosen)
+        if FAST not in rest:
+            slow = ("-n", "auto", "-m", "slow", "--durations=10")
+            codes["slow tests"] = call("-m", "pytest", *slow, *chosen)
+        codes["types"] = types()
+    of_tests = [name for name in codes if "tests" in name]
+    if chosen and 0 in (codes[name] for name in of_tests):
         # A chosen part of the tests may well hold only one kind; pytest says 5 to the other.
-        codes = {name: 0 if code == 5 else code for name, code in codes.items()}
+        codes |= {name: 0 for name in of_tests if codes[name] == 5}
     failed = [f"{name} {ending(code, 'tests' in name)}" for name, code in codes.items() if code]
-    say(f"FAILED: {', '.join(failed)}." if failed else "All passed: lint, format, types, tests.")
+    say(f"FAILED: {', '.join(failed)}." if failed else f"All passed: {', '.join(codes)}.")
     return 1 if failed else 0
 
 
@@ -256,17 +268,41 @@ def call(*words: str, folder: Path | None = None) -> int:
     """Run the Python of `.venv` with some words, in a folder (this one's root); returns its exit code."""
     say(f"$ python {' '.join(words)}")
     try:
-        return subprocess.run([str(venv_python()), *words], check=False, cwd=folder).returncode
+        command, variables = of_venv(*words), launch.environment()
+        return subprocess.run(command, check=False, cwd=folder, env=variables).returncode
     except KeyboardInterrupt:
         return 130
+
+
+@contextlib.contextmanager
+def beside(*words: str) -> Iterator[Callable[[], int]]:
+    """Run the Python of `.venv` while other things run.
+
+    Yields:
+        Waits for it, prints what it said, and returns its exit code.
+    """
+    with tempfile.TemporaryFile() as said:
+        child = subprocess.Popen([str(venv_python()), *words], stdout=said, stderr=subprocess.STDOUT)
+
+        def ended() -> int:
+            child.wait()
+            said.seek(0)
+            say(f"$ python {' '.join(words)}\n{said.read().decode(errors='replace').rstrip()}")
+            return child.returncode
+
+        try:
+            yield ended
+        finally:
+            child.kill()
+            child.wait()
 
 
 @contextlib.contextmanager
 def screen() -> Iterator[None]:
     """A virtual screen for as long as this is open, where there is no real one."""
     with contextlib.ExitStack() as stack:
-        if not stage.has_screen():
-            os.environ["DISPLAY"] = stack.enter_context(stage.virtual_screen())
+        if not virtual_devices.has_screen():
+            os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
         yield
 
 

@@ -2,7 +2,21 @@
 
 import sys
 
-from studio.cli import main
+from studio import launch
+
+launch.distrust_current_folder()  # first of all: argparse.py may lie there as well
+
+
+def main() -> int:
+    """Run one command, or open the window; gives the exit code."""
+    try:
+        from studio.cli import main as run
+
+        return run()
+    except KeyboardInterrupt:  # while the command line was still being loaded; from then on it answers itself
+        sys.stderr.write("Interrupted. Nothing that was saved is lost.\n")
+        return 130
+
 
 if __name__ == "__main__":
     sys.exit(main())

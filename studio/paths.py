@@ -1,4 +1,4 @@
-"""Where the studio's own files lie: recipes, icons, bundled speech, the guide."""
+"""Where the studio's own files lie: recipes, icons, bundled speech, the guide; and what it rescued."""
 
 from pathlib import Path
 
@@ -10,3 +10,10 @@ def resource(*parts: str) -> Path:
     installed = _HERE / "resources"
     root = installed if installed.is_dir() else _HERE.parent / "resources"
     return root.joinpath(*parts)
+
+
+def rescue_folder() -> Path:
+    """Where recordings go whose own folder vanished; it need not exist yet."""
+    from platformdirs import user_data_path
+
+    return user_data_path("saia-studio", appauthor=False) / "rescued"

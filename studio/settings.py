@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import RequestError, StudioError
-from studio.take import safe_file
+from studio.files import atomic
 
 FORMAT_VERSION = 1
 FILE = "settings.json"
 RECENT_KEPT = 10
+NO_MICROPHONE = "none"
+"""The value of `audio_device` for recording motion alone; "" is the system's own device."""
 
 
 @dataclass(frozen=True)
@@ -152,11 +154,11 @@ def load() -> Settings:
     """
     path = settings_folder() / FILE
     try:
-        content = safe_file.read_json(path)
+        content = atomic.read_json(path)
     except OSError:
         return Settings()
     except StudioError:
-        safe_file.set_aside(path)
+        atomic.set_aside(path)
         return Settings()
     settings = Settings()
     for name, value in content.items():
@@ -170,7 +172,7 @@ def load() -> Settings:
 def save(settings: Settings) -> None:
     """Keep the settings; StudioError where they cannot be written."""
     values = {f.name: getattr(settings, f.name) for f in fields(settings)}
-    safe_file.write_json(settings_folder() / FILE, {"version": FORMAT_VERSION, **values})
+    atomic.write_json(settings_folder() / FILE, {"version": FORMAT_VERSION, **values})
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:

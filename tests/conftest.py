@@ -1,7 +1,8 @@
-"""What every test stands on: settings of its own, one thread of arithmetic, and a sound device."""
+"""What every test stands on: settings of its own, one thread of arithmetic, a screen, and a sound device."""
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
 import gc
 import os
@@ -15,13 +16,24 @@ from typing import TYPE_CHECKING, Any
 # Before numpy or torch are imported: small nets on a busy machine are ten times slower on two threads.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[_name] = "1"
-# Child processes of the tests find the studio whatever their working folder is.
+# What a person has set for their own programs and screen is nothing to the tests and their children:
+# unbuffered output hides what a full disk does, a scaled screen moves every pixel.
+for _name in (
+    "PYTHONUNBUFFERED", "PYTHONOPTIMIZE", "PYTHONWARNINGS", "PYTHONIOENCODING", "PYTHONUTF8", "PYTHONDEVMODE",
+    "QT_QPA_PLATFORM", "QT_QPA_PLATFORMTHEME", "QT_STYLE_OVERRIDE", "QT_FONT_DPI", "QT_SCALE_FACTOR",
+    "QT_SCREEN_SCALE_FACTORS", "QT_AUTO_SCREEN_SCALE_FACTOR", "QT_ENABLE_HIGHDPI_SCALING", "QT_LOGGING_RULES",
+    "SAIA_ENCODERS", "SAIA_ESPEAK", "COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR",
+):  # fmt: skip
+    os.environ.pop(_name, None)
 os.environ.setdefault("PYTHONFAULTHANDLER", "1")
+# Nor are their microphones: without a sound server of the tests' own there is none (see `virtual_audio`).
+os.environ["ALSA_CONFIG_PATH"] = str(Path(__file__).with_name("asound.conf"))
+os.environ["PULSE_SERVER"] = "unix:/no/sound/server"
 
 import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 
-from studio import stage  # noqa: E402
+from studio import virtual_devices  # noqa: E402
 from tests import toys  # noqa: E402
 
 if TYPE_CHECKING:
@@ -46,6 +58,59 @@ _POLICY = os.sched_getscheduler(0) if hasattr(os, "sched_getscheduler") else 0
 _PRIORITY = os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else 0
 
 
+_MOST_WORKERS = 4
+"""More would need more memory than a laptop may have: each holds torch, Qt and a screen."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """What `-n auto` means: a process for each core, but none where one file or word was asked for (workers
+    take seconds to come up), nor where they would share a screen and take the focus from each other."""
+    chosen = config.args_source is config.ArgsSource.ARGS or config.option.keyword or config.option.lf
+    if chosen or not virtual_devices.screen_available():
+        return 0
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(cores, _MOST_WORKERS) if cores > 1 else 0
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Whole files to a worker, for their tests share what is slow to make; in the order of their folders, for
+    by number of tests the one that takes longest, the tour, would begin last."""
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_report_to_serializable(report: object) -> Iterator[Any]:
+    """Let a failure be told whose words hold what is no text, such as half a character of a file's name: a
+    worker could not send it, and all would end there."""
+    told = yield
+    return _text_alone(told) if getattr(report, "failed", False) else told
+
+
+def _text_alone(part: Any) -> Any:
+    if isinstance(part, str):
+        return part.encode("utf-8", "backslashreplace").decode("utf-8")
+    if isinstance(part, dict):
+        return {name: _text_alone(value) for name, value in part.items()}
+    return [_text_alone(one) for one in part] if isinstance(part, list | tuple) else part
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give this process a virtual screen of its own, though there be a real one: windows must not take the
+    focus from a person or from the tests of another worker, and all screens have one size and density."""
+    deals_out = config.getoption("numprocesses", None) and not hasattr(config, "workerinput")
+    if deals_out or not virtual_devices.screen_available():
+        return
+    screen = contextlib.ExitStack()
+    os.environ["DISPLAY"] = screen.enter_context(virtual_devices.virtual_screen())
+    os.environ.pop("WAYLAND_DISPLAY", None)
+    config.add_cleanup(screen.close)
+
+
 def pytest_sessionfinish() -> None:
     """Let threads that are still ending end: one that computes would abort an interpreter that ends."""
     for thread in threading.enumerate():
@@ -55,7 +120,7 @@ def pytest_sessionfinish() -> None:
 
 
 _REAL_FIXTURES = frozenset({"virtual_audio", "qtbot", "qapp"})
-_REAL_MODULES = ("socket", "subprocess", "threading", "stage")
+_REAL_MODULES = ("socket", "subprocess", "threading", "virtual_devices")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -178,11 +243,11 @@ def virtual_audio() -> Iterator[str]:
 
     A PulseAudio null sink of this session alone: no sound card, no desktop session, root or not.
     """
-    if not stage.sound_available():
+    if not virtual_devices.sound_available():
         pytest.skip("pulseaudio is not installed")
     import sounddevice
 
-    with stage.virtual_sound() as environment, pytest.MonkeyPatch.context() as patch:
+    with virtual_devices.virtual_sound() as environment, pytest.MonkeyPatch.context() as patch:
         for name, value in environment.items():
             patch.setenv(name, value)
         # PortAudio lists the devices once, when it starts.

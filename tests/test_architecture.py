@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -15,45 +16,39 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 STUDIO = ROOT / "studio"
 
-FREE = frozenset({"errors", "registry", "paths", "stage", "studio"})
+FREE = frozenset({"errors", "paths", "registry", "launch", "clock", "virtual_devices", "studio"})
 """Stations every other one may use; "studio" is the package itself, for its version."""
 
-TORCH_TRAINING = frozenset({"training.loop", "training.losses", "training.metrics", "training.checkpoint"})
-
+RECORDED = {"files", "motion", "sound", "take"}
 MAY_USE: dict[str, set[str]] = {
-    "errors": set(),
-    "registry": set(),
-    "paths": set(),
-    "stage": set(),
+    **{name: set() for name in FREE},
+    "files": set(),
+    "ipc": set(),
+    "settings": {"files", "dataset", "take", "sound"},
     "motion": set(),
-    "take": {"motion"},
-    "capture": {"take", "motion"},
-    "picture": {"motion"},
-    "formats": {"take", "motion", "picture"},
-    "playback": {"take", "motion", "capture.vmc"},
-    "performer": {
-        "take",
-        "motion",
-        "dataset",
-        "project",
-        "capture.vmc",
-        "playback.heard",
-        "playback.neutral",
-    },
-    "dataset": {"take", "motion"},
-    "features": {"dataset", "take", "motion", "model._whisper", "model._wav2vec2"},
+    "sound": {"files"},
+    "vmc": {"motion"},
+    "take": {"files", "motion", "sound"},
+    "capture": {"vmc", *RECORDED},
+    "dataset": {*RECORDED},
+    "project": {"dataset", *RECORDED},
+    "features": {"dataset", "model._whisper", "model._wav2vec2", *RECORDED},
     "model": {"motion"},
-    "training": {"features", "dataset", "model", "take", "motion", "project"},
-    "generate": {"training", "features", "model", "take", "motion"},
-    "live": {"generate", "training", "features", "model", "take", "motion", "capture", "playback"},
-    "project": {"dataset", "take", "motion"},
-    "archive": {"project", "take"},
-    "settings": {"dataset", "take"},
+    "metrics": {"motion", "sound", "take"},
+    "training": {"ipc", "features", "model", "metrics", "project", "dataset", *RECORDED},
+    "evaluation": {"training", "inference", "metrics", "features", "project", "dataset", *RECORDED},
+    "inference": {"training", "features", "model", "project", "dataset", *RECORDED},
+    "inference.live": {"capture", "vmc", "playback"},
+    "playback": {"vmc", *RECORDED},
+    "render": {"motion", "formats"},
+    "formats": {"render", *RECORDED},
+    "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
     "cli": {"*"},
     "ui": {"*"},
     "__main__": {"cli"},
 }
-NOT_FROM_UI = frozenset({"model", "generate", "live", *TORCH_TRAINING})
+"""By its whole name or that of a package it lies in, so that no prefix of a name slips through."""
+NOT_FROM_UI = frozenset({"model", "inference", "training.loop", "training.losses", "training.checkpoint"})
 QT = frozenset({"PySide6", "shiboken6", "qtpy", "pyqtgraph", "qtawesome", "pyvistaqt", "PyQt6", "PyQt5"})
 TORCH = frozenset({"torch", "lightning_fabric", "safetensors"})
 
@@ -141,7 +136,9 @@ def is_allowed(importer: str, target: str) -> bool:
     here, there = station_of(importer), station_of(target)
     if here == there or there in FREE:
         return True
-    allowed = MAY_USE[here]
+    parts = importer.split(".")
+    packages = [".".join(parts[:end]) for end in range(1, len(parts) + 1)]
+    allowed = set().union(*(MAY_USE.get(package, set()) for package in packages))
     if here in ("cli", "ui") and there == ("ui" if here == "cli" else "cli"):
         return False
     if here == "ui":
@@ -175,19 +172,22 @@ def test_stations_import_only_what_they_may() -> None:
 @pytest.mark.parametrize(
     ("importer", "target", "allowed"),
     [
-        ("take.check", "motion.clip", True),
-        ("take.check", "capture.vmc", False),
-        ("motion.clip", "take.take", False),
-        ("playback.player", "capture.vmc", True),
+        ("take.check", "motion.motion", True),
+        ("take.check", "vmc.encode", False),
+        ("motion.motion", "take.take", False),
+        ("playback.player", "vmc.encode", True),
         ("playback.player", "capture.recorder", False),
         ("project", "training.recipe", False),
+        ("inference.offline", "playback.player", False),
+        ("inference.live.performance", "playback.player", True),
         ("ui.train.presenter", "training.recipe", True),
         ("ui.train.presenter", "training.loop", False),
-        ("ui.review.presenter", "generate", False),
+        ("ui.train.presenter", "training.loop.setup", False),
+        ("ui.review.presenter", "inference.offline", False),
         ("ui.main_window", "cli.train", False),
-        ("cli.train", "training.loop", True),
+        ("cli.train", "training.loop.train", True),
         ("cli.train", "ui.app", False),
-        ("capture.osc", "errors", True),
+        ("vmc.udp", "errors", True),
     ],
 )
 def test_the_table_says(importer: str, target: str, allowed: bool) -> None:
@@ -198,13 +198,91 @@ def test_lazy_and_dynamic_imports_count(tmp_path: Path) -> None:
     source = tmp_path / "probe.py"
     source.write_text(
         "def f():\n"
-        "    from studio.capture import vmc\n"
+        "    from studio.vmc import encode\n"
         "    import_module('studio.ui.app')\n"
-        "    from . import osc\n",
+        "    from . import udp\n",
         encoding="utf-8",
     )
-    found = {one.imported for one in imports_of("capture.probe", source)}
-    assert found == {"studio.capture.vmc", "studio.ui.app", "studio.capture.osc"}
+    found = {one.imported for one in imports_of("vmc.probe", source)}
+    assert found == {"studio.vmc.encode", "studio.ui.app", "studio.vmc.udp"}
+
+
+def imported_at_once(name: str, path: Path) -> set[str]:
+    """The studio modules that importing a module imports before it is done: no lazy ones, none for types."""
+    package = path.name == "__init__.py"
+    parts = ["studio", *(name.split(".") if name != "studio" else [])]
+    base = parts if package else parts[:-1]
+    found: set[str] = set()
+
+    def look(body: list[ast.stmt]) -> None:
+        for node in body:
+            if isinstance(node, ast.Import):
+                found.update(filter(None, (own_target(alias.name) for alias in node.names)))
+            elif isinstance(node, ast.ImportFrom):
+                above = ".".join(base[: len(base) - node.level + 1]) if node.level else ""
+                source = ".".join(part for part in (above, node.module or "") if part)
+                targets = (own_target(f"{source}.{alias.name}") for alias in node.names)
+                found.update(filter(None, targets))
+            elif isinstance(node, ast.If) and "TYPE_CHECKING" not in ast.dump(node.test):
+                look([*node.body, *node.orelse])
+            elif isinstance(node, ast.Try | ast.With):
+                look(node.body)
+
+    look(tree_of(path).body)
+    return found - {name, "studio"}
+
+
+def cycle_in(graph: dict[str, set[str]]) -> list[str]:
+    """A way from a module back to itself, [] where there is none."""
+    done: set[str] = set()
+
+    def search(name: str, way: list[str]) -> list[str]:
+        if name in way:
+            return [*way[way.index(name) :], name]
+        if name in done:
+            return []
+        for other in sorted(graph.get(name, ())):
+            if found := search(other, [*way, name]):
+                return found
+        done.add(name)
+        return []
+
+    return next(filter(None, (search(name, []) for name in sorted(graph))), [])
+
+
+def test_no_module_needs_itself_to_be_imported() -> None:
+    """Whichever of such modules comes first fails, and which that is depends on the command."""
+    found = cycle_in({name: imported_at_once(name, path) for name, path in modules().items()})
+    assert not found, " needs ".join(found)
+
+
+def test_code_in_strings_imports_what_there_is() -> None:
+    """Children are started with code as text, which no type checker sees when a module moves."""
+    known, missing = modules(), []
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            found = re.match(
+                r"\W*(?:[\w, ]+; )?(?:from|import) studio(?:\.([\w.]+))?(?: import ([\w, ]+))?", line
+            )
+            if not found:
+                continue
+            source = found[1] or "studio"
+            text = known[source].read_text(encoding="utf-8") if source in known else ""
+            inside = [
+                f"{found[1]}.{name}" if found[1] else name
+                for name in re.findall(r"(?<!as )\b(?!as )\w+", found[2] or "")
+            ]
+            missing += [
+                f"{path.relative_to(ROOT)} line {number}: {name}"
+                for name in (inside or [source])
+                if name not in known and not re.search(rf"\b{name.rpartition('.')[2]}\b", text)
+            ]
+    assert not missing, "\n".join(missing)
+
+
+def test_a_circle_of_imports_is_found() -> None:
+    assert cycle_in({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert cycle_in({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 
 
 def test_only_ui_imports_qt() -> None:
@@ -216,9 +294,8 @@ def test_only_ui_imports_qt() -> None:
 
 def test_only_the_learning_stations_import_torch() -> None:
     def may(importer: str) -> bool:
-        return station_of(importer) in ("model", "generate", "live") or importer.startswith(
-            tuple(TORCH_TRAINING)
-        )
+        rooms = ("model", "inference", "training.loop", "training.losses", "training.checkpoint")
+        return any(importer == room or importer.startswith(f"{room}.") for room in rooms)
 
     wrong = [str(one) for one in imports() if one.imported.split(".")[0] in TORCH and not may(one.importer)]
     assert not wrong, "\n".join(wrong)
@@ -309,4 +386,127 @@ def test_no_file_names_a_machine() -> None:
             continue
         text = path.read_text(encoding="utf-8", errors="replace")
         wrong += [f"{name}: {word}" for word in ("/home/", "/Users/", "C:\\Users") if word in text]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_no_two_public_classes_share_a_name() -> None:
+    """Searching for a name finds one thing."""
+    found: dict[str, list[str]] = {}
+    for name, path in modules().items():
+        for node in tree_of(path).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(name)
+    twice = {name: places for name, places in found.items() if len(places) > 1}
+    assert not twice, twice
+
+
+def test_every_folder_is_a_map_of_its_files() -> None:
+    """A folder's docstring names what lies in it; verbs and formats are listed by the program itself."""
+    missing = []
+    for init in sorted(STUDIO.rglob("__init__.py")):
+        listed = (ast.get_docstring(tree_of(init)) or "").split()
+        inside = [path.name + "/" for path in init.parent.iterdir() if (path / "__init__.py").is_file()]
+        inside += [
+            path.stem for path in init.parent.glob("*.py") if path.stem not in ("__init__", "__main__")
+        ]
+        if init.parent.name in ("cli", "formats"):
+            inside = [name for name in inside if name.startswith("_")]
+        missing += [f"{init.parent.relative_to(ROOT)}: {name}" for name in inside if name not in listed]
+    assert not missing, "\n".join(missing)
+
+
+TABS = frozenset({"record", "curate", "train", "review", "live"})
+
+
+def test_no_tab_imports_another_tab() -> None:
+    """What two tabs need lies in ui/widgets (looks) or in the core (thought)."""
+    wrong = []
+    for one in imports():
+        here, there = one.importer.split("."), (own_target(one.imported) or "").split(".")
+        if here[0] == there[0] == "ui" and here[1:2] != there[1:2] and {*here[1:2], *there[1:2]} <= TABS:
+            wrong.append(str(one))
+    assert not wrong, "\n".join(wrong)
+
+
+def test_no_card_of_a_tab_knows_another_or_the_tabs_presenter() -> None:
+    """Cards share their tab's model, and talk through its signals only."""
+    wrong = [
+        str(one)
+        for one in imports()
+        if (target := own_target(one.imported)) is not None
+        and one.importer.split(".")[1:2] == target.split(".")[1:2]
+        and set(one.importer.split(".")[1:2]) & TABS
+        and one.importer.endswith("_presenter")
+        and target.endswith("presenter")
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_a_tabs_model_has_no_widgets_and_its_presenter_only_builds() -> None:
+    models = [name for name in modules() if name.startswith("ui.") and name.endswith(".model")]
+    assert models
+    for name in models:
+        for one in imports():
+            if one.importer == name:
+                module = (own_target(one.imported) or "").rpartition(".")[2]
+                assert "QtWidgets" not in one.imported, one
+                assert not f"_{module}".endswith("_view"), one
+        presenter = modules()[name].with_name("presenter.py")
+        assert len(presenter.read_text(encoding="utf-8").splitlines()) < 120, presenter
+
+
+CIRCLES_LEFT: frozenset[frozenset[str]] = frozenset(
+    {
+        frozenset({"cli._baselines", "cli._look_aheads", "cli.evaluate"}),
+    }
+)
+"""Circles still to be broken: let this list only get shorter."""
+
+
+def circles(edges: dict[str, set[str]]) -> set[frozenset[str]]:
+    """Groups of modules that reach each other: what cannot be understood one file at a time."""
+    reach: dict[str, set[str]] = {}
+    for start in edges:
+        seen: set[str] = set()
+        todo = [start]
+        while todo:
+            new = edges.get(todo.pop(), set()) - seen
+            seen |= new
+            todo += new
+        reach[start] = seen
+    return {frozenset(b for b in reach[a] if a in reach.get(b, ())) for a in edges if a in reach[a]}
+
+
+def test_circles_are_found() -> None:
+    edges = {"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}, "e": {"f"}, "f": set()}
+    assert circles(edges) == {frozenset("abc")}
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Imports for type checkers count: a reader follows them too. A package and its own files do not."""
+    edges: dict[str, set[str]] = {name: set() for name in modules()}
+    for one in imports():
+        target = own_target(one.imported)
+        if target is None:
+            continue
+        here, there = f"{one.importer}.", f"{target}."
+        if not here.startswith(there) and not there.startswith(here):
+            edges[one.importer].add(target)
+    left = circles(edges) - CIRCLES_LEFT
+    assert not left, "\n".join(" <-> ".join(sorted(group)) for group in left)
+
+
+def test_the_window_reads_its_children_by_type() -> None:
+    """What a child says is a type of studio.ipc: a key that is gone or misspelt would be found by nobody."""
+    wrong = []
+    for name, path in modules().items():
+        for node in ast.walk(tree_of(path)) if station_of(name) == "ui" else ():
+            keyed: ast.AST | None = None
+            if isinstance(node, ast.Subscript):
+                holder, keyed = node.value, node.slice
+            elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get" and node.args:
+                holder, keyed = getattr(node.func, "value", None), node.args[0]
+            by_word = isinstance(keyed, ast.Constant) and isinstance(keyed.value, str)
+            if by_word and getattr(holder, "id", "") == "event":
+                wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}")
     assert not wrong, "\n".join(wrong)

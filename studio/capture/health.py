@@ -1,11 +1,13 @@
-"""How a capture is doing, in words a performer understands, each with a remedy. Pure."""
+"""Problems of a running capture as sentences, each with a remedy. Pure."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from studio.capture.snapshot import Problem
-from studio.capture.watch import LATELY_S
+from studio.take.take import TakeInfo
+from studio.vmc.senders import NO_FLOOD, Flood
+from studio.vmc.watch import LATELY_S, MOST_FRAMES_PER_S
 
 _QUIET_DBFS = -65.0
 _FEW_FPS = 20.0
@@ -14,12 +16,13 @@ _LOST_SHARE = 0.005
 
 
 @dataclass(frozen=True)
-class Signs:
+class InputStatus:
     """What is known of the inputs.
 
     Args:
         port: the motion port, None where closed. listening_for: seconds since it was opened.
         packets, packets_bad, packets_lost: counters of this take or since opening.
+        flood: what is thrown away at the moment. frames_thinned: frames left out because they are too many.
         frames_lost: frames lost in the last seconds. missing: bones that are left out lately.
         frameless_for: seconds since the last frame, None before any came.
         frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
@@ -36,7 +39,9 @@ class Signs:
     packets: int = 0
     packets_bad: int = 0
     packets_lost: int = 0
+    flood: Flood = NO_FLOOD
     frames_lost: int = 0
+    frames_thinned: int = 0
     missing: tuple[str, ...] = ()
     frameless_for: float | None = None
     frozen_for: float = 0.0
@@ -59,12 +64,36 @@ def is_quiet(rms_dbfs: float) -> bool:
     return rms_dbfs < _QUIET_DBFS
 
 
-def problems(signs: Signs) -> tuple[Problem, ...]:
+def problems(status: InputStatus) -> tuple[Problem, ...]:
     """What is wrong, the worst first; empty when all is well."""
-    return (*_disk(signs), *_no_motion(signs), *_sound(signs), *_poor_motion(signs))
+    return (*_disk(status), *_flood(status), *_no_motion(status), *_sound(status), *_poor_motion(status))
 
 
-def _disk(s: Signs) -> list[Problem]:
+def counter(info: TakeInfo, key: str) -> int:
+    """A counter that a take keeps besides its usual ones, 0 where it is missing or none."""
+    text = info.extra.get(key, "")
+    return int(text) if text.isascii() and text.isdigit() else 0
+
+
+def losses(info: TakeInfo) -> tuple[str, ...]:
+    """What of the motion is not in a take besides the frames missing, in sentences; empty when all is."""
+    refused, lost, thinned = (
+        counter(info, key) for key in ("packets_refused", "packets_lost", "frames_thinned")
+    )
+    found = []
+    if refused:
+        packets = _count(refused, "packet")
+        found.append(f"{packets} of another program, no motion, {_was(refused)} thrown away.")
+    if lost:
+        found.append(f"This computer had no time for {_count(lost, 'packet')}.")
+    if thinned:
+        found.append(
+            f"{_count(thinned, 'frame')} {_was(thinned)} left out, beyond {MOST_FRAMES_PER_S} a second."
+        )
+    return tuple(found)
+
+
+def _disk(s: InputStatus) -> list[Problem]:
     if s.seconds_left >= 60 * _MINUTES_LEFT:
         return []
     return [
@@ -75,7 +104,21 @@ def _disk(s: Signs) -> list[Problem]:
     ]
 
 
-def _no_motion(s: Signs) -> list[Problem]:
+def _flood(s: InputStatus) -> list[Problem]:
+    if s.port is None or not s.flood.per_s:
+        return []
+    who = (
+        f"the program that sends from {s.flood.sender}" if s.flood.sender else "the programs that send there"
+    )
+    return [
+        (
+            f"Another program floods port {s.port}: {s.flood.per_s:,.0f} packets a second are thrown away.",
+            f"Close {who}, or receive motion on another port.",
+        )
+    ]
+
+
+def _no_motion(s: InputStatus) -> list[Problem]:
     if s.port is None:
         return []
     if s.packets == 0:
@@ -107,7 +150,7 @@ def _nothing_comes(port: int) -> Problem:
     )
 
 
-def _sound(s: Signs) -> list[Problem]:
+def _sound(s: InputStatus) -> list[Problem]:
     if s.device is None:
         return []
     if s.gone:
@@ -136,7 +179,7 @@ def _sound(s: Signs) -> list[Problem]:
     return found
 
 
-def _poor_motion(s: Signs) -> list[Problem]:
+def _poor_motion(s: InputStatus) -> list[Problem]:
     if s.port is None or s.frameless_for is None or s.frameless_for > 1:
         return []
     found: list[Problem] = []
@@ -165,10 +208,17 @@ def _poor_motion(s: Signs) -> list[Problem]:
         )
     if s.missing:
         found.append((_named(s.missing), "Check those trackers, or their settings in the sender."))
-    if s.packets_bad > max(3, 0.01 * s.packets):
+    if s.frames_thinned and s.fps > MOST_FRAMES_PER_S:
         found.append(
             (
-                f"{s.packets_bad} packets could not be read in full.",
+                f"The sender makes {s.fps:.0f} frames a second; {MOST_FRAMES_PER_S} of them are kept.",
+                "Set its frame rate to 60: more makes no motion smoother.",
+            )
+        )
+    if s.packets_bad > max(3, 0.01 * s.packets) and not s.flood.per_s:
+        found.append(
+            (
+                f"{_count(s.packets_bad, 'packet')} could not be read in full.",
                 f"Let only a VMC sender send to port {s.port}.",
             )
         )
@@ -193,7 +243,11 @@ def _named(missing: tuple[str, ...]) -> str:
 
 
 def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+    return f"{number} {what}" if number == 1 else f"{number:,} {what}s"
+
+
+def _was(number: int) -> str:
+    return "was" if number == 1 else "were"
 
 
 def _times(count: int) -> str:

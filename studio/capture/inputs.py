@@ -1,4 +1,4 @@
-"""The two inputs of a recorder, each with all that is known about it. Driven by the recorder's thread."""
+"""The recorder's motion and sound inputs, polled by its thread: rows, blocks, statistics, clock fit."""
 
 from __future__ import annotations
 
@@ -8,22 +8,21 @@ import os
 import pickle
 import socket
 import subprocess
-import sys
 import threading
 from collections import deque
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from studio.capture import clock, listener
-from studio.capture.audio import AudioInput, Block, input_devices
+from studio import clock, launch
+from studio.capture import listener
 from studio.capture.health import is_quiet
-from studio.capture.meter import LevelMeter
-from studio.capture.port import bind_wide
-from studio.capture.receiver import Batch, Heard, Receiver, unpacked
-from studio.capture.rows import Names, Row
+from studio.capture.microphone import AudioInput, SoundBlock, input_devices
+from studio.capture.receiver import Batch, Receiver, ReceiverStats, unpacked
+from studio.sound.level import LevelMeter
+from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.udp import bind_wide
 
 _REFIT_S = 2.0
 _LOST_S = 5.0
@@ -46,7 +45,7 @@ class MotionInput:
 
     Attributes:
         ports: those bound. host: of the first.
-        heard: counters and names, a few hundredths of a second old.
+        stats: counters and names, a few hundredths of a second old.
         row: the latest, None before any.
 
     Raises:
@@ -55,8 +54,8 @@ class MotionInput:
 
     def __init__(self, ports: Sequence[tuple[int, str]]) -> None:
         self.opened = clock.now()
-        self.heard = Heard()
-        self.row: Row | None = None
+        self.stats = ReceiverStats()
+        self.row: FrameRow | None = None
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:
@@ -66,11 +65,12 @@ class MotionInput:
             raise
         self.ports = tuple(dict.fromkeys(int(one.getsockname()[1]) for one in self._sockets))
         self.host = ports[0][1]
-        self._names: Names | None = None
-        self._told: deque[tuple[list[Batch], Heard]] = deque(maxlen=_KEPT_TURNS)
-        self._here: Receiver | None = None
+        self._names: ChannelLayout | None = None
+        self._reports: deque[tuple[list[Batch], ReceiverStats]] = deque(maxlen=_KEPT_TURNS)
+        self._local_receiver: Receiver | None = None
         self._child: subprocess.Popen[bytes] | None = None
-        self._gone = threading.Event()
+        # Set where the listener could not start or ended by itself; `poll` then listens in this process.
+        self._listener_ended = threading.Event()
         self._start()
 
     @property
@@ -78,33 +78,39 @@ class MotionInput:
         """The first one."""
         return self.ports[0]
 
-    def take_in(self, now: float) -> list[Row]:
-        """Whatever came, as rows."""
-        if self._gone.is_set() and self._here is None and self._sockets:
-            self._here = Receiver([one.dup() for one in self._sockets])
-        rows: list[Row] = []
+    def poll(self, now: float) -> list[FrameRow]:
+        """The rows that have arrived since the last call, in order.
+
+        Args:
+            now: the present, seconds of `clock.now()`.
+        """
+        # Duplicates of the bound sockets: the ports were never free in between, and no packet was refused.
+        if self._listener_ended.is_set() and self._local_receiver is None and self._sockets:
+            self._local_receiver = Receiver([one.dup() for one in self._sockets])
+        rows: list[FrameRow] = []
         with contextlib.suppress(IndexError):
             while True:
-                said, self.heard = self._told.popleft()
-                for batch in said:
+                rows_of, self.stats = self._reports.popleft()
+                for batch in rows_of:
                     more, self._names = unpacked(batch, self._names)
                     rows += more
-        if self._here is not None:
-            rows += self._here.take_in(now)
-            self.heard = self._here.heard(now)
+        if self._local_receiver is not None:
+            rows += self._local_receiver.poll(now)
+            self.stats = self._local_receiver.stats(now)
         if rows:
             self.row = rows[-1]
         return rows
 
-    def heard_until(self, t: float) -> bool:
+    def received_until(self, t: float) -> bool:
         """Whether everything that arrived before a moment has been taken in."""
-        return self.heard.until >= t
+        return self.stats.until >= t
 
     def close(self) -> None:
-        """Let the ports go."""
+        """End the listener and close the ports."""
+        # Taken out first: the reading thread then knows that the listener was asked to end.
         child, self._child = self._child, None
-        if self._here is not None:
-            self._here.close()
+        if self._local_receiver is not None:
+            self._local_receiver.close()
         if child is not None:
             assert child.stdin is not None
             with contextlib.suppress(OSError):
@@ -118,21 +124,18 @@ class MotionInput:
         self._close_sockets()
 
     def _start(self) -> None:
-        words = [sys.executable, *(() if getattr(sys, "frozen", False) else ("-m", "studio")), listener.WORD]
         handed: dict[str, Any] = {}
         if os.name == "posix":
             handed["pass_fds"] = [one.fileno() for one in self._sockets]
         else:
+            # Without this, Windows opens a console window for the listener.
             handed["creationflags"] = getattr(subprocess, "CREATE_NO_WINDOW", 0)
-        # A child that finds `studio` however this program was started.
-        root = str(Path(__file__).resolve().parents[2])
-        path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH", ""))))
         try:
             child = subprocess.Popen(
-                words,
+                launch.studio(listener.WORD),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": path},
+                env=launch.environment(),
                 bufsize=0,
                 **handed,
             )
@@ -140,7 +143,7 @@ class MotionInput:
             listener.write(child.stdin, [_handed(one, child.pid) for one in self._sockets])  # type: ignore[arg-type]
         except OSError as error:
             _log.warning("motion is listened to in this process: %s", error)
-            self._gone.set()
+            self._listener_ended.set()
             return
         self._child = child
         self._reader = threading.Thread(target=self._read, args=(child,), name="motion input", daemon=True)
@@ -149,14 +152,14 @@ class MotionInput:
     def _read(self, child: subprocess.Popen[bytes]) -> None:
         """Runs on the motion thread: a few hundred times a second, whatever the packets are."""
         assert child.stdout is not None
-        told = os.fdopen(os.dup(child.stdout.fileno()), "rb", buffering=1 << 18)
-        with told, contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+        pipe = os.fdopen(os.dup(child.stdout.fileno()), "rb", buffering=1 << 18)
+        with pipe, contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
             while True:
-                self._told.append(pickle.load(told))
+                self._reports.append(pickle.load(pipe))
         child.stdout.close()
         if self._child is not None:
             _log.warning("the listener ended by itself with %s", child.poll())
-        self._gone.set()
+        self._listener_ended.set()
 
     def _close_sockets(self) -> None:
         for one in self._sockets:
@@ -183,7 +186,7 @@ class SoundInput:
     """
 
     def __init__(self, device: str | int | None, form: tuple[int, int] = (0, 0)) -> None:
-        self._wanted = device
+        self._device = device
         self.audio = AudioInput(device, *form)
         self.audio.start()
         assert self.audio.device is not None
@@ -196,11 +199,16 @@ class SoundInput:
         self._delays: deque[float] = deque(maxlen=200)
         self._fitted_at = clock.now()
 
-    def take_in(self, now: float) -> list[Block]:
-        """Whatever was heard."""
+    def poll(self, now: float) -> list[SoundBlock]:
+        """The blocks the device has handed over since the last call; level and clock follow them.
+
+        Args:
+            now: the present, seconds of `clock.now()`.
+        """
         blocks = self.audio.drain()
         for block in blocks:
             self.meter.feed(block.samples)
+            # One pair a block, both at its first sample: the line through them is the device's clock.
             self._points.append((self.seconds, block.captured))
             self._delays.append(block.arrived - block.captured)
             self.seconds += len(block.samples) / self.audio.sample_rate
@@ -217,8 +225,8 @@ class SoundInput:
         """Whether it vanished, or has been silent in a way that no microphone is."""
         return self.audio.ended or self.audio.silent_for > _LOST_S
 
-    def again(self, refresh: bool) -> SoundInput:
-        """The same microphone, opened anew in the form it had; this one is let go.
+    def reopened(self, refresh: bool) -> SoundInput:
+        """This microphone opened again, with its sample rate and channels; the old stream is abandoned.
 
         Args:
             refresh: look for what was plugged in first; other streams of this process would be cut off.
@@ -227,10 +235,10 @@ class SoundInput:
             StudioError: it is not there.
         """
         form = self.audio.sample_rate, self.audio.channels
-        self.audio.let_go()
+        self.audio.abandon()
         if refresh:
             input_devices(refresh=True)
-        found = SoundInput(self._wanted, form)
+        found = SoundInput(self._device, form)
         found.seconds = self.seconds
         return found
 
@@ -240,5 +248,5 @@ class SoundInput:
         return float(np.median(self._delays)) * 1e3 if self._delays else None
 
     def close(self) -> None:
-        """Let the device go."""
+        """Stop and close the device."""
         self.audio.stop()

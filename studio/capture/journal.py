@@ -1,27 +1,31 @@
-"""What a take in the making leaves on the disk: blocks with checksums, good up to the last whole one."""
+"""Writer of a take's crash-safe journal: blocks with checksums, each readable without the others."""
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import struct
 import sys
+import time
 import zlib
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from studio.capture.rows import Names, Row, Run
+from studio.capture.journal_format import CLOCK, FACTS, FILE, HEAD, MAGIC, NAMES, ROWS, pack
+from studio.vmc.rows import ChannelLayout, FrameRow
 
-FILE = "journal.bin"
-_MAGIC = b"SAIAJRN1"
-_BLOCK = struct.Struct("<4sII")
-_HEAD, _NAMES, _ROWS, _CLOCK, _FACTS = b"HEAD", b"NAME", b"ROWS", b"CLCK", b"FACT"
+_BLOCK_BYTES = 128 * 1024
+"""Rows of more than that go into several blocks, since damage costs a whole one."""
+_REPEAT = 25
+"""Flushes after which head and names are written again, at the latest."""
+_TABLES = 16
+"""How many tables of names are written again: those that came last."""
+_LOCK_TRIES, _LOCK_S = 40, 0.005
 
 
 class Journal:
@@ -33,23 +37,32 @@ class Journal:
     """
 
     def __init__(self, folder: Path, head: dict[str, Any]) -> None:
-        self._file = (folder / FILE).open("xb")
-        hold(self._file)
-        self._names: Names | None = None
-        self._rows: list[Row] = []
+        # Without Python's buffer: after a write that failed nothing may follow by itself, at the wrong place.
+        self._file = (folder / FILE).open("xb", buffering=0)
+        _hold_for_good(self._file)
+        self._names: ChannelLayout | None = None
+        self._rows: list[FrameRow] = []
         self._clock: list[tuple[float, float]] = []
         self._syncer = ThreadPoolExecutor(1, thread_name_prefix="journal sync")
         self._syncing: Future[None] | None = None
-        self._file.write(_MAGIC)
-        self._json(_HEAD, head)
-        self._file.flush()
+        self._pending = bytearray(MAGIC)
+        self._number = self._row_count = 0
+        self._written = (0, 0, 0)
+        """Bytes, blocks and rows that are in the file."""
+        self._flushes, self._repeat_at = 0, 1
+        self._head = _plain(head)
+        self._tables: dict[int, bytes] = {}
+        self._layout = 0
+        self._add(HEAD, self._head)
+        self._write()
 
-    def add_row(self, row: Row) -> None:
+    def add_row(self, row: FrameRow) -> None:
         """A frame; on the disk after the next `flush`."""
+        # By identity: the packer gives one layout object for as long as the channels stay the same.
         if row.names is not self._names:
-            self._write_rows()
+            self._add_rows()
             self._names = row.names
-            self._json(_NAMES, {"shapes": row.names.shapes, "bones": row.names.bones})
+            self._add_names(row.names)
         self._rows.append(row)
 
     def add_clock(self, audio_time: float, captured: float) -> None:
@@ -58,12 +71,15 @@ class Journal:
 
     def flush(self, facts: dict[str, Any]) -> None:
         """Hand everything to the system, so that a kill of this process loses nothing of it."""
-        self._write_rows()
+        self._add_rows()
         if self._clock:
-            self._block(_CLOCK, np.array(self._clock, dtype="<f8").tobytes())
+            self._add(CLOCK, np.array(self._clock, dtype="<f8").tobytes())
             self._clock.clear()
-        self._json(_FACTS, facts)
-        self._file.flush()
+        self._add(FACTS, _plain(facts))
+        self._flushes += 1
+        if self._flushes >= self._repeat_at:
+            self._repeat()
+        self._write()
 
     def sync(self, *others: int) -> None:
         """Ask for the platter in another thread, against a power cut; a slow disk holds nobody up.
@@ -80,19 +96,58 @@ class Journal:
         with suppress(OSError):  # bytes that did not fit are lost; the ones before are not
             self._file.close()
 
-    def _write_rows(self) -> None:
-        if not self._rows:
-            return
-        stamps = np.array([(r.arrival, r.sender_time) for r in self._rows], dtype="<f8")
-        values = np.stack([r.values for r in self._rows]).astype("<f4", copy=False)
+    def _add_names(self, names: ChannelLayout) -> None:
+        """What follows has these names. The table's checksum is its name, the same wherever it stands."""
+        payload = _plain({"shapes": names.shapes, "bones": names.bones})
+        self._layout = zlib.crc32(payload)
+        if self._tables.pop(self._layout, None) is None:
+            self._repeat_at = min(self._repeat_at, self._flushes + 2)
+        self._tables[self._layout] = payload
+        if len(self._tables) > _TABLES:
+            self._tables.pop(next(iter(self._tables)))
+        self._add(NAMES, payload)
+
+    def _repeat(self) -> None:
+        """Write again what all rows lean on: without a head or names, whole rows would tell nothing.
+
+        Soon after it was new, then more and more seldom: at most five seconds apart, where 0.2 s are flushed.
+        """
+        self._repeat_at = self._flushes + min(self._flushes, _REPEAT)
+        self._add(HEAD, self._head)
+        for payload in self._tables.values():
+            self._add(NAMES, payload)
+
+    def _add_rows(self) -> None:
+        at_once = max(1, _BLOCK_BYTES // (4 * self._names.width)) if self._names else 1
+        for start in range(0, len(self._rows), at_once):
+            rows = self._rows[start : start + at_once]
+            stamps = np.array([(r.arrival, r.sender_time) for r in rows], dtype="<f8")
+            values = np.stack([r.values for r in rows]).astype("<f4", copy=False)
+            self._add(ROWS, struct.pack("<I", len(rows)) + stamps.tobytes() + values.tobytes())
+            self._row_count += len(rows)
         self._rows.clear()
-        self._block(_ROWS, struct.pack("<I", len(stamps)) + stamps.tobytes() + values.tobytes())
 
-    def _json(self, kind: bytes, content: dict[str, Any]) -> None:
-        self._block(kind, json.dumps(content, ensure_ascii=False).encode("utf-8", "replace"))
+    def _add(self, kind: bytes, payload: bytes) -> None:
+        self._pending += pack(kind, payload, self._number, self._row_count, self._layout)
+        self._number += 1
 
-    def _block(self, kind: bytes, payload: bytes) -> None:
-        self._file.write(_BLOCK.pack(kind, len(payload), zlib.crc32(payload)) + payload)
+    def _write(self) -> None:
+        """Write what is pending, whole or not at all: the reader would take half of it for damage."""
+        pending, self._pending = memoryview(self._pending), bytearray()
+        try:
+            while pending:
+                pending = pending[self._file.write(pending) :]
+        except OSError:
+            size, self._number, self._row_count = self._written
+            with suppress(OSError):
+                self._file.truncate(size)
+                self._file.seek(size)
+            raise
+        self._written = self._file.tell(), self._number, self._row_count
+
+
+def _plain(content: dict[str, Any]) -> bytes:
+    return json.dumps(content, ensure_ascii=False).encode("utf-8", "replace")
 
 
 def _sync(*descriptors: int) -> None:
@@ -101,87 +156,42 @@ def _sync(*descriptors: int) -> None:
             os.fsync(descriptor)
 
 
-@dataclass
-class Told:
-    """What a journal tells.
-
-    Args:
-        head: what was known at the start. facts: the latest counters and names.
-        runs: the motion. clock: pairs of audio time and capture time, (N, 2).
-        torn: it ends in the middle of a block.
-    """
-
-    head: dict[str, Any] = field(default_factory=dict)
-    facts: dict[str, Any] = field(default_factory=dict)
-    runs: list[Run] = field(default_factory=list)
-    clock: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
-    torn: bool = False
-
-
-def read(folder: Path) -> Told:
-    """Read a journal as far as it is whole; never raises for what is in it."""
-    data = memoryview((folder / FILE).read_bytes())
-    told, names = Told(torn=bytes(data[:8]) != _MAGIC), Names((), ())
-    clocks, at = [told.clock], len(_MAGIC)
-    while at < len(data) and not told.torn:
-        kind, payload = _next_block(data, at)
-        if payload is None:
-            told.torn = True
-            break
-        at += _BLOCK.size + len(payload)
-        if kind == _HEAD:
-            told.head = json.loads(bytes(payload))
-        elif kind == _FACTS:
-            told.facts = json.loads(bytes(payload))
-        elif kind == _NAMES:
-            content = json.loads(bytes(payload))
-            names = Names(tuple(content["shapes"]), tuple(content["bones"]))
-        elif kind == _CLOCK:
-            clocks.append(np.frombuffer(payload, dtype="<f8").reshape(-1, 2))
-        elif kind == _ROWS:
-            told.runs.append(_rows(payload, names))
-    told.clock = np.concatenate(clocks)
-    return told
-
-
-def _next_block(data: memoryview, at: int) -> tuple[bytes, memoryview | None]:
-    if at + _BLOCK.size > len(data):
-        return b"", None
-    kind, length, check = _BLOCK.unpack_from(data, at)
-    payload = data[at + _BLOCK.size : at + _BLOCK.size + length]
-    whole = len(payload) == length and zlib.crc32(payload) == check
-    return kind, payload if whole else None
-
-
-def _rows(payload: memoryview, names: Names) -> Run:
-    (count,) = struct.unpack_from("<I", payload)
-    stamps = np.frombuffer(payload, "<f8", 2 * count, 4).reshape(count, 2)
-    values = np.frombuffer(payload, "<f4", count * names.width, 4 + 16 * count)
-    return names, stamps[:, 0], values.reshape(count, names.width)
-
-
 def hold(file: IO[bytes]) -> bool:
-    """Lock a journal for this process; the system lets go when it dies. False where another has it."""
+    """Lock a file for this process; the system lets go when it dies. False where that cannot be."""
     try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            file.seek(0x7FFF_FFFF)  # a byte far behind the content, since Windows locks forbid reading
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            file.seek(0, os.SEEK_END)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(file)
     except OSError:
         return False
     return True
 
 
-def abandoned(folder: Path) -> bool:
-    """Whether a folder holds a journal that nobody writes any more."""
-    path = folder / FILE
-    if not path.is_file():
-        return False
-    with path.open("rb+") as file:
-        return hold(file)
+def is_busy(file: IO[bytes]) -> bool:
+    """Whether another process has a file; if not, it is locked, unless the disk knows no locks."""
+    try:
+        _lock(file)
+    except OSError as error:
+        return error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK)
+    return False
+
+
+def _lock(file: IO[bytes]) -> None:
+    if sys.platform == "win32":
+        import msvcrt
+
+        file.seek(0x7FFF_FFFF)  # a byte far behind the content, since Windows locks forbid reading
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        finally:
+            file.seek(0, os.SEEK_END)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _hold_for_good(file: IO[bytes]) -> None:
+    """Lock a journal that was just made; one who looks for abandoned ones may have it for a moment."""
+    for _ in range(_LOCK_TRIES):
+        if hold(file):
+            return
+        time.sleep(_LOCK_S)

@@ -1,10 +1,10 @@
-"""The process that hears motion, so that nothing the window does can make it miss a packet.
+"""The process that receives motion, so that nothing the window does can make it miss a packet.
 
 A window that draws keeps Python's lock for tens of milliseconds at a time; an unbundled body at 120 Hz is
 13,000 packets a second. Here they meet a process that does nothing else. It ends with its parent.
 
 Spoken on stdin: one pickled list of sockets, then nothing; its end is the wish to end.
-Spoken on stdout: pickled (rows as batches, Heard), one at a time.
+Spoken on stdout: pickled (rows as batches, ReceiverStats), one at a time.
 """
 
 from __future__ import annotations
@@ -20,57 +20,58 @@ import threading
 from collections import deque
 from typing import Any, BinaryIO
 
-from studio.capture import clock
-from studio.capture.priority import come_first
+from studio import clock
+from studio.capture.priority import raise_priority
 from studio.capture.receiver import Receiver, batches
-from studio.capture.rows import Names
+from studio.vmc.rows import ChannelLayout
 
 WORD = "_listen"
 """The command line that leads here."""
 _TURN_S = 0.004
-_TELL_S = 0.05
-_UNTOLD = 20_000
+_SEND_S = 0.05
+_MOST_WAITING = 20_000
 """Turns kept for a parent that is held up: minutes."""
 
 
 def main() -> int:
     """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the parent, which ends the take well
-    come_first(before_all=True)
+    raise_priority(before_all=True)
     given: list[Any] = pickle.load(sys.stdin.buffer)
     sockets = [_opened(one) for one in given]
-    teller = Teller(os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0))
+    writer = PipeWriter(os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0))
     ended = threading.Event()
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
     receiver = Receiver(sockets)
     gc.freeze()  # what is there by now stays, and need never be looked through
     with contextlib.suppress(OSError, KeyboardInterrupt):
-        _listen(receiver, teller, ended)
+        _listen(receiver, writer, ended)
     receiver.close()
     return 0
 
 
-def _listen(receiver: Receiver, teller: Teller, ended: threading.Event) -> None:
-    names: Names | None = None
-    told_at = 0.0
-    while not ended.is_set() and not teller.broken:
-        receiver.wait(_TELL_S)
+def _listen(receiver: Receiver, writer: PipeWriter, ended: threading.Event) -> None:
+    names: ChannelLayout | None = None
+    sent_at = 0.0
+    while not ended.is_set() and not writer.broken:
+        receiver.wait(_SEND_S)
         if receiver.stamped:
             ended.wait(_TURN_S)  # let some gather; without stamps, reading at once is the stamp
         now = clock.now()
-        rows = receiver.take_in(now)
-        if not rows and now - told_at < _TELL_S:
+        rows = receiver.poll(now)
+        if not rows and now - sent_at < _SEND_S:
             continue
-        if teller.full:
-            receiver.leave_out(len(rows))
+        if writer.full:
+            receiver.count_unsent(len(rows))
             continue
-        told_at = now
-        said = batches(rows, names)
+        sent_at = now
+        packed = batches(rows, names)
+        # Names travel only where they change: they take as much room as a row.
         names = rows[-1].names if rows else names
-        teller.tell((said, receiver.heard(now)))
+        writer.send((packed, receiver.stats(now)))
 
 
-class Teller:
+class PipeWriter:
     """Writes into the pipe on a thread of its own: a parent that is held up must not stop the listening.
 
     Attributes:
@@ -87,9 +88,9 @@ class Teller:
     @property
     def full(self) -> bool:
         """Whether nothing more is kept until the parent reads on."""
-        return len(self._waiting) >= _UNTOLD
+        return len(self._waiting) >= _MOST_WAITING
 
-    def tell(self, content: object) -> None:
+    def send(self, content: object) -> None:
         """Have something written."""
         self._waiting.append(content)
         self._more.set()

@@ -1,4 +1,4 @@
-"""A process that must not be held up comes before others, as far as its user may say so."""
+"""Raises the scheduling priority of this process, as far as its user is allowed to."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _HIGH_PRIORITY = 0x80
 _NICER = -10
 
 
-def come_first(before_all: bool = False) -> None:
+def raise_priority(before_all: bool = False) -> None:
     """Let this process run before others.
 
     Args:

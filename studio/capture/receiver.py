@@ -1,4 +1,4 @@
-"""Ports to rows: what one or several senders say, put together, counted and watched."""
+"""Receives motion on UDP ports: datagrams of all senders decoded into rows, with statistics."""
 
 from __future__ import annotations
 
@@ -6,39 +6,45 @@ import bisect
 import math
 import select
 import socket
-from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.capture import clock
-from studio.capture.assembler import FrameAssembler, Source
-from studio.capture.osc import Allowance, Datagram, DatagramInput
-from studio.capture.rows import Names, Packer, Row
-from studio.capture.watch import FrameWatch, RateWatch
+from studio import clock
+from studio.vmc.assemble import Frame, FrameAssembler, Sender
+from studio.vmc.rows import ChannelLayout, FrameRow, Packer
+from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
+from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
+from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
 
 _ON_THE_WAY = 0.005
 """A datagram that is stamped may take this long to where it can be read, so silence is judged later."""
-_PORTION, _MOST_A_TURN = 1_000, 20_000
-"""Datagrams decoded between two readings, and before what they said is told."""
-_BACKLOG = 60_000
-"""Datagrams kept undecoded; past that, the kernel keeps what it has room for and counts the rest."""
-MOST_FRAMES_PER_S = 500
-"""Frames beyond this are no motion but a flood: they are counted, and not kept."""
+_SLICE_S, _TURN_S = 0.002, 0.02
+"""Decoding goes on for so long between two readings, and a turn before what was said is told.
+
+By time, since a datagram takes from a microsecond to some milliseconds. No thread reads beside the decoding:
+it would wait for Python's lock after every datagram.
+"""
+_MOST_COST_S, _MOST_COST_S_A_BYTE = 20e-6, 0.5e-6
+"""What decoding takes at most: the costliest, a new name in 48 bytes, some 15 us."""
 
 
 @dataclass(frozen=True)
-class Heard:
+class ReceiverStats:
     """Counters and names of a receiver at one moment.
 
     Args:
         until: everything that arrived before this moment is in the rows given so far.
-        packets, packets_bad, packets_lost: datagrams received, refused, dropped for want of room.
+        packets, packets_bad, packets_lost: datagrams received, refused in part or whole, dropped for want
+            of room here or in the kernel.
+        packets_refused: those of packets_bad that were thrown away unread.
+        flood: what is being thrown away at the moment, and whose it is.
         packets_per_s, frames_per_s, jitter_ms: of the last second.
         frames, frames_lost, late, last_arrival, last_moved: see FrameWatch.
-        sender: who sent last. senders: everyone heard lately. sources: who gives what.
+        frames_thinned: frames that came in and were left out, because they were more than MOST_FRAMES_PER_S.
+        sender: who leads the motion. senders: everyone heard lately. sources: who gives what.
         ok, avatar: the last of their messages.
         missing: bones that a sender has left out lately. lost_lately: frames lost in the last seconds.
     """
@@ -57,14 +63,17 @@ class Heard:
     last_moved: float = -math.inf
     sender: str = ""
     senders: tuple[str, ...] = ()
-    sources: tuple[Source, ...] = ()
+    sources: tuple[Sender, ...] = ()
     ok: tuple[int, ...] = ()
     avatar: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     lost_lately: int = 0
+    packets_refused: int = 0
+    flood: Flood = NO_FLOOD
+    frames_thinned: int = 0
 
 
-Batch = tuple[Names | None, NDArray[np.float64], NDArray[np.float32]]
+Batch = tuple[ChannelLayout | None, NDArray[np.float64], NDArray[np.float32]]
 """Rows for another process: names where they changed, (arrival, sender's time) (T, 2), values (T, width)."""
 
 
@@ -83,15 +92,23 @@ class Receiver:
         self._packer = Packer()
         self._rate = RateWatch()
         self._packets_per_s = 0.0
-        self._sender = ""
-        self._second, self._in_second, self._thinned = 0, 0, 0
-        self._backlog: deque[tuple[Datagram, int]] = deque()
+        self._limit = FrameLimit()
+        self._unsent = 0
+        self._queues = SenderQueues()
         self._present = self._read_until = -math.inf
         for port in self._inputs:
             port.start()
-        self._sockets_of = Counter(port.port for port in self._inputs)
-        self._allowances = {port: Allowance() for port in self._sockets_of}
         self._early: list[tuple[Datagram, int]] = []
+
+    @property
+    def ports(self) -> tuple[int, ...]:
+        """Those listened to."""
+        return tuple(dict.fromkeys(port.port for port in self._inputs))
+
+    @property
+    def messages(self) -> int:
+        """Messages read so far, which is what decoding costs."""
+        return self._assembler.messages
 
     @property
     def stamped(self) -> bool:
@@ -103,69 +120,77 @@ class Receiver:
         opened = [port.socket for port in self._inputs if port.socket is not None]
         select.select(opened, (), (), seconds)
 
-    def take_in(self, now: float) -> list[Row]:
-        """Whatever came, as rows.
+    def poll(self, now: float) -> list[FrameRow]:
+        """Read, decode and put together what has arrived; gives the rows of the frames that are whole.
 
         Args:
             now: the present, from before this call.
         """
-        frames = []
-        decoded = 0
-        while decoded < _MOST_A_TURN:
-            # All that waits is read before any of it is decoded: memory has more room than the kernel.
+        frames: list[Frame] = []
+        ends = clock.now() + _TURN_S
+        while True:
             self._read()
-            portion = [self._backlog.popleft() for _ in range(min(_PORTION, len(self._backlog)))]
-            for datagram, port_number in portion:
-                frames += self._assembler.feed(*datagram, port_number)
-            if portion:
-                self._sender = portion[-1][0].sender
-            decoded += len(portion)
-            if not self._backlog:
+            self._decode(frames)
+            if not self._queues.count or clock.now() > ends:
                 break
-        until = self._backlog[0][0].arrival if self._backlog else self._read_until
-        self._present = max(self._present, until)
+        self._shut_out(clock.now())
+        # Never backwards: frames up to there were flushed already.
+        self._present = max(self._present, min(self._read_until, self._queues.oldest))
         frames += self._assembler.flush(self._present)
         rows = []
         for frame in frames:
-            if not self._in_time(frame.arrival):
+            fresh = frame.fresh_bones + frame.fresh_shapes
+            # Left out, yet seen: thinning out must not look like frames that were lost.
+            if not self._limit.keeps(frame.arrival):
+                self._watch.pass_by(frame.arrival, frame.sender_time, fresh)
                 continue
             row = self._packer.pack(frame)
-            self._watch.feed(row, frame.fresh_bones + frame.fresh_shapes)
+            self._watch.feed(row, fresh)
             rows.append(row)
         self._packets_per_s = self._rate.rate(now, sum(port.received for port in self._inputs))
         return rows
 
-    def leave_out(self, rows: int) -> None:
-        """Count rows that came in and could not be told."""
-        self._thinned += rows
+    def count_unsent(self, rows: int) -> None:
+        """Count rows that arrived and were not sent on, as lost frames."""
+        self._unsent += rows
 
-    def heard(self, now: float) -> Heard:
-        """How it stands."""
-        watch, assembler = self._watch, self._assembler
-        return Heard(
+    def stats(self, now: float) -> ReceiverStats:
+        """Counters and names at this moment.
+
+        Args:
+            now: seconds of `clock.now()`; rates and losses are those of the seconds before it.
+        """
+        watch, assembler, queues = self._watch, self._assembler, self._queues
+        for port in self._inputs:
+            port.count()
+        unread = sum(port.refused for port in self._inputs)
+        return ReceiverStats(
             self._assembler.whole_until(self._present),
-            sum(port.received for port in self._inputs),
-            assembler.packets_bad,
-            sum(port.dropped for port in self._inputs),
+            sum(port.received for port in self._inputs) - queues.dropped + unread,
+            assembler.packets_bad + queues.refused + unread,
+            sum(port.dropped for port in self._inputs) + queues.dropped,
             self._packets_per_s,
-            watch.frames,
+            watch.frames - self._limit.left_out,
             watch.frames_per_s(now),
-            watch.lost + self._thinned,
+            watch.lost + self._unsent,
             watch.late,
             watch.jitter_ms(),
             watch.last_arrival,
             watch.last_moved,
-            self._sender,
+            assembler.leader,
             assembler.senders,
             assembler.sources,
             assembler.ok,
             assembler.avatar,
             assembler.missing(self._present),
             watch.lost_lately(now),
+            queues.refused + unread,
+            queues.flood(now, unread),
+            self._limit.left_out,
         )
 
     def close(self) -> None:
-        """Let the ports go."""
+        """Close the ports."""
         for port in self._inputs:
             port.stop()
 
@@ -175,24 +200,47 @@ class Receiver:
         Silence is judged at the moment before which all that arrived is in: while a port has more than is
         read at once, that is its last datagram's arrival.
         """
-        if len(self._backlog) >= _BACKLOG:
-            return
         begun = clock.now()
         ahead = self._wall.ahead()
-        shares = {port: one.share(begun, self._sockets_of[port]) for port, one in self._allowances.items()}
+        most = max(AT_ONCE // len(self._inputs), 1)
         come = self._early
         known_until = begun
         for port in self._inputs:
-            found = port.read(ahead, shares[port.port])
-            self._allowances[port.port].left -= len(found)
+            found = port.read(ahead, most)
             if not port.emptied:
                 known_until = min(known_until, found[-1].arrival if found else self._present + _ON_THE_WAY)
             come += [(datagram, port.port) for datagram in found]
         self._read_until = known_until - _ON_THE_WAY
         self._early = []
+        # One socket is in order by itself, and sorting costs time under a flood.
         if len(self._inputs) > 1:
             come = self._in_order(come)
-        self._backlog.extend(come)
+        for datagram, number in come:
+            self._queues.push(datagram, number)
+
+    def _decode(self, frames: list[Frame]) -> None:
+        """Decode what waits, fairly, until the slice of time is over; frames that became whole are added."""
+        queues, assembler = self._queues, self._assembler
+        left, at = _SLICE_S, clock.now()
+        while left > 0 and (popped := queues.pop()) is not None:
+            queue, datagram, port = popped
+            absurd = assembler.absurd
+            frames += assembler.feed(*datagram, port)
+            before, at = at, clock.now()
+            # What is beyond, this process was held up for: that is nobody's, and must not end the slice.
+            cost = min(at - before, _MOST_COST_S + _MOST_COST_S_A_BYTE * len(datagram.data))
+            left -= cost
+            queues.charge(queue, cost)
+            if assembler.absurd > absurd:
+                queues.note_absurd(queue)
+
+    def _shut_out(self, now: float) -> None:
+        """Keep those out who turned out to be no senders of motion, and what they gave so far."""
+        shut = self._queues.shut_out(now)
+        for queue in shut:
+            self._assembler.shut_out(queue.sender, queue.port)
+        for port in self._inputs:
+            port.shut_out(frozenset(queue.sender for queue in shut if queue.port == port.port))
 
     def _in_order(self, come: list[tuple[Datagram, int]]) -> list[tuple[Datagram, int]]:
         """Those of several sockets by their arrival; what another socket may still precede waits a turn."""
@@ -203,16 +251,8 @@ class Receiver:
         self._early = come[at:]
         return come[:at]
 
-    def _in_time(self, arrival: float) -> bool:
-        """Whether a frame is one of those a second that may be kept."""
-        if int(arrival) != self._second:
-            self._second, self._in_second = int(arrival), 0
-        self._in_second += 1
-        self._thinned += self._in_second > MOST_FRAMES_PER_S
-        return self._in_second <= MOST_FRAMES_PER_S
 
-
-def batches(rows: Sequence[Row], known: Names | None) -> list[Batch]:
+def batches(rows: Sequence[FrameRow], known: ChannelLayout | None) -> list[Batch]:
     """Rows put together by their names.
 
     Args:
@@ -231,10 +271,10 @@ def batches(rows: Sequence[Row], known: Names | None) -> list[Batch]:
     return found
 
 
-def unpacked(batch: Batch, known: Names | None) -> tuple[list[Row], Names | None]:
+def unpacked(batch: Batch, known: ChannelLayout | None) -> tuple[list[FrameRow], ChannelLayout | None]:
     """The rows of a batch, and the names that hold from it on."""
     names, stamps, values = batch
     names = names if names is not None else known
     assert names is not None
     pairs = zip(stamps.tolist(), values, strict=True)
-    return [Row(arrival, sender_time, names, row) for (arrival, sender_time), row in pairs], names
+    return [FrameRow(arrival, sender_time, names, row) for (arrival, sender_time), row in pairs], names

@@ -1,29 +1,31 @@
-"""The recorder: inputs that listen, a take while it rolls, and the one place that makes takes."""
+"""The recorder: opens inputs, keeps a pre-roll, and records and saves takes."""
 
 from __future__ import annotations
 
 import logging
-import shutil
 import threading
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from studio.capture import clock, look, roll
-from studio.capture.audio import Block
+from studio import clock
+from studio.capture import cut_off, roll, snapshot_builder
+from studio.capture.cut_off import CutOff
+from studio.capture.folder_watch import FolderWatch
 from studio.capture.inputs import MotionInput, SoundInput
+from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.recovery import recover
-from studio.capture.reopen import SoundWatch
-from studio.capture.rows import Row
-from studio.capture.snapshot import Problem, Snapshot, State
+from studio.capture.snapshot import Problem, RecorderState, Snapshot
 from studio.errors import StudioError
+from studio.files import disk
+from studio.files.atomic import safe_name
 from studio.motion import Motion
+from studio.sound.sound_file import Sound
 from studio.take.folder import next_number
-from studio.take.safe_file import safe_name
-from studio.take.sound import Sound
 from studio.take.take import Take
+from studio.vmc.rows import FrameRow
 
-__all__ = ["MAX_PRE_ROLL", "Recorder", "Snapshot", "State", "recover"]
+__all__ = ["MAX_PRE_ROLL", "Recorder", "RecorderState", "Snapshot", "recover"]
 
 MAX_PRE_ROLL = 10.0
 """Seconds kept of what was heard and seen before a take."""
@@ -46,24 +48,30 @@ class Recorder:
     Args:
         takes_folder: where takes go; made when the first one is.
         reserve_bytes: room left on the disk; a take ends itself before it is used up.
+
+    Attributes:
+        cut_off: why the last take is not whole, and where it lies; None where it is, or none was made.
     """
 
     def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
         self.takes_folder = takes_folder
         self._reserve = reserve_bytes
         self._lock = threading.RLock()
+        # Held over a whole stop or discard: two of them at once would save or remove the same take twice.
         self._asking = threading.Lock()
-        self._state = State.IDLE
+        self._state = RecorderState.IDLE
         self._motion: MotionInput | None = None
         self._sound: SoundInput | None = None
         self._roll: roll.Roll | None = None
         self._until: float | None = None
         self._ended = threading.Event()
-        self._ended_early: Problem | None = None
-        self._told_silent = False
-        self._before = look.Counts()
-        self._rows: deque[Row] = deque()
-        self._blocks: deque[Block] = deque()
+        self.cut_off: CutOff | None = None
+        self._watch = FolderWatch(takes_folder, ())
+        self._last: tuple[list[FrameRow], list[SoundBlock]] = [], []
+        self._silence_reported = False
+        self._before = snapshot_builder.Counts()
+        self._rows: deque[FrameRow] = deque()
+        self._blocks: deque[SoundBlock] = deque()
         self._disk_free = 0
         self._looked_at = self._flushed_at = self._synced_at = self._disk_at = 0.0
         self._fault: Problem | None = None
@@ -84,6 +92,7 @@ class Recorder:
         Raises:
             StudioError: a port is taken or may not be opened; or a take is rolling on others.
         """
+        # The same port twice is one port; but 0 asks for any free one, and two of those are two.
         ports = tuple(dict.fromkeys((port, *also)) if port else (port, *also))
         with self._lock:
             opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
@@ -97,6 +106,8 @@ class Recorder:
     def close_motion(self) -> None:
         """Stop listening; a take that rolls goes on without motion."""
         with self._lock:
+            # Taken out under the lock, closed outside of it: closing waits for the listener to end, and the
+            # recorder's thread needs the lock for sound meanwhile.
             motion, self._motion = self._motion, None
             self._rows.clear()
             self._settle()
@@ -145,7 +156,7 @@ class Recorder:
         lost = self._sound
         if lost is None:
             return
-        found = lost.again(refresh)
+        found = lost.reopened(refresh)
         with self._lock:
             if self._sound is not lost:  # another one was chosen meanwhile
                 found.close()
@@ -153,7 +164,7 @@ class Recorder:
             if self._roll is not None:
                 self._roll.notes.append(f"{found.name} was back at {clock.now() - self._roll.start:.1f} s.")
             self._sound = found
-            self._told_silent = False
+            self._silence_reported = False
             self._settle()
 
     def clear_clip(self) -> None:
@@ -180,7 +191,7 @@ class Recorder:
             blocks = [block for block in self._blocks if block.captured >= begin]
             rows = [row for row in self._rows if row.arrival >= begin - 1.0]
             rate = self._sound.audio.sample_rate if self._sound is not None else 0
-        return look.recent(rows, blocks, rate)
+        return snapshot_builder.recent(rows, blocks, rate)
 
     def start(self, slate: str, number: int | None = None, *, pre_roll: float = 0.0) -> None:
         """Begin a take.
@@ -201,7 +212,8 @@ class Recorder:
                     "There is nothing to record: neither motion nor a microphone is open.",
                     "Open a motion port or choose a microphone.",
                 )
-            self._take_in(clock.now())
+            # What waits is fetched first, so that the pre-roll reaches up to this very moment.
+            self._poll(clock.now())
             begin = clock.now() - min(max(pre_roll, 0.0), MAX_PRE_ROLL)
             name = safe_name(slate or "take")
             number = next_number(self.takes_folder, name) if number is None else number
@@ -217,10 +229,11 @@ class Recorder:
                 host=motion.host if motion else None,
                 device=sound.name if sound else None,
             )
+            self._watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
             self._begin_roll()
 
     def stop(self) -> Take:
-        """End the take and save it.
+        """End the take and save it, where its folder is by now; `cut_off` tells then whether it is whole.
 
         Raises:
             StudioError: nothing rolls, nothing came in, or the take cannot be written (what was recorded
@@ -229,8 +242,10 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             try:
-                return roll.complete(ended.folder)
+                take, self.cut_off = cut_off.saved(ended, self._watch, self.cut_off, self._last)
+                return take
             finally:
+                self._watch.close()
                 self._finish()
 
     def discard(self) -> None:
@@ -241,7 +256,9 @@ class Recorder:
         """
         with self._asking:
             ended = self._end_roll()
-            shutil.rmtree(ended.folder, ignore_errors=True)
+            # Its own files alone: who moved just these may have put them among others.
+            roll.remove(self._watch.moved_to() or ended.folder)
+            self._watch.close()
             self._finish()
 
     def close(self) -> None:
@@ -257,6 +274,7 @@ class Recorder:
         self.close_motion()
         self.close_audio()
         self._closing.set()
+        # A recorder may be closed by a callback on its own thread, which cannot wait for itself.
         if threading.current_thread() is not self._pump:
             self._pump.join(30.0)
 
@@ -266,17 +284,19 @@ class Recorder:
 
     def _settle(self) -> None:
         if self._roll is None:
-            self._state = State.IDLE if self._motion is None and self._sound is None else State.ARMED
+            self._state = (
+                RecorderState.IDLE if self._motion is None and self._sound is None else RecorderState.ARMED
+            )
         self._show(clock.now())
 
     def _begin_roll(self) -> None:
         """What was kept from before goes in first."""
         rolling = self._roll
         assert rolling is not None
-        self._until, self._ended_early, self._told_silent = None, None, False
+        self._until, self.cut_off, self._silence_reported = None, None, False
         self._ended.clear()
-        self._before = look.counts(self._motion, self._sound)
-        self._state = State.ROLLING
+        self._before = snapshot_builder.counts(self._motion, self._sound)
+        self._state = RecorderState.ROLLING
         self._disk_at = 0.0
         self._write(list(self._rows), list(self._blocks))
         self._show(clock.now())
@@ -288,7 +308,7 @@ class Recorder:
                 raise StudioError("No take is being recorded.", "Start one first.")
             if self._until is None:
                 self._until = clock.now()
-            self._state = State.SAVING
+            self._state = RecorderState.SAVING
             self._show(clock.now())
         self._ended.wait(_MOTION_TAIL_S + 5.0)
         return rolling
@@ -313,7 +333,7 @@ class Recorder:
                 )
 
     def _turn(self, now: float) -> None:
-        rows, blocks = self._take_in(now)
+        rows, blocks = self._poll(now)
         rolling = self._roll
         if rolling is not None and not self._ended.is_set():
             self._write(rows, blocks)
@@ -323,99 +343,111 @@ class Recorder:
         if now - self._looked_at >= _LOOK_S:
             self._show(now)
 
-    def _take_in(self, now: float) -> tuple[list[Row], list[Block]]:
+    def _poll(self, now: float) -> tuple[list[FrameRow], list[SoundBlock]]:
         """Bring in what came, and keep the last seconds of it for a pre-roll."""
-        rows = self._motion.take_in(now) if self._motion else []
-        blocks = self._sound.take_in(now) if self._sound else []
+        rows = self._motion.poll(now) if self._motion else []
+        blocks = self._sound.poll(now) if self._sound else []
         self._rows.extend(rows)
         self._blocks.extend(blocks)
         while self._rows and self._rows[0].arrival < now - MAX_PRE_ROLL:
             self._rows.popleft()
+        # A second longer than motion: a block counts from its first sample and comes after its last one.
         while self._blocks and self._blocks[0].captured < now - MAX_PRE_ROLL - 1.0:
             self._blocks.popleft()
         return rows, blocks
 
-    def _write(self, rows: list[Row], blocks: list[Block]) -> None:
+    def _write(self, rows: list[FrameRow], blocks: list[SoundBlock]) -> None:
         rolling, until = self._roll, self._until
         assert rolling is not None
         try:
             for block in blocks:
+                # After a stop, what was captured before it still arrives and belongs to the take.
                 if until is None or block.captured < until:
                     rolling.add_block(block)
             for row in rows:
                 if until is None or row.arrival <= until:
                     rolling.add_row(row)
         except OSError as error:
-            self._end_early(rolling, f"The take could not be written on: {error.strerror or error}.")
+            self._end_early(rolling, cut_off.failed(error, rolling.seconds))
 
     def _note_lost_sound(self, rolling: roll.Roll) -> None:
         """A microphone that vanishes is told once, in the take too; motion goes on."""
         sound = self._sound
-        if self._told_silent or sound is None or not sound.audio.stalled or self._until is not None:
+        if self._silence_reported or sound is None or not sound.audio.stalled or self._until is not None:
             return
-        self._told_silent = True
+        self._silence_reported = True
         rolling.notes.append(f"{sound.name} stopped giving sound at {rolling.audio_seconds:.1f} s.")
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
+        """Look after the disk and hand everything to it; a take that it takes no more of ends here."""
+        if self._ended.is_set():  # by what could not be written just now
+            return
         if now - self._disk_at >= _DISK_S:
             self._disk_at = now
-            self._disk_free = look.disk_free(self.takes_folder)
-            if self._disk_free < self._reserve:
-                self._end_early(rolling, "The disk is full.")
-        if now - self._flushed_at < _FLUSH_S:
+            free = disk.free_bytes(self.takes_folder)
+            self._disk_free = free or 0
+            if free is not None and free < self._reserve:
+                self._end_early(rolling, cut_off.full(rolling.seconds))
+        if now - self._flushed_at < _FLUSH_S or self._ended.is_set():
             return
         self._flushed_at = now
+        if not self._watch.is_there():
+            self._end_early(rolling, cut_off.lost_folder(rolling, self._watch, rolling.seconds))
+            return
         try:
-            rolling.flush(look.facts(self._motion, self._sound, self._before))
+            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
+            if now - self._synced_at >= _SYNC_S:
+                self._synced_at = now
+                rolling.sync()
         except OSError as error:
-            self._end_early(rolling, f"The take could not be written on: {error.strerror or error}.")
-        if now - self._synced_at >= _SYNC_S:
-            self._synced_at = now
-            rolling.sync()
+            self._end_early(rolling, cut_off.failed(error, rolling.seconds))
 
-    def _end_early(self, rolling: roll.Roll, why: str) -> None:
-        """The disk takes no more: what is there is closed well, and `stop` makes a take of it.
+    def _end_early(self, rolling: roll.Roll, why: CutOff) -> None:
+        """What is there is closed well, and `stop` makes a take of it.
 
         No longer ROLLING, so that nobody takes it for a recording that goes on.
         """
         if self._ended.is_set():
             return
-        at = max(rolling.audio_seconds, rolling.last_arrival - rolling.start)
-        self._ended_early = (
-            f"{why} Recording ended at {at:.1f} s.",
-            "What came until then is kept. Make room before the next take.",
-        )
-        rolling.notes.append(self._ended_early[0])
-        self._until, self._state = clock.now(), State.SAVING
+        self.cut_off = why
+        # For a computer that dies before `stop`; on a full disk it may not fit, and `stop` says it again.
+        rolling.notes.append(why.what)
+        self._until, self._state = clock.now(), RecorderState.SAVING
         self._close_roll(rolling)
 
     def _end_if_due(self, rolling: roll.Roll, now: float) -> None:
         if self._until is None or self._ended.is_set():
             return
         sound = self._sound
-        heard_out = sound is None or sound.audio.stalled or rolling.audio_end >= self._until
-        seen_out = self._motion is None or self._motion.heard_until(self._until)
-        sound_due = not heard_out and now < self._until + _TAIL_S
+        sound_complete = sound is None or sound.audio.stalled or rolling.audio_end >= self._until
+        seen_out = self._motion is None or self._motion.received_until(self._until)
+        sound_due = not sound_complete and now < self._until + _TAIL_S
         motion_due = not seen_out and now < self._until + _MOTION_TAIL_S
         if not sound_due and not motion_due:
             self._close_roll(rolling)
 
     def _close_roll(self, rolling: roll.Roll) -> None:
         try:
-            rolling.flush(look.facts(self._motion, self._sound, self._before))
-        except OSError as error:
-            _log.warning("the last moments could not be written: %s", error)
+            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
+        except OSError as error:  # the last moments; where it ended early before, that is known already
+            self.cut_off = self.cut_off or cut_off.failed(error, rolling.seconds)
+        sound = self._sound
+        if self.cut_off is None and self._silence_reported and sound is not None and sound.audio.stalled:
+            self.cut_off = cut_off.lost_sound(sound.name, rolling.audio_seconds)
         rolling.close()
+        self._last = list(self._rows), list(self._blocks)
         self._ended.set()
 
     def _show(self, now: float) -> None:
         self._looked_at = now
         if now - self._disk_at >= _DISK_S and self._roll is None:
             self._disk_at = now
-            self._disk_free = look.disk_free(self.takes_folder)
-        extra = tuple(p for p in (self._ended_early if self._roll else None, self._fault) if p is not None)
+            self._disk_free = disk.free_bytes(self.takes_folder) or 0
+        cut = self.cut_off if self._roll is not None else None
+        ended = (cut.what, cut.remedy) if cut is not None else None
+        extra = tuple(problem for problem in (ended, self._fault) if problem is not None)
         until = self._until if self._until is not None else now
-        self._snapshot = look.snapshot(
+        self._snapshot = snapshot_builder.snapshot(
             self._state,
             now,
             self._motion,

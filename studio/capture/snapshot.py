@@ -1,15 +1,15 @@
-"""How a capture stands at one moment: what a display timer pulls. Frozen values, nothing live inside."""
+"""The state of a capture at one moment as frozen values, polled by displays."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from studio.capture.assembler import Source
 from studio.motion import Pose
+from studio.vmc.assemble import Sender
 
 
-class State(StrEnum):
+class RecorderState(StrEnum):
     """What the recorder does; the inputs listen in every state."""
 
     IDLE = "idle"
@@ -32,8 +32,11 @@ class Snapshot:
         elapsed: seconds recorded so far, pre-roll included; 0 unless rolling.
         packets, packets_bad, packets_lost: datagrams received, refused in part or whole, and dropped for
             want of room.
-        packets_per_s, frames_per_s: over the last second.
+        packets_refused: those of packets_bad that were thrown away unread.
+        packets_per_s, frames_per_s, refused_per_s: over the last second; refused_per_s is 0 where it is no
+            flood.
         frames, frames_lost: kept in this take (or since the port was opened), and known missing.
+        frames_thinned: came in and were left out, since so many a second are no use.
         late: gaps of more than two frame intervals that were no loss but a sender's pause.
         jitter_ms: standard deviation of the last second's frame intervals.
         shapes: latest weights by name.
@@ -53,15 +56,18 @@ class Snapshot:
         problems: health in words, the worst first.
     """
 
-    state: State = State.IDLE
+    state: RecorderState = RecorderState.IDLE
     elapsed: float = 0.0
     packets: int = 0
     packets_per_s: float = 0.0
     packets_bad: int = 0
     packets_lost: int = 0
+    packets_refused: int = 0
+    refused_per_s: float = 0.0
     frames: int = 0
     frames_per_s: float = 0.0
     frames_lost: int = 0
+    frames_thinned: int = 0
     late: int = 0
     jitter_ms: float = 0.0
     shapes: dict[str, float] = field(default_factory=dict)
@@ -77,7 +83,7 @@ class Snapshot:
     audio_alive: bool = False
     sender: str = ""
     senders: tuple[str, ...] = ()
-    sources: tuple[Source, ...] = ()
+    sources: tuple[Sender, ...] = ()
     avatar: str = ""
     tracking: tuple[int, ...] = ()
     port: int | None = None

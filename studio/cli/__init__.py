@@ -1,8 +1,23 @@
 """The command line: the same verbs as the tabs. Parse, call, print; nothing else.
 
 One file per verb in this package offers HELP (one line), `add_arguments(parser)` and `run(args, out)`, and
-EXAMPLE where an example says more; `run` reports through `out` (studio.cli._output.Output) and raises
-StudioError or RequestError.
+EXAMPLE where an example says more; `run` reports through `out` (studio.cli._output.Output), raises
+StudioError or RequestError, and may give another exit code than 0.
+
+_baselines     Figures of the simple guesses that a run has to beat, and of what was captured, for a table
+               beside them
+_clip          What is exported: a take's used part, a motion file, or what a run makes of a sound
+_export_args   Arguments of commands that write motion: part and rate, layers, pictures, and where to write
+_live_targets  The VMC targets of a live performance: started, stopped and reported by name while it runs
+_look_aheads   How good a run is at each look-ahead it offers to live use, measured and kept in its report
+_output        What a command prints: sentences for people, JSON lines for programs, and how things are
+               counted
+_outputs       Several files of several formats into one folder: their names, and how each is made
+_project       How commands open a project and read files: what was found damaged is said, and the command
+               goes on
+_queue         Several files one after another: what fails is told, and the rest goes on
+_run           Runs a command: every outcome becomes one sentence and an exit code
+_stdin         Commands on standard input of a running command: stop, and the switches of a live performance
 """
 
 from __future__ import annotations
@@ -18,9 +33,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
 
-from studio import __version__, registry
-from studio.cli._output import Output
-from studio.cli._run import guarded
+from studio import __version__, launch, registry
+from studio.cli._output import Output, put
+from studio.cli._run import run_command
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -47,6 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code: 0 done, 1 failed, 2 wrong request, 130 interrupted.
     """
+    launch.distrust_current_folder()
     words = list(sys.argv[1:] if argv is None else argv)
     if words[:1] == ["_listen"]:  # the window's own process for motion; a bundle has no other way to start it
         from studio.capture.listener import main as listen
@@ -60,12 +76,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     _make_printable(as_json)
     out = Output(as_json)
     if words and words[0] in ("-h", "--help"):
-        return guarded(lambda: _say(_help()), out)
+        return run_command(lambda: _say(_help()), out)
     if words and words[0] == "--version":
-        return guarded(lambda: _say(f"Saia Studio {__version__}"), out)
+        return run_command(lambda: _say(f"Saia Studio {__version__}"), out)
     if words and words[0] in verbs():
-        return guarded(lambda: _run_verb(words[0], words[1:], out), out)
-    return guarded(lambda: _open_window(words), out)
+        return run_command(lambda: _run_verb(words[0], words[1:], out), out)
+    return run_command(lambda: _open_window(words), out)
 
 
 def _make_printable(as_json: bool) -> None:
@@ -79,7 +95,7 @@ def _make_printable(as_json: bool) -> None:
 
 
 def _say(text: str) -> int:
-    print(text, flush=True)
+    put(text)
     return 0
 
 
@@ -90,8 +106,8 @@ def _run_verb(verb: str, words: list[str], out: Output) -> int:
     name = f"{verb}_verb" if verb == "import" else verb
     module = importlib.import_module(f"studio.cli.{name}")
     parser = parser_of(verb, module)
-    module.run(parser.parse_args(words), out)
-    return 0
+    # None but for a command that is done and yet has to tell of a failure, such as a take that was cut off.
+    return int(module.run(parser.parse_args(words), out) or 0)
 
 
 def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
@@ -117,9 +133,8 @@ class _Parser(argparse.ArgumentParser):
         raise RequestError(_understood(message), f"Run `{self.prog} --help` to see how it is written.")
 
     def print_help(self, file: SupportsWrite[str] | None = None) -> None:
-        # Flushed at once: a reader that leaves is noticed here, and not by the interpreter at its end.
-        super().print_help(file)
-        sys.stdout.flush()
+        # At once: a reader that leaves is noticed here, and not by the interpreter at its end.
+        put(self.format_help(), end="")
 
 
 _COMPLAINTS = (

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from studio.cli._output import Output
 
 if TYPE_CHECKING:
-    from studio.cli.evaluate import Ground
-    from studio.dataset.material import Material
+    from studio.dataset.material import TrainingMaterial
+    from studio.evaluation.evaluation_set import EvaluationSet
     from studio.motion import Motion
     from studio.project import Project, Run
 
@@ -16,14 +16,16 @@ if TYPE_CHECKING:
 _WORDS = "Simple guesses to beat"
 
 
-def captured_figures(ground: Ground) -> dict[str, float | None]:
+def captured_figures(evaluation_set: EvaluationSet) -> dict[str, float | None]:
     """Figures of the captured motion itself: what is perfect, and how often people blink."""
-    from studio.training.metrics_evaluate import evaluate
+    from studio.evaluation.figures import evaluate
 
-    return evaluate(lambda material: material.motion, ground.material).metrics
+    return evaluate(lambda material: material.motion, evaluation_set.material).metrics
 
 
-def baseline_figures(project: Project, chosen: Run, ground: Ground, out: Output) -> dict[str, Any]:
+def baseline_figures(
+    project: Project, chosen: Run, evaluation_set: EvaluationSet, out: Output
+) -> dict[str, Any]:
     """Figures of the baselines, fitted to the takes the run was trained on.
 
     What it is at is told as `baselines`, with `name` ("" while they are fitted), `take`, `done`, `of` and
@@ -31,9 +33,9 @@ def baseline_figures(project: Project, chosen: Run, ground: Ground, out: Output)
     """
     from fractions import Fraction
 
+    from studio.evaluation.baselines import RIDGE_SOUND, Baselines
+    from studio.evaluation.figures import evaluate
     from studio.training.gather import cache_folder, load_usable
-    from studio.training.metrics_baselines import RIDGE_SOUND, Baselines
-    from studio.training.metrics_evaluate import evaluate
 
     report = chosen.report or {}
     ids = set(report.get("train", ()))
@@ -45,20 +47,20 @@ def baseline_figures(project: Project, chosen: Run, ground: Ground, out: Output)
         out.event("note", text, text=text)
         return {}
     fps = Fraction(report.get("fps") or 30).limit_denominator(1001)
-    told = _Telling(out, len(material) + len(Baselines.names) * len(ground.material))
-    baselines = Baselines(material, fps, cache_folder(project), on_take=told.fitted)
+    progress = _ProgressReport(out, len(material) + len(Baselines.names) * len(evaluation_set.material))
+    baselines = Baselines(material, fps, cache_folder(project), on_take=progress.fitted)
 
     def figures(name: str) -> dict[str, float | None]:
-        def predict(material: Material) -> Motion:
-            told.guessed(name, material.selection.id)
+        def predict(material: TrainingMaterial) -> Motion:
+            progress.guessed(name, material.selection.id)
             return baselines.predict(name, material)
 
-        return evaluate(predict, ground.material).metrics
+        return evaluate(predict, evaluation_set.material).metrics
 
     return {name: figures(name) for name in baselines.names}
 
 
-class _Telling:
+class _ProgressReport:
     """Says what the baselines are at, before each step.
 
     Args:

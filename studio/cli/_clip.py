@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio.cli._project import check_sound
 from studio.cli._run import as_request
-from studio.cli._source import check_sound
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
     from studio.dataset import Selection
-    from studio.generate import Predictor
-    from studio.model._network import Chance
+    from studio.inference.offline import Predictor
+    from studio.model._network import SamplingOptions
     from studio.motion import Motion
     from studio.project import Project, Run
     from studio.take import Take
@@ -24,7 +24,7 @@ Report = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Clip:
+class ExportClip:
     """Motion from 0, and a file with just its sound."""
 
     motion: Motion | None
@@ -32,7 +32,7 @@ class Clip:
 
 
 @dataclass(frozen=True)
-class Manner:
+class GenerationOptions:
     """How a run is to move: its style (None for the one chosen on validation), seed and liveliness."""
 
     style: str | None = None
@@ -47,40 +47,42 @@ class Generator:
         RequestError: the run has no weights yet.
     """
 
-    def __init__(self, run: Run, manner: Manner) -> None:
+    def __init__(self, run: Run, options: GenerationOptions) -> None:
         if not run.has_weights:
             what = f"{run.id} has no trained weights yet."
             raise RequestError(what, "Train it first, or choose another run.")
-        self.run, self.manner = run, manner
-        self._loaded: tuple[Predictor, Chance] | None = None
+        self.run, self.options = run, options
+        self._loaded: tuple[Predictor, SamplingOptions] | None = None
 
     @property
     def style(self) -> str:
         """The style it moves in."""
-        return self.manner.style or self._ready()[0].style
+        return self.options.style or self._ready()[0].style
 
     def motion(self, audio: Path, report: Report) -> Motion:
-        """What it makes of a whole sound."""
-        predictor, chance = self._ready()
-        made: Motion = predictor.generate(audio, on_progress=report, style=self.manner.style, chance=chance)
+        """Generate the motion of a whole sound."""
+        predictor, sampling = self._ready()
+        made: Motion = predictor.generate(
+            audio, on_progress=report, style=self.options.style, sampling=sampling
+        )
         return made
 
     def pieces(self, audio: Path) -> Iterator[Motion]:
-        """The same in pieces, each as soon as it is made."""
-        from studio.generate import BLOCK_SECONDS
-        from studio.take.sound import sound_blocks
+        """Generate the motion of a sound in pieces, each given as soon as it is made."""
+        from studio.inference.offline import BLOCK_SECONDS
+        from studio.sound.sound_file import sound_blocks
 
-        predictor, chance = self._ready()
+        predictor, sampling = self._ready()
         blocks = sound_blocks(audio, predictor.model.recipe.sound.sample_rate, BLOCK_SECONDS)
-        yield from predictor.stream(blocks, style=self.manner.style, chance=chance)
+        yield from predictor.stream(blocks, style=self.options.style, sampling=sampling)
 
-    def _ready(self) -> tuple[Predictor, Chance]:
+    def _ready(self) -> tuple[Predictor, SamplingOptions]:
         if self._loaded is None:
             # Torch takes seconds to load: what was wrong with the request has been said by now.
-            from studio.generate import chance_of, load_predictor
+            from studio.inference.offline import load_predictor, sampling_of
 
-            chance = chance_of(self.manner.seed, self.manner.liveliness)
-            self._loaded = load_predictor(self.run.folder), chance
+            sampling = sampling_of(self.options.seed, self.options.liveliness)
+            self._loaded = load_predictor(self.run.folder), sampling
         return self._loaded
 
 
@@ -94,11 +96,11 @@ def selection_of(project: Project, name: str) -> tuple[Selection, Take]:
     return Selection(name, name), project.take(name)
 
 
-def take_clip(selection: Selection, take: Take, folder: Path) -> Clip:
+def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
     """The used part of a take; its sound is cut into a folder of our own where that is needed."""
     from studio.dataset.material import load_material
+    from studio.sound.sound_file import Sound, read_span, write_sound
     from studio.take.cleaned import clean
-    from studio.take.sound import Sound, read_span, write_sound
 
     motion = load_material(selection, take, 8000).motion if take.motion_path else None
     start = max(selection.in_point, 0.0)
@@ -108,22 +110,22 @@ def take_clip(selection: Selection, take: Take, folder: Path) -> Clip:
         span: Sound = read_span(audio, start, end)
         audio = folder / f"{selection.id}.wav"
         write_sound(audio, span, "PCM_24")
-    return Clip(motion, audio)
+    return ExportClip(motion, audio)
 
 
-def file_clip(path: Path, audio: Path | None) -> Clip:
+def file_clip(path: Path, audio: Path | None) -> ExportClip:
     """A motion file as it is: what Review tuned and shows."""
-    from studio.motion.mend import mended
+    from studio.motion.sanitize import sanitized
     from studio.take.motion_file import read_motion
 
     if audio is not None:
         check_sound(audio)
     with as_request():
-        return Clip(mended(read_motion(path))[0], audio)
+        return ExportClip(sanitized(read_motion(path))[0], audio)
 
 
-def generated_clip(generator: Generator, clip: Clip, report: Report) -> Clip:
+def generated_clip(generator: Generator, clip: ExportClip, report: Report) -> ExportClip:
     """What a run makes of a clip's sound."""
     if clip.audio is None:
         raise RequestError("There is no sound to generate motion from.", "Choose a take with sound.")
-    return Clip(generator.motion(clip.audio, report), clip.audio)
+    return ExportClip(generator.motion(clip.audio, report), clip.audio)

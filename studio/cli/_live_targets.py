@@ -1,4 +1,4 @@
-"""The avatar programs a performance is sent to: started, stopped and told of by name while it runs."""
+"""The VMC targets of a live performance: started, stopped and reported by name while it runs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from studio.capture.vmc import SendOptions
-from studio.cli._words import address
+from studio.cli._output import address
 from studio.errors import RequestError, StudioError
-from studio.playback.vmc_target import Destination, Light, PoseSource, VmcTarget
+from studio.vmc.encode import SendOptions
+from studio.vmc.sender import Destination, PoseSource, TargetStatus, VmcTarget
 
 NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
 
@@ -25,15 +25,15 @@ class Targets:
     def __init__(self, source: Callable[[], PoseSource], usual: Destination) -> None:
         self._source, self._usual = source, usual
         self._targets: dict[str, VmcTarget] = {}
-        self._lights: dict[str, Light] = {}
+        self._statuses: dict[str, TargetStatus] = {}
 
-    def send(self, wish: str) -> None:
+    def send(self, command: str) -> None:
         """Begin to send to "HOST:PORT", or as JSON says; again, where it is sent to already.
 
         Raises:
             StudioError: the address or an option is not possible.
         """
-        name, destination = self._read(wish)
+        name, destination = self._read(command)
         target = self._targets.get(name) or VmcTarget()
         target.start(destination, self._source())
         self._targets[name] = target
@@ -41,7 +41,7 @@ class Targets:
     def unsend(self, name: str) -> None:
         """Fade that avatar to rest and send it nothing more."""
         target = self._targets.pop(name, None)
-        self._lights.pop(name, None)
+        self._statuses.pop(name, None)
         if target is not None:
             target.stop(wait=False)
 
@@ -60,7 +60,7 @@ class Targets:
         """How each is doing, for a display."""
         return [
             {
-                "to": name, "light": str(state.light), "sent": state.sent, "dropped": state.dropped,
+                "to": name, "light": str(state.status), "sent": state.sent, "dropped": state.dropped,
                 "what": state.problem.what if state.problem else "",
                 "remedy": state.problem.remedy if state.problem else "",
             }
@@ -71,14 +71,14 @@ class Targets:
         """Who is lost and who is back since the last call, as sentences."""
         said = []
         for name, target in self._targets.items():
-            state, before = target.state, self._lights.get(name, Light.SENDING)
-            well = state.light is Light.SENDING
-            if well and before in (Light.REFUSED, Light.ERROR):
+            state, before = target.state, self._statuses.get(name, TargetStatus.SENDING)
+            well = state.status is TargetStatus.SENDING
+            if well and before in (TargetStatus.REFUSED, TargetStatus.ERROR):
                 said.append(StudioError(f"{name} hears again.", "Nothing to do."))
-            elif not well and before is Light.SENDING and state.problem is not None:
+            elif not well and before is TargetStatus.SENDING and state.problem is not None:
                 said.append(state.problem)
             if state.sent or not well:
-                self._lights[name] = state.light
+                self._statuses[name] = state.status
         return said
 
     def stop(self) -> None:
@@ -88,12 +88,12 @@ class Targets:
         for target in self._targets.values():
             target.stop()
 
-    def _read(self, wish: str) -> tuple[str, Destination]:
-        if not wish.startswith("{"):
-            host, port = address(wish)
-            return wish, Destination(host, port, self._usual.fps, self._usual.options)
+    def _read(self, command: str) -> tuple[str, Destination]:
+        if not command.startswith("{"):
+            host, port = address(command)
+            return command, Destination(host, port, self._usual.fps, self._usual.options)
         try:
-            facts = json.loads(wish)
+            facts = json.loads(command)
             name = str(facts["to"])
             host, port = address(name)
             options = SendOptions(

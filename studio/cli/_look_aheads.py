@@ -12,8 +12,8 @@ from studio.cli._output import Output, silence_stdout
 from studio.errors import StudioError
 
 if TYPE_CHECKING:
-    from studio.cli.evaluate import Ground
-    from studio.dataset.material import Material
+    from studio.dataset.material import TrainingMaterial
+    from studio.evaluation.evaluation_set import EvaluationSet
     from studio.motion import Motion
     from studio.project import Project, Run
 
@@ -22,46 +22,46 @@ MEASURING = "Measuring how well it does at each look-ahead"
 KEPT = ("rmse", "pearson_mouth", "motion_ratio", "std_ratio")
 
 
-def keep_look_aheads(chosen: Run, ground: Ground, on_step: OnStep) -> list[dict[str, Any]]:
+def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnStep) -> list[dict[str, Any]]:
     """Measure a run at each of its look-aheads on some takes and keep the figures in report.json.
 
     Args:
         chosen: the run.
-        ground: takes it has not learnt from.
+        evaluation_set: takes it has not learnt from.
         on_step: told (ms, how many were measured, of how many) before each; what it raises ends the work,
             and nothing is kept.
 
     Returns:
         For each look-ahead `ms`, `reach_ms` and figures; empty for runs that offer none.
     """
-    from studio.generate import load_predictor
-    from studio.live.steps import hearing
-    from studio.take.sound import Sound
-    from studio.training.metrics_evaluate import evaluate
+    from studio.evaluation.figures import evaluate
+    from studio.inference.live.steps import look_ahead_of
+    from studio.inference.offline import load_predictor
+    from studio.sound.sound_file import Sound
 
     predictor = load_predictor(chosen.folder)
     network, rate = predictor.model.network, predictor.model.recipe.sound.sample_rate
     found: list[dict[str, Any]] = []
     # A run that hears whole sentences goes live at none of them.
-    offered = () if predictor.model.recipe.sound.speaks else network.look_aheads
-    of, begun = len(offered) * len(ground.material), count()
+    offered = () if predictor.model.recipe.sound.uses_encoder else network.look_aheads
+    of, begun = len(offered) * len(evaluation_set.material), count()
     for ms in offered:
-        network.hear_ahead(ms)
+        network.set_look_ahead(ms)
 
-        def predict(material: Material, ms: int = ms) -> Motion:
+        def predict(material: TrainingMaterial, ms: int = ms) -> Motion:
             on_step(ms, next(begun), of)
             sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
             return predictor.generate_samples(sound.mono())
 
-        figures = evaluate(predict, ground.material).metrics
-        reach = round(hearing(predictor.model, ms).reach_ms, 2)
+        figures = evaluate(predict, evaluation_set.material).metrics
+        reach = round(look_ahead_of(predictor.model, ms).reach_ms, 2)
         found.append({"ms": ms, "reach_ms": reach, **{name: figures.get(name) for name in KEPT}})
     if found:
-        _keep(chosen, found, ground)
+        _keep(chosen, found, evaluation_set)
     return found
 
 
-def telling(out: Output) -> OnStep:
+def progress_callback(out: Output) -> OnStep:
     """Says what is measured, as `look_aheads` with ms, done, of and fraction; people see it begin."""
 
     def tell(ms: int, done: int, of: int) -> None:
@@ -75,7 +75,7 @@ def telling(out: Output) -> OnStep:
 
 
 def after_training(project: Project, finished: Run, out: Output, stop: Callable[[], bool]) -> None:
-    """The same on the project's test takes, or validation where there are none.
+    """Measure every look-ahead on the project's test takes, or validation where there are none.
 
     The run is complete without it: neither Ctrl+C, a wish to stop nor any failure costs more than the table.
 
@@ -85,9 +85,9 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
         out: where it is told.
         stop: whether somebody asked to stop since the training ended.
     """
-    from studio.cli.evaluate import choose_ground
+    from studio.evaluation.evaluation_set import choose_evaluation_set
 
-    tell = telling(out)
+    tell = progress_callback(out)
 
     def step(ms: int, done: int, of: int) -> None:
         if stop():
@@ -95,7 +95,7 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
         tell(ms, done, of)
 
     try:
-        keep_look_aheads(finished, choose_ground(project, None, "test", _Quiet(out.as_json)), step)
+        store_look_aheads(finished, choose_evaluation_set(project, None, "test", lambda _: None), step)
     except BrokenPipeError:  # the window died: nobody reads what is said
         silence_stdout()
     except KeyboardInterrupt:
@@ -113,19 +113,15 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
     out.event("note", text, text=text)
 
 
-class _Quiet(Output):
-    """Says nothing: notes about takes were given before."""
-
-    def event(self, name: str, text: str = "", /, **facts: Any) -> None:
-        return
-
-
-def _keep(chosen: Run, found: list[dict[str, Any]], ground: Ground) -> None:
+def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
     from studio.cli._output import _plain
-    from studio.take.safe_file import write_json
+    from studio.files.atomic import write_json
 
     path = chosen.folder / "report.json"
-    with suppress(StudioError, OSError, ValueError):
+    with suppress(StudioError, OSError, ValueError, RecursionError):
         report = json.loads(path.read_text(encoding="utf-8"))
-        report |= {"look_aheads": found, "look_aheads_on": {"split": ground.split, "takes": ground.takes}}
+        report |= {
+            "look_aheads": found,
+            "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
+        }
         write_json(path, _plain(report))

@@ -1,4 +1,4 @@
-"""What a command prints: sentences for people, JSON lines for programs."""
+"""What a command prints: sentences for people, JSON lines for programs, and how things are counted."""
 
 from __future__ import annotations
 
@@ -8,7 +8,26 @@ import os
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
+
+from studio.errors import RequestError, StudioError
+
+
+def counted(number: int, thing: str) -> str:
+    """ "1 take", "2 takes"."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"
+
+
+def address(text: str) -> tuple[str, int]:
+    """HOST:PORT as its two parts.
+
+    Raises:
+        RequestError: it is written otherwise, or there is no such port.
+    """
+    host, _, port = text.rpartition(":")
+    if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
+        raise RequestError(f"{text} is not an address.", "Write HOST:PORT, such as 127.0.0.1:39539.")
+    return host.strip("[]"), int(port)
 
 
 class Output:
@@ -32,10 +51,14 @@ class Output:
             facts: JSON values; Path becomes text, NaN and infinity become null.
         """
         if self.as_json:
-            print(json.dumps({"event": name, **_plain(facts)}, ensure_ascii=False), flush=True)
+            put(json.dumps({"event": name, **_plain(facts)}, ensure_ascii=False))
         elif text:
             self._wipe()
-            print(text, flush=True)
+            put(text)
+
+    def note(self, text: str) -> None:
+        """Something a person should know about the work, as the event `note`."""
+        self.event("note", text, text=text)
 
     def passing(self, name: str, text: str, /, **facts: Any) -> None:
         """Something soon out of date, such as progress.
@@ -48,12 +71,20 @@ class Output:
             self._wipe()
             text = text[: shutil.get_terminal_size().columns - 1]
             self._passing = len(text)
-            print(text, end="", flush=True)
+            put(text, end="")
+
+    def warning(self, name: str, text: str, /, **facts: Any) -> None:
+        """Something went wrong beside the command's own work, which goes on: a sentence on stderr."""
+        if self.as_json:
+            self.event(name, **facts)
+        else:
+            self._wipe()
+            print(text, file=sys.stderr, flush=True)
 
     def _wipe(self) -> None:
         """Take a passing line away again; spaces do, where a terminal knows no escape codes."""
         if self._passing:
-            print(f"\r{' ' * self._passing}\r", end="", flush=True)
+            put(f"\r{' ' * self._passing}\r", end="")
             self._passing = 0
 
     def done(self, text: str = "", **facts: Any) -> None:
@@ -72,16 +103,41 @@ class Output:
             hint: people are told of the log too; they need it only for what nobody foresaw.
             facts: for programs; `there` names the file that would have been written over.
         """
-        told = f" Details are in {log}." if log and hint else ""
+        details = f" Details are in {log}." if log and hint else ""
         if self.as_json:
             self.event("error", what=what, remedy=remedy, log=log, **facts)
         self._wipe()
-        print(f"{what} {remedy}{told}", file=sys.stderr, flush=True)
+        try:
+            print(f"{what} {remedy}{details}", file=sys.stderr, flush=True)
+        except OSError:  # both may go to one full disk; the exit code tells the rest
+            # Python would try once more when it ends, and then leave with a code of its own, 120.
+            _silence(sys.stderr)
+
+
+def put(text: str, end: str = "\n") -> None:
+    """Print at once.
+
+    Raises:
+        StudioError: standard output takes no more; what is printed from then on vanishes.
+        BrokenPipeError: its reader left.
+    """
+    try:
+        print(text, end=end, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        silence_stdout()
+        what = f"The output could not be written: {error.strerror or type(error).__name__}."
+        raise StudioError(what, "Free some space where it goes, or send it somewhere else.") from error
 
 
 def silence_stdout() -> None:
     """Let what is printed from now on vanish, after the reader of a pipe has left."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    _silence(sys.stdout)
+
+
+def _silence(stream: TextIO) -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _plain(value: Any) -> Any:

@@ -9,12 +9,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from studio.cli._clip import Clip, Report
-from studio.cli._draw import Look
-from studio.cli._queue import CancelledError, Entry
-from studio.cli._shape import Shape
-from studio.cli._target import check_free
-from studio.errors import RequestError, StudioError
+from studio.cli._clip import ExportClip, Report
+from studio.cli._export_args import ExportRange, RenderOptions, check_free
+from studio.cli._queue import Entry
+from studio.errors import Cancelled, RequestError, StudioError
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -26,21 +24,21 @@ SOUND_SUFFIXES = frozenset(
 """What is taken out of a folder; a file that is named is read whatever its ending."""
 
 
-class Maker(Protocol):
+class ClipReader(Protocol):
     """Reads or generates what a source gives."""
 
-    def __call__(self, report: Report) -> Clip:
+    def __call__(self, report: Report) -> ExportClip:
         """The clip; `report` is told the fraction done."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class ExportSource:
     """Something to export: what its files are called, how long it takes, and how it is read or made."""
 
     name: str
     weight: float
-    clip: Maker
+    clip: ClipReader
 
 
 def add_format(parser: argparse.ArgumentParser) -> None:
@@ -109,11 +107,11 @@ def _within(folder: Path) -> list[Path]:
 
 
 def entries_of(
-    sources: Sequence[Source],
+    sources: Sequence[ExportSource],
     modules: Sequence[ModuleType],
     folder: Path,
-    shape: Shape,
-    look: Look,
+    export_range: ExportRange,
+    render_options: RenderOptions,
     force: bool,
     project: Project | None = None,
 ) -> list[Entry]:
@@ -123,8 +121,8 @@ def entries_of(
         sources: what is exported.
         modules: the formats.
         folder: where to.
-        shape: what is kept of each.
-        look: how films and stills are drawn.
+        export_range: what is kept of each.
+        render_options: how films and stills are drawn.
         force: files that are there are written over.
         project: its takes and runs are never written over.
 
@@ -136,9 +134,9 @@ def entries_of(
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
     entries: list[Entry] = []
-    shelf = _Shelf()
+    cache = ClipCache()
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):
-        shared = _Shared(source, shelf, shape, look)
+        shared = SourceJob(source, cache, export_range, render_options)
         for number, module in enumerate(modules):
             target = (folder / f"{name}{formats.written_suffix(module)}").absolute()
             check_free(formats.targets(target), force, project)
@@ -150,7 +148,7 @@ def entries_of(
 
 def distinct(names: Sequence[str]) -> list[str]:
     """File names that every system accepts, no two alike: `talk.wav` and `talk.mp3` give talk and talk_2."""
-    from studio.take.safe_file import safe_name
+    from studio.files.atomic import safe_name
 
     found: list[str] = []
     taken: set[str] = set()
@@ -168,9 +166,9 @@ def distinct(names: Sequence[str]) -> list[str]:
 def write_clip(
     module: ModuleType,
     target: Path,
-    clip: Clip,
-    shape: Shape,
-    look: Look,
+    clip: ExportClip,
+    export_range: ExportRange,
+    render_options: RenderOptions,
     name: str,
     scratch: Path,
     report: Report,
@@ -183,17 +181,17 @@ def write_clip(
         raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
     draws = getattr(module, "DRAWS", False)
     if draws:  # a film has frames of its own, and a still none
-        shape, fps = replace(shape, fps=0.0), shape.fps
-    shaped = shape.motion(motion, name) if motion is not None and len(motion) else motion
-    audio = shape.sound(clip.audio, scratch) if clip.audio is not None else None
-    more: dict[str, Any] = {"drawing": look.drawing(fps, report)} if draws else {}
+        export_range, fps = replace(export_range, fps=0.0), export_range.fps
+    shaped = export_range.motion(motion, name) if motion is not None and len(motion) else motion
+    audio = export_range.sound(clip.audio, scratch) if clip.audio is not None else None
+    more: dict[str, Any] = {"drawing": render_options.drawing(fps, report)} if draws else {}
     if getattr(module, "WEARS", False):
-        more["avatar"] = look.avatar
+        more["avatar"] = render_options.avatar
     files: tuple[Path, ...] = module.write(target, shaped or Motion.build([]), audio, **more)
     return files
 
 
-def shares(module: ModuleType, report: Report) -> tuple[Report, Report]:
+def progress_shares(module: ModuleType, report: Report) -> tuple[Report, Report]:
     """What reading or making a clip reports to, and what writing it does: a film takes far longer to draw."""
     reading = 0.1 if getattr(module, "DRAWS", False) else 0.95
     return (
@@ -202,14 +200,14 @@ def shares(module: ModuleType, report: Report) -> tuple[Report, Report]:
     )
 
 
-class _Shelf:
+class ClipCache:
     """Keeps the clip of one source, for its next format: an hour of motion is large."""
 
     def __init__(self) -> None:
-        self._source: Source | None = None
-        self._clip: Clip | None = None
+        self._source: ExportSource | None = None
+        self._clip: ExportClip | None = None
 
-    def clip(self, source: Source, report: Report) -> Clip:
+    def clip(self, source: ExportSource, report: Report) -> ExportClip:
         """The clip of a source, read or made unless it is the one that was asked for last."""
         if self._source is not source or self._clip is None:
             self._source, self._clip = source, None  # the one before is let go first
@@ -217,20 +215,23 @@ class _Shelf:
         return self._clip
 
 
-class _Shared:
+class SourceJob:
     """A source read once for all its formats; what went wrong with it goes wrong with each."""
 
-    def __init__(self, source: Source, shelf: _Shelf, shape: Shape, look: Look) -> None:
-        self.source, self.shape, self.look = source, shape, look
-        self._shelf = shelf
+    def __init__(
+        self, source: ExportSource, cache: ClipCache, export_range: ExportRange, render_options: RenderOptions
+    ) -> None:
+        self.source, self.export_range, self.render_options = source, export_range, render_options
+        self._cache = cache
         self._error: StudioError | None = None
 
-    def clip(self, report: Report) -> Clip:
+    def clip(self, report: Report) -> ExportClip:
+        """The source's clip; raises again what went wrong with it the first time."""
         if self._error is not None:
             raise self._error
         try:
-            return self._shelf.clip(self.source, report)
-        except CancelledError:
+            return self._cache.clip(self.source, report)
+        except Cancelled:
             raise
         except StudioError as error:
             self._error = error
@@ -240,17 +241,19 @@ class _Shared:
 class _Writing:
     """Makes one file of a source."""
 
-    def __init__(self, shared: _Shared, module: ModuleType, target: Path) -> None:
+    def __init__(self, shared: SourceJob, module: ModuleType, target: Path) -> None:
         self._shared, self._module, self._target = shared, module, target
 
     def __call__(self, report: Report) -> tuple[Path, ...]:
         import tempfile
 
+        from studio.files import leftovers
+
         shared = self._shared
-        reading, writing = shares(self._module, report)
+        reading, writing = progress_shares(self._module, report)
         clip = shared.clip(reading)
-        with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
+        with tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("export")) as scratch:
             return write_clip(
-                self._module, self._target, clip, shared.shape, shared.look, shared.source.name,
-                Path(scratch), writing,
+                self._module, self._target, clip, shared.export_range, shared.render_options,
+                shared.source.name, Path(scratch), writing,
             )  # fmt: skip

@@ -1,22 +1,33 @@
-"""How commands open a project: what was found damaged is said, and the command goes on."""
+"""How commands open a project and read files: what was found damaged is said, and the command goes on."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from studio import settings
 from studio.cli._output import Output
-from studio.dataset.lock import LOCK_FILE
+from studio.cli._run import as_request
+from studio.errors import RequestError, StudioError
+from studio.files import cache
+from studio.files.lock import LOCK_FILE
 from studio.project import DATASET_FILE, HISTORY_FILE, PROJECT_FILE, Project, is_project
+
+if TYPE_CHECKING:
+    from studio.formats import Imported
+    from studio.formats._bone_tables import BoneTables, Table
+    from studio.formats._find import ImportCandidate
 
 
 def opened(folder: Path, out: Output, read_only: bool = True) -> Project:
-    """Project.open, with a line for each problem it met.
+    """Project.open after recovery, with a line for each problem it met.
 
     Raises:
         StudioError: as Project.open.
     """
+    recover_takes(folder, out)
     project = Project.open(folder, read_only=read_only)
     _tell_problems(project, out)
     return project
@@ -24,7 +35,7 @@ def opened(folder: Path, out: Output, read_only: bool = True) -> Project:
 
 @contextmanager
 def opened_or_made(folder: Path, out: Output) -> Iterator[Project]:
-    """Project.open_or_create; where it was made here and no take came of it, nothing stays behind.
+    """Project.open_or_create after recovery; where it was made here without a take, nothing stays behind.
 
     Raises:
         StudioError: as Project.open_or_create.
@@ -32,14 +43,37 @@ def opened_or_made(folder: Path, out: Output) -> Iterator[Project]:
     folder = folder.absolute()
     was_there = is_project(folder)
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    recover_takes(folder, out)
     project = Project.open_or_create(folder)
     _tell_problems(project, out)
     try:
         yield project
     finally:
         project.close()
-        if not was_there and not any(project.takes_folder.iterdir()):
+        # A folder that is gone meanwhile holds nothing to remove, and must not hide why it is.
+        if not was_there and project.takes_folder.is_dir() and not any(project.takes_folder.iterdir()):
             _unmake(project, missing)
+
+
+def recover_takes(folder: Path, out: Output) -> None:
+    """Make takes of recordings that were cut short, or say why not; the command goes on in any case.
+
+    Args:
+        folder: a project's folder or its project.json; anything else is passed over.
+    """
+    folder = folder.parent if folder.name == PROJECT_FILE else folder
+    if not is_project(folder):
+        return
+    from studio.capture.recovery import recover  # here, since most commands have nothing else from capture
+
+    def on_problem(left: Path, error: StudioError) -> None:
+        text = f"{left.name} was not recovered. {error.what} {error.remedy}"
+        out.warning("not_recovered", text, folder=left, what=error.what, remedy=error.remedy)
+
+    for take in recover(folder / "takes", on_problem):
+        damage = take.info.extra.get("damage", "")
+        text = f"Recovered {take.id} from an earlier session. {damage}".rstrip()
+        out.event("recovered", text, take=take.id, notes=list(take.info.notes))
 
 
 def _tell_problems(project: Project, out: Output) -> None:
@@ -55,3 +89,57 @@ def _unmake(project: Project, folders: list[Path]) -> None:
     for folder in (project.takes_folder, project.runs_folder, project.exports_folder, *folders):
         with suppress(OSError):
             folder.rmdir()
+
+
+def trim_cache(project: Project) -> None:
+    """Remove what was used longest ago; where nothing can be removed, nothing happens."""
+    cache.trim(project.folder / cache.FOLDER, 1e9 * settings.load().cache_gb)
+
+
+def check_sound(path: Path) -> str:
+    """Make sure that there is sound in a file; gives what of it cannot be read, "" for nothing.
+
+    Raises:
+        RequestError: it is missing, a folder, or holds no sound.
+    """
+    from studio.sound.sound_file import sound_info
+
+    if path.is_dir():
+        raise RequestError(f"{path} is a folder.", "Name a sound file.")
+    if not path.exists():
+        raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+    with as_request():
+        return sound_info(path).note
+
+
+def bone_tables(project_folder: Path, corrections: Table, out: Output) -> BoneTables:
+    """The project's tables, with what is said now before them; a damaged file is told and passed over."""
+    from studio.formats._bone_tables import BoneTables, load_tables
+
+    try:
+        kept = load_tables(project_folder)
+    except StudioError as error:
+        remedy = "The bones were matched by their names instead."
+        out.event("problem", f"{error.what} {remedy}", what=error.what, remedy=remedy)
+        kept = BoneTables()
+    return BoneTables(kept.by_skeleton, corrections)
+
+
+def save_bone_table(project_folder: Path, imported: Imported, tables: BoneTables) -> None:
+    """Keep the whole table of a skeleton of which something was said on this command line."""
+    from studio.formats._bone_tables import keep_table
+
+    joints = [joint for joint, _ in imported.joints]
+    if any(joint in tables.every for joint in joints):
+        keep_table(project_folder, joints, dict(imported.joints))
+
+
+def offer_table(source: ImportCandidate, read: Imported | StudioError, take: str | None, out: Output) -> None:
+    """Tell programs which joint was taken for which bone where that was guessed, or could not be."""
+    from studio.formats._bone_tables import UnknownSkeleton
+
+    if isinstance(read, StudioError):
+        if isinstance(read, UnknownSkeleton):
+            out.event("bones", take=take, path=source.path, audio=source.audio, bones=read.joints)
+    elif read.guessed:
+        out.event("bones", take=take, path=source.path, audio=read.audio, bones=read.joints)

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import TextIO
 
 from studio.cli._output import Output
-from studio.cli._stop import wait_until_alone
-from studio.errors import StudioError
+from studio.cli._stdin import wait_until_alone
+from studio.errors import Cancelled, StudioError
+from studio.ipc import commands
 
 REPORT_SECONDS = 0.2
 
@@ -48,14 +49,7 @@ class Failure:
     remedy: str
 
 
-class CancelledError(StudioError):
-    """The entry is no longer wanted."""
-
-    def __init__(self) -> None:
-        super().__init__("It was cancelled.", "Nothing was written.")
-
-
-class Wishes:
+class CancelRequests:
     """What is no longer wanted, read from standard input.
 
     Args:
@@ -76,23 +70,23 @@ class Wishes:
         """Nothing is left that could be wished away."""
         self._over.set()
 
-    def unwanted(self, index: int) -> bool:
+    def is_cancelled(self, index: int) -> bool:
         """Whether an entry is to be left away."""
         return self._stopped.is_set() or index in self._skipped
 
-    def take(self, line: str) -> None:
+    def process(self, line: str) -> None:
         """One line of what was said."""
-        words = line.split()
-        if words[:1] == ["stop"]:
-            self._stopped.set()
-        elif words[:1] == ["skip"] and words[1:] and words[1].isdecimal():
-            self._skipped.add(int(words[1]))
+        match commands.read(line):
+            case ("stop", _):
+                self._stopped.set()
+            case ("skip", index) if index.isdecimal():
+                self._skipped.add(int(index))
 
     def _read(self, stdin: TextIO) -> None:
         """Runs on a thread of its own. A window that died ends our standard input."""
         with suppress(OSError, ValueError):  # closed under us is the same as its end
             for line in stdin:
-                self.take(line)
+                self.process(line)
         if self._watched and wait_until_alone(self._parent, self._over):
             self._stopped.set()
 
@@ -103,14 +97,14 @@ class Queue:
     Args:
         entries: what is to be made, in this order.
         out: where it is told; see the events below.
-        wishes: what is no longer wanted.
+        requests: what is no longer wanted.
 
     Events: `queue` with all names; `entry` with index, name, state ("running", "done", "failed",
     "cancelled"), files, what and remedy; `progress` with fraction, eta_s, index and entry (its own fraction).
     """
 
-    def __init__(self, entries: Sequence[Entry], out: Output, wishes: Wishes) -> None:
-        self._entries, self._out, self._wishes = list(entries), out, wishes
+    def __init__(self, entries: Sequence[Entry], out: Output, requests: CancelRequests) -> None:
+        self._entries, self._out, self._requests = list(entries), out, requests
         self._whole = sum(entry.weight for entry in entries) or 1.0
         self._before = 0.0  # weight of the entries that are over
         self._began, self._last = time.monotonic(), 0.0
@@ -123,7 +117,7 @@ class Queue:
         """Make one after another."""
         self._out.event("queue", names=[entry.name for entry in self._entries])
         for index, entry in enumerate(self._entries):
-            if self._wishes.unwanted(index):
+            if self._requests.is_cancelled(index):
                 self._cancel(index, entry)
                 self._left_out += entry.weight
             else:
@@ -132,16 +126,16 @@ class Queue:
         self._progress(len(self._entries) - 1, 1.0, last=True)
 
     def _make(self, index: int, entry: Entry) -> None:
-        self._tell(index, entry, "running")
+        self._report(index, entry, "running")
 
         def report(fraction: float) -> None:
-            if self._wishes.unwanted(index):
-                raise CancelledError
+            if self._requests.is_cancelled(index):
+                raise Cancelled
             self._progress(index, min(max(fraction, 0.0), 1.0))
 
         try:
             files = list(entry.make(report))
-        except CancelledError:
+        except Cancelled:
             self._cancel(index, entry)
         except StudioError as error:
             self._fail(index, entry, error.what, error.remedy)
@@ -151,17 +145,17 @@ class Queue:
         else:
             self.files += files
             text = f"{entry.name}: {', '.join(str(file) for file in files)}"
-            self._tell(index, entry, "done", text, files=files)
+            self._report(index, entry, "done", text, files=files)
 
     def _fail(self, index: int, entry: Entry, what: str, remedy: str) -> None:
         self.failed.append(Failure(entry.name, what, remedy))
-        self._tell(index, entry, "failed", f"{entry.name}: {what} {remedy}", what=what, remedy=remedy)
+        self._report(index, entry, "failed", f"{entry.name}: {what} {remedy}", what=what, remedy=remedy)
 
     def _cancel(self, index: int, entry: Entry) -> None:
         self.cancelled.append(entry.name)
-        self._tell(index, entry, "cancelled", f"{entry.name}: cancelled")
+        self._report(index, entry, "cancelled", f"{entry.name}: cancelled")
 
-    def _tell(self, index: int, entry: Entry, state: str, text: str = "", /, **facts: object) -> None:
+    def _report(self, index: int, entry: Entry, state: str, text: str = "", /, **facts: object) -> None:
         self._out.event("entry", text, index=index, name=entry.name, state=state, **facts)
 
     def _progress(self, index: int, own: float, last: bool = False) -> None:
@@ -184,19 +178,19 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
     Raises:
         StudioError: not one file could be made.
     """
-    wishes = Wishes(watched=out.as_json)
-    queue = Queue(entries, out, wishes)
+    requests = CancelRequests(watched=out.as_json)
+    queue = Queue(entries, out, requests)
     try:
         queue.run()
     finally:
-        wishes.close()
+        requests.close()
     if queue.failed and not queue.files and not queue.cancelled:
         first = queue.failed[0]
         if len(entries) == 1:
             raise StudioError(first.what, first.remedy)
         alike = all(failure.what == first.what for failure in queue.failed)
-        told = first.what if alike else f"The first, {first.name}: {first.what}"
-        raise StudioError(f"None of the {len(entries)} files could be made. {told}", first.remedy)
+        details = first.what if alike else f"The first, {first.name}: {first.what}"
+        raise StudioError(f"None of the {len(entries)} files could be made. {details}", first.remedy)
     parts = [f"{len(queue.files)} files written."]
     parts += [f"{len(queue.failed)} failed."] if queue.failed else []
     parts += [f"{len(queue.cancelled)} cancelled."] if queue.cancelled else []

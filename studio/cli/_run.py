@@ -1,4 +1,4 @@
-"""How every command ends: one sentence and an exit code, whatever happened."""
+"""Runs a command: every outcome becomes one sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from studio.capture.input_error import InputError
 from studio.cli._output import Output, silence_stdout
-from studio.errors import FileThereError, RequestError, StudioError
+from studio.errors import FileThereError, InputError, RequestError, StudioError
 
 
-def guarded(work: Callable[[], int], out: Output) -> int:
+def run_command(work: Callable[[], int], out: Output) -> int:
     """Run a command and turn whatever it raises into a sentence and an exit code."""
     try:
         return work()

@@ -6,8 +6,7 @@ import argparse
 from datetime import datetime
 from pathlib import Path
 
-from studio.cli._output import Output
-from studio.cli._words import counted
+from studio.cli._output import Output, counted
 from studio.errors import RequestError
 
 HELP = "write a data card: minutes by performer, emotion, label and split, grades, what moves"

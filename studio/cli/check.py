@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studio.cli._output import Output
-from studio.cli._words import counted
+from studio.cli._output import Output, counted
 
 HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
 EXAMPLE = "saia check MyProject Hello_001"

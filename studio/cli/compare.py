@@ -7,17 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._baselines import baseline_figures, captured_figures
-from studio.cli._cache import keep_small
 from studio.cli._output import Output
-from studio.cli.evaluate import (
-    CAPTURED,
-    SPLITS,
-    choose_ground,
-    measure,
-    say_learnt,
-    seed_of,
-    table,
-)
+from studio.cli._project import trim_cache
+from studio.cli.evaluate import CAPTURED, SPLITS, measure, say_learnt, seed_of, table
+from studio.evaluation.evaluation_set import choose_evaluation_set
 
 if TYPE_CHECKING:
     from studio.project import Run
@@ -42,21 +35,26 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     project = opened(args.project, out)
     chosen = [project.run(name) for name in dict.fromkeys(args.runs)]
-    ground = choose_ground(project, args.takes, args.split, out)
+    evaluation_set = choose_evaluation_set(project, args.takes, args.split, out.note)
     rows, frames = {}, 0
     for one in chosen:
-        say_learnt(one, ground, out)
-        result = measure(one, ground, out)
+        say_learnt(one, evaluation_set, out)
+        result = measure(one, evaluation_set, out)
         rows[one.id], frames = result.metrics, result.frames
         out.event("measured", run=one.id, metrics=rows[one.id])
     _say_different_training(chosen, out)
-    keep_small(project)
-    baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], ground, out)
-    captured = captured_figures(ground)
+    trim_cache(project)
+    baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], evaluation_set, out)
+    captured = captured_figures(evaluation_set)
     seeds = {one.id: seed_of(one) for one in chosen}
-    title = f"On {ground.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
+    title = f"On {evaluation_set.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
     text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
-    facts: dict[str, Any] = {"split": ground.split, "takes": ground.takes, "frames": frames, "seeds": seeds}
+    facts: dict[str, Any] = {
+        "split": evaluation_set.split,
+        "takes": evaluation_set.takes,
+        "frames": frames,
+        "seeds": seeds,
+    }
     out.done(f"{title}\n{text}", **facts, runs=rows, baselines=baselines, captured=captured)
 
 

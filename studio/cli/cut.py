@@ -11,7 +11,7 @@ from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
     from studio.dataset import Selection
-    from studio.dataset.silence import Span
+    from studio.dataset.pauses import Span
     from studio.project import Project
 
 HELP = "cut takes into many where nobody speaks"
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Listen to each take once, then cut all of them as one step of undo; recordings stay whole."""
     from studio.cli._project import opened
-    from studio.dataset.silence import Cut, split_into
+    from studio.dataset.pauses import Cut, split_into
 
     if min(args.pause, args.shortest, args.padding) < 0:
         raise RequestError("A length in seconds cannot be below 0.", "Give 0 or more.")
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             dataset = split_into(dataset, name, spans, end)
         who = next(iter(many)) if len(many) == 1 else f"{len(many)} takes"
         project.edit(f"Cut {who} where nobody speaks", dataset)
-    out.done(_told(many, args.look), takes={name: [list(span) for span in found[name]] for name in found})
+    out.done(_summary(many, args.look), takes={name: [list(span) for span in found[name]] for name in found})
 
 
 def _selections(project: Project, names: list[str]) -> list[Selection]:
@@ -69,8 +69,8 @@ def _selections(project: Project, names: list[str]) -> list[Selection]:
 def _spans(
     project: Project, selection: Selection, cut: object, out: Output
 ) -> tuple[tuple[float, float], ...]:
-    from studio.dataset.silence import Cut, parts, spoken
-    from studio.take.voice_activity import HOP, voice
+    from studio.dataset.pauses import Cut, parts, spoken
+    from studio.sound.voice_activity import HOP, voice
 
     assert isinstance(cut, Cut)
     take = project.take(selection.take)
@@ -88,7 +88,7 @@ def _spans(
     return spans
 
 
-def _told(many: dict[str, tuple[Span, ...]], look: bool) -> str:
+def _summary(many: dict[str, tuple[Span, ...]], look: bool) -> str:
     if not many:
         return "There is no pause long enough to cut in; nothing was changed."
     count = sum(map(len, many.values()))

@@ -8,12 +8,11 @@ import platform
 import shutil
 import socket
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from studio import __version__, stage
+from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
 
 HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
@@ -46,7 +45,7 @@ print(torch.__version__, "|", torch.get_num_threads(), "|", gpu)
 
 
 @dataclass(frozen=True)
-class Check:
+class SystemCheck:
     """One finding: what was looked at, whether it is well, a sentence, and what to do where it is not."""
 
     name: str
@@ -62,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    looks: tuple[Callable[[], Check], ...] = (
+    looks: tuple[Callable[[], SystemCheck], ...] = (
         check_system,
         check_sound_in,
         check_sound_out,
@@ -84,129 +83,136 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.done(verdict, checks=[asdict(check) for check in checks])
 
 
-def _line(check: Check) -> str:
+def _line(check: SystemCheck) -> str:
     mark = "ok  " if check.ok else "!!  "
     return f"{mark}{check.name:<10} {check.what} {check.remedy}".rstrip()
 
 
-def check_system() -> Check:
+def check_system() -> SystemCheck:
     """The studio, Python and the operating system; always well."""
     system = f"{platform.system()} {platform.release()}, {platform.machine()}, {os.cpu_count()} cores"
-    return Check("system", True, f"Saia Studio {__version__}, Python {platform.python_version()}, {system}.")
+    return SystemCheck(
+        "system", True, f"Saia Studio {__version__}, Python {platform.python_version()}, {system}."
+    )
 
 
-def check_sound_in() -> Check:
+def check_sound_in() -> SystemCheck:
     """Whether there is a microphone to record from."""
     return _check_sound("sound in", "max_input_channels", "microphone", "Connect a microphone")
 
 
-def check_sound_out() -> Check:
+def check_sound_out() -> SystemCheck:
     """Whether there is something to hear takes with."""
     return _check_sound(
         "sound out", "max_output_channels", "loudspeaker", "Connect a loudspeaker or headphones"
     )
 
 
-def _check_sound(name: str, channels: str, noun: str, remedy: str) -> Check:
+def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemCheck:
     try:
         import sounddevice
     except OSError:  # sounddevice's way of saying that PortAudio is not installed
-        return Check(
+        return SystemCheck(
             name, False, "The sound library PortAudio is missing.", "Install the package libportaudio2."
         )
     try:
         found = [str(device["name"]) for device in sounddevice.query_devices() if device[channels] > 0]
     except sounddevice.PortAudioError as error:
-        return Check(name, False, f"The sound system does not answer: {error}.", "Restart the sound system.")
+        return SystemCheck(
+            name, False, f"The sound system does not answer: {error}.", "Restart the sound system."
+        )
     if not found:
-        return Check(name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it.")
+        return SystemCheck(name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it.")
     listed = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
-    return Check(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
+    return SystemCheck(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
 
 
-def check_screen() -> Check:
+def check_screen() -> SystemCheck:
     """Whether a window can be shown."""
-    if stage.has_screen():
-        return Check("screen", True, "A window can be shown.")
-    if stage.screen_available():
-        return Check("screen", True, "There is no screen; a virtual one can be used (saia tour does).")
-    return Check("screen", False, "There is no screen.", "Start the studio in a desktop session.")
+    if virtual_devices.has_screen():
+        return SystemCheck("screen", True, "A window can be shown.")
+    if virtual_devices.screen_available():
+        return SystemCheck("screen", True, "There is no screen; a virtual one can be used (saia tour does).")
+    return SystemCheck("screen", False, "There is no screen.", "Start the studio in a desktop session.")
 
 
-def check_opengl() -> Check:
+def check_opengl() -> SystemCheck:
     """Whether the stick figure can be drawn, tried in a process of its own: a bad driver crashes."""
     ok, answer = _probe(_OPENGL)
     if not ok:
         remedy = "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
-        return Check("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
+        return SystemCheck("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
     version, _, renderer = answer.partition(" | ")
     slow = " (software, so a little slower)" if "llvmpipe" in renderer.lower() else ""
-    return Check("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
+    return SystemCheck("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
 
 
-def check_port(port: int) -> Check:
+def check_port(port: int) -> SystemCheck:
     """Whether motion could be received on a UDP port."""
     if not 0 < port < 65536:
-        return Check("motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535.")
+        return SystemCheck("motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535.")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind(("127.0.0.1", port))
         except OSError:
-            from studio.capture.input_error import port_taken
+            from studio.errors import port_taken
 
             taken = port_taken(port)
-            return Check("motion", False, taken.what, taken.remedy)
-    return Check("motion", True, f"Port {port} is free for motion.")
+            return SystemCheck("motion", False, taken.what, taken.remedy)
+    return SystemCheck("motion", True, f"Port {port} is free for motion.")
 
 
-def check_torch() -> Check:
+def check_torch() -> SystemCheck:
     """Whether networks can be trained, and on what."""
     ok, answer = _probe(_TORCH)
     if not ok:
-        return Check(
+        return SystemCheck(
             "PyTorch", False, f"PyTorch does not work: {answer}.", "Run the set-up again (make setup)."
         )
     version, threads, gpu = (part.strip() for part in answer.split("|"))
     where = gpu or f"the CPU with {threads} threads"
-    return Check("PyTorch", True, f"PyTorch {version}, training on {where}.")
+    return SystemCheck("PyTorch", True, f"PyTorch {version}, training on {where}.")
 
 
-def check_voice() -> Check:
+def check_voice() -> SystemCheck:
     """Whether the practice performer can speak any sentence; without espeak-ng it speaks bundled ones."""
-    if shutil.which("espeak-ng"):
-        return Check("voice", True, "espeak-ng speaks for the practice performer.")
-    return Check(
+    if launch.program("espeak-ng"):
+        return SystemCheck("voice", True, "espeak-ng speaks for the practice performer.")
+    return SystemCheck(
         "voice", True, "espeak-ng is not installed, so the practice performer uses its bundled speech."
     )
 
 
-def check_speech() -> Check:
+def check_speech() -> SystemCheck:
     """Whether runs can hear with Whisper; the studio does without unless one is told to."""
     from studio.features.encoders import has_whisper, whisper_remedy
 
     if has_whisper():
-        return Check("speech", True, "The speech encoder Whisper is installed.")
+        return SystemCheck("speech", True, "The speech encoder Whisper is installed.")
     words = f"The speech encoder Whisper is not installed; only the speech forms need it. {whisper_remedy()}"
-    return Check("speech", True, words)
+    return SystemCheck("speech", True, words)
 
 
-def check_disk() -> Check:
+def check_disk() -> SystemCheck:
     """Whether an hour of recording fits on the disk of the current folder."""
+    from studio.files.disk import size_text
+
     free = shutil.disk_usage(Path.cwd()).free
-    room = f"{free / 1e9:.0f} GB are free here"
+    room = f"{size_text(free)} are free here"
     if free < LEAST_FREE_BYTES:
-        return Check("disk", False, f"Only {room}.", "Free some space before recording.")
-    return Check("disk", True, f"{room}.")
+        return SystemCheck("disk", False, f"Only {room}.", "Free some space before recording.")
+    return SystemCheck("disk", True, f"{room}.")
 
 
 def _probe(code: str) -> tuple[bool, str]:
     """Run some Python in a child; whether it ended well, and its last line of output or complaint."""
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code],
+            launch.python("-c", code),
             capture_output=True,
             text=True,
             stdin=subprocess.DEVNULL,
+            env=launch.environment(),
             timeout=PROBE_TIMEOUT,
             check=False,
         )

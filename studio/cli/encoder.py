@@ -27,16 +27,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.encoder is None:
         _list(out)
         return
-    from studio.features.audio import WHISPER
+    from studio.features.audio_spec import WHISPER
     from studio.features.encoder_download import fetch
     from studio.features.encoders import bring, whisper_remedy
+    from studio.files.disk import size_text
 
     if args.encoder == WHISPER:
         raise RequestError("Whisper comes as a package of Python.", whisper_remedy())
     folder = Path(args.encoder).expanduser()
 
     def on_progress(here: int, there: int) -> None:
-        text = f"{here / 1e6:.0f} of {there / 1e6:.0f} MB"
+        text = f"{size_text(here)} of {size_text(there)}"
         out.passing("progress", text, fraction=here / there if there else 0.0, bytes=here, of=there)
 
     found = bring(folder) if folder.is_dir() else fetch(args.encoder, on_progress)
@@ -45,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _list(out: Output) -> None:
-    from studio.features.audio import WHISPER
+    from studio.features.audio_spec import WHISPER
     from studio.features.encoders import has_whisper, installed, whisper_remedy
 
     whisper = has_whisper()

@@ -5,21 +5,20 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._baselines import baseline_figures, captured_figures
-from studio.cli._cache import keep_small
-from studio.cli._look_aheads import keep_look_aheads, telling
+from studio.cli._look_aheads import progress_callback, store_look_aheads
 from studio.cli._output import Output
-from studio.cli.generate import add_chance
-from studio.errors import RequestError
+from studio.cli._project import trim_cache
+from studio.cli.generate import add_sampling_options
+from studio.evaluation.evaluation_set import EvaluationSet, choose_evaluation_set
 
 if TYPE_CHECKING:
-    from studio.dataset.material import Material
-    from studio.project import Project, Run
-    from studio.training.metrics_evaluate import Evaluation
+    from studio.dataset.material import TrainingMaterial
+    from studio.evaluation.figures import Evaluation
+    from studio.project import Run
 
 HELP = "measure a run on takes it has not learnt from"
 EXAMPLE = "saia evaluate MyProject balanced_001"
@@ -63,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--takes", nargs="+", metavar="T", help="measure on these takes")
     parser.add_argument("--split", choices=SPLITS, default="test", help="measure on this split (test)")
     parser.add_argument("--style", metavar="NAME", help="measure this style (the one chosen on validation)")
-    add_chance(parser)
+    add_sampling_options(parser)
     parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
     parser.add_argument("--all", action="store_true", help="show every figure, one a line")
 
@@ -74,33 +73,33 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     project = opened(args.project, out)
     chosen = project.run(args.run)
-    ground = choose_ground(project, args.takes, args.split, out)
-    say_learnt(chosen, ground, out)
-    result = measure(chosen, ground, out, args.style, args.seed, args.liveliness)
-    baselines = {} if args.no_baselines else baseline_figures(project, chosen, ground, out)
+    evaluation_set = choose_evaluation_set(project, args.takes, args.split, out.note)
+    say_learnt(chosen, evaluation_set, out)
+    result = measure(chosen, evaluation_set, out, args.style, args.seed, args.liveliness)
+    baselines = {} if args.no_baselines else baseline_figures(project, chosen, evaluation_set, out)
     facts = {
         "run": chosen.id,
         "seed": seed_of(chosen),
         "style": args.style or (chosen.report or {}).get("style", "average"),
         "chance": {"seed": args.seed, "liveliness": args.liveliness},
         "poses": poses_measured(chosen, args.liveliness),
-        "split": ground.split,
-        "takes": ground.takes,
+        "split": evaluation_set.split,
+        "takes": evaluation_set.takes,
         "frames": result.frames,
         "metrics": result.metrics,
         "per_take": result.per_take,
         "per_bone": result.per_bone,
-        "captured": captured_figures(ground),
+        "captured": captured_figures(evaluation_set),
         "baselines": baselines,
     }
     _keep(chosen, facts)
     if not args.takes and args.split == "test" and args.style is None:  # what Live shows beside its slider
-        keep_look_aheads(chosen, ground, telling(out))
-    keep_small(project)
+        store_look_aheads(chosen, evaluation_set, progress_callback(out))
+    trim_cache(project)
     rows = {chosen.id: result.metrics, **baselines, CAPTURED: facts["captured"]}
     if len(result.per_take) > 1:
         rows |= {f"  {take}": figures for take, figures in result.per_take.items()}
-    title = f"{chosen.id} (seed {facts['seed']}) on {ground.words(result.frames)}"
+    title = f"{chosen.id} (seed {facts['seed']}) on {evaluation_set.words(result.frames)}"
     if facts["poses"] == DRAWN:
         title += f", drawn with seed {args.seed} at liveliness {args.liveliness:g}"
     out.done(f"{title}\n{table(rows, every=args.all)}", **facts)
@@ -115,59 +114,11 @@ def poses_measured(chosen: Run, liveliness: float) -> str:
     return DRAWN if draws and liveliness > 0 else EXPECTED
 
 
-@dataclass(frozen=True)
-class Ground:
-    """What is measured on: material, its split, ids, and the ids that were trained on."""
-
-    material: list[Material]
-    split: str
-
-    @property
-    def takes(self) -> list[str]:
-        """Ids of the selections."""
-        return [material.selection.id for material in self.material]
-
-    def words(self, frames: int) -> str:
-        """What a table's title says of it."""
-        return f"{', '.join(self.takes)} ({self.split}), {frames} frames"
-
-
-def choose_ground(project: Project, takes: list[str] | None, split: str, out: Output) -> Ground:
-    """The takes to measure on; where the test split is empty, validation, and it is said."""
-    from studio.features.audio import AudioSpec
-    from studio.training.gather import load_usable
-
-    if takes:
-        named = [(s, t) for s, t in project.selected() if s.id in takes or s.take in takes]
-        for name in takes:
-            if not any(name in (s.id, s.take) for s, _ in named):
-                project.take(name)
-                raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
-        splits = {s.split for s, _ in named}
-        label = splits.pop() if len(splits) == 1 else "mixed"
-    else:
-        named, label = list(project.selected(split)), split
-        if not named and split == "test":
-            named, label = list(project.selected("val")), "val"
-            if named:
-                out.event("note", _TO_VAL, text=_TO_VAL)
-    material, notes = load_usable(named, AudioSpec())
-    for note in notes:
-        out.event("note", note, text=note)
-    if not material:
-        where = f"the split {split}" if not takes else "the takes named"
-        raise RequestError(
-            f"There is no take with sound and motion in {where}.",
-            "Mark takes as test in Curate, or name some with --takes.",
-        )
-    return Ground(material, label)
-
-
-def say_learnt(chosen: Run, ground: Ground, out: Output) -> None:
+def say_learnt(chosen: Run, evaluation_set: EvaluationSet, out: Output) -> None:
     """A note where the run learnt from a take measured on, whatever that take is marked as by now."""
     names = [str(name) for name in (chosen.report or {}).get("train", ())]
     learnt = {*names, *(_PART.sub("", name) for name in names)}
-    measured = [material.selection for material in ground.material]
+    measured = [material.selection for material in evaluation_set.material]
     found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
     if found:
         takes = ", ".join(found)
@@ -177,12 +128,11 @@ def say_learnt(chosen: Run, ground: Ground, out: Output) -> None:
 
 _PART = re.compile(r"\.\d+$")
 """What the id of a part adds to its take's."""
-_TO_VAL = "No take is marked as test; measured on the validation takes, which chose the best epoch."
 
 
 def measure(
     chosen: Run,
-    ground: Ground,
+    evaluation_set: EvaluationSet,
     out: Output,
     style: str | None = None,
     seed: int = 0,
@@ -192,21 +142,21 @@ def measure(
 
     How far it is is told before each take, as `progress`.
     """
-    from studio.generate import chance_of, load_predictor
-    from studio.take.sound import Sound
-    from studio.training.metrics_evaluate import evaluate
+    from studio.evaluation.figures import evaluate
+    from studio.inference.offline import load_predictor, sampling_of
+    from studio.sound.sound_file import Sound
 
-    predictor, chance = load_predictor(chosen.folder), chance_of(seed, liveliness)
-    rate, waiting = predictor.model.recipe.sound.sample_rate, iter(range(len(ground.material)))
+    predictor, sampling = load_predictor(chosen.folder), sampling_of(seed, liveliness)
+    rate, waiting = predictor.model.recipe.sound.sample_rate, iter(range(len(evaluation_set.material)))
 
-    def predict(material: Material) -> Any:
-        done, of, take = next(waiting), len(ground.material), material.selection.id
+    def predict(material: TrainingMaterial) -> Any:
+        done, of, take = next(waiting), len(evaluation_set.material), material.selection.id
         text = f"{chosen.id} listens to {take} ({done + 1} of {of})"
         out.passing("progress", text, run=chosen.id, take=take, done=done, of=of, fraction=done / of)
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
-        return predictor.generate_samples(sound.mono(), style, chance)
+        return predictor.generate_samples(sound.mono(), style, sampling)
 
-    return evaluate(predict, ground.material)
+    return evaluate(predict, evaluation_set.material)
 
 
 def seed_of(chosen: Run) -> int | None:
@@ -221,7 +171,7 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
 
     from studio.cli._output import _plain
     from studio.errors import StudioError
-    from studio.take.safe_file import write_json
+    from studio.files.atomic import write_json
 
     with suppress(StudioError):
         write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))

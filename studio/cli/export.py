@@ -11,23 +11,29 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from studio.cli._clip import (
-    Clip,
+    ExportClip,
+    GenerationOptions,
     Generator,
-    Manner,
     Report,
     file_clip,
     generated_clip,
     selection_of,
     take_clip,
 )
-from studio.cli._draw import add_look, look_of
+from studio.cli._export_args import (
+    ExportRange,
+    add_force,
+    add_range,
+    add_render_options,
+    check_free,
+    range_of,
+    render_options_of,
+)
 from studio.cli._output import Output
-from studio.cli._outputs import Source, add_format, entries_of, formats_of, shares, write_clip
+from studio.cli._outputs import ExportSource, add_format, entries_of, formats_of, progress_shares, write_clip
 from studio.cli._queue import run_queue
-from studio.cli._shape import Shape, add_shape, shape_of
-from studio.cli._stop import ends_clean
-from studio.cli._target import add_force, check_free
-from studio.cli.generate import add_manner
+from studio.cli._stdin import ends_clean
+from studio.cli.generate import add_generation_options
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
@@ -54,14 +60,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", help="what the files of one motion are called, with --format")
     add_format(parser)
     add_force(parser)
-    add_shape(parser)
-    add_manner(parser)
-    add_look(parser)
+    add_range(parser)
+    add_generation_options(parser)
+    add_render_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Write the files with in and out points and offset applied."""
     from studio.cli._project import opened
+    from studio.files import leftovers
 
     target = args.out.absolute()
     several = args.format is not None or len(args.what) > 1
@@ -69,31 +76,35 @@ def run(args: argparse.Namespace, out: Output) -> None:
         from studio.formats import writer_for
 
         writer_for(target)
-    shape = shape_of(args)
+    export_range = range_of(args)
     project = opened(args.project, out)
-    with ends_clean(), tempfile.TemporaryDirectory(prefix="saia-export-") as folder:
+    with ends_clean(), tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("export")) as folder:
         exporting = _Exporting(args, project, Path(folder))
         if several:
             sources = [exporting.source(what) for what in args.what]
             modules = formats_of(args.format or "vrma")
-            entries = entries_of(sources, modules, target, shape, look_of(args), args.force, project)
+            entries = entries_of(
+                sources, modules, target, export_range, render_options_of(args), args.force, project
+            )
             run_queue(entries, out, _note(modules))
         else:
-            _one(exporting, target, shape, out)
+            _one(exporting, target, export_range, out)
 
 
-def _one(exporting: _Exporting, target: Path, shape: Shape, out: Output) -> None:
+def _one(exporting: _Exporting, target: Path, export_range: ExportRange, out: Output) -> None:
     from studio.formats import targets, writer_for
 
     args, writer = exporting.args, writer_for(target)
     check_free(targets(target), args.force, exporting.project)
-    look = look_of(args)
+    render_options = render_options_of(args)
     source = exporting.source(args.what[0])
     progress = _Progress(out)
     progress.report(0.0)
-    reading, writing = shares(writer, progress.report)
+    reading, writing = progress_shares(writer, progress.report)
     clip = source.clip(reading)
-    files = write_clip(writer, target, clip, shape, look, source.name, exporting.folder, writing)
+    files = write_clip(
+        writer, target, clip, export_range, render_options, source.name, exporting.folder, writing
+    )
     progress.report(1.0)
     names = ", ".join(str(file) for file in files)
     out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)
@@ -116,32 +127,32 @@ class _Exporting:
         self.args, self.project, self.folder = args, project, folder
         self._generators: dict[str, Generator] = {}
 
-    def source(self, what: str) -> Source:
+    def source(self, what: str) -> ExportSource:
         """One of the things named; RequestError where there is no such take, run or file."""
         as_file = Path(what)
         if as_file.suffix == ".arrow" and as_file.is_file():
             name = self.args.name or as_file.stem
-            return Source(name, 1.0, lambda report: file_clip(as_file, self.args.audio))
+            return ExportSource(name, 1.0, lambda report: file_clip(as_file, self.args.audio))
         # A take's name may hold no colon, a run's neither, so the last one divides them.
         run_id, _, name = what.rpartition(":")
         if self.args.style is not None and not run_id:
             raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
         selection, take = selection_of(self.project, name)
         if not run_id:
-            return Source(name, 1.0, lambda report: take_clip(selection, take, self.folder))
+            return ExportSource(name, 1.0, lambda report: take_clip(selection, take, self.folder))
         generator = self._generator(run_id)
 
-        def made(report: Report) -> Clip:
+        def made(report: Report) -> ExportClip:
             return generated_clip(generator, take_clip(selection, take, self.folder), report)
 
         called = name if len(self.args.what) == 1 and self.args.format is None else f"{name}_{run_id}"
-        return Source(called, max(take.info.duration, 1.0), made)
+        return ExportSource(called, max(take.info.duration, 1.0), made)
 
     def _generator(self, run_id: str) -> Generator:
         if run_id not in self._generators:
             args = self.args
-            manner = Manner(args.style, args.seed, args.liveliness)
-            self._generators[run_id] = Generator(self.project.run(run_id), manner)
+            options = GenerationOptions(args.style, args.seed, args.liveliness)
+            self._generators[run_id] = Generator(self.project.run(run_id), options)
         return self._generators[run_id]
 
 

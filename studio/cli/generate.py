@@ -9,16 +9,29 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._cache import keep_small
-from studio.cli._clip import Clip, Generator, Manner, Report
-from studio.cli._draw import add_look, look_of
+from studio.cli._clip import ExportClip, GenerationOptions, Generator, Report
+from studio.cli._export_args import (
+    ExportRange,
+    add_force,
+    add_range,
+    add_render_options,
+    check_free,
+    range_of,
+    render_options_of,
+)
 from studio.cli._output import Output
-from studio.cli._outputs import Source, add_format, entries_of, formats_of, shares, sounds_of, write_clip
+from studio.cli._outputs import (
+    ExportSource,
+    add_format,
+    entries_of,
+    formats_of,
+    progress_shares,
+    sounds_of,
+    write_clip,
+)
+from studio.cli._project import check_sound, trim_cache
 from studio.cli._queue import run_queue
-from studio.cli._shape import Shape, add_shape, shape_of
-from studio.cli._source import check_sound
-from studio.cli._stop import ends_clean
-from studio.cli._target import add_force, check_free
+from studio.cli._stdin import ends_clean
 from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
@@ -41,26 +54,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_format(parser)
     add_force(parser)
-    add_shape(parser)
-    add_manner(parser)
-    add_look(parser)
+    add_range(parser)
+    add_generation_options(parser)
+    add_render_options(parser)
     parser.add_argument(
         "--pieces", type=Path, metavar="FOLDER",
         help="also write each piece of motion into this folder as soon as it is made",
     )  # fmt: skip
 
 
-def add_manner(parser: argparse.ArgumentParser) -> None:
+def add_generation_options(parser: argparse.ArgumentParser) -> None:
     """How a run is to move: --style NAME, --liveliness X and --seed N."""
     parser.add_argument(
         "--style",
         metavar="NAME",
         help="a take or performer it learnt from, or average (chosen on validation)",
     )
-    add_chance(parser)
+    add_sampling_options(parser)
 
 
-def add_chance(parser: argparse.ArgumentParser) -> None:
+def add_sampling_options(parser: argparse.ArgumentParser) -> None:
     """--liveliness X and --seed N."""
     parser.add_argument(
         "--liveliness",
@@ -78,32 +91,38 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """Generate, write, and name the files."""
     from studio.cli._project import opened
 
-    shape = shape_of(args)
+    export_range = range_of(args)
     project = opened(args.project, out)
-    generator = Generator(project.run(args.run), Manner(args.style, args.seed, args.liveliness))
+    generator = Generator(project.run(args.run), GenerationOptions(args.style, args.seed, args.liveliness))
     with ends_clean():
         if args.format is not None or len(args.audio) > 1 or args.audio[0].is_dir():
-            _many(args, out, project, generator, shape)
+            _many(args, out, project, generator, export_range)
         else:
-            _one(args, out, project, generator, shape)
-    keep_small(project)
+            _one(args, out, project, generator, export_range)
+    trim_cache(project)
 
 
-def _one(args: argparse.Namespace, out: Output, project: Project, generator: Generator, shape: Shape) -> None:
+def _one(
+    args: argparse.Namespace, out: Output, project: Project, generator: Generator, export_range: ExportRange
+) -> None:
+    from studio.files import leftovers
     from studio.formats import targets, writer_for
 
     audio = args.audio[0]
     target = args.out or project.exports_folder / f"{audio.stem}_{generator.run.id}.arrow"
     writer = writer_for(target)
     check_free(targets(target.absolute()), args.force, project)
-    check_sound(audio)
-    look, report = look_of(args), _Reporter(out)
-    reading, writing = shares(writer, report)
+    if note := check_sound(audio):
+        out.event("note", note, note=note)
+    render_options, report = render_options_of(args), _Reporter(out)
+    reading, writing = progress_shares(writer, report)
     motion = _generated(generator, audio, reading, args.pieces, out)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
-    clip = Clip(motion, audio)
-    with tempfile.TemporaryDirectory(prefix="saia-export-") as scratch:
-        files = write_clip(writer, target.absolute(), clip, shape, look, audio.stem, Path(scratch), writing)
+    clip = ExportClip(motion, audio)
+    with tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("export")) as scratch:
+        files = write_clip(
+            writer, target.absolute(), clip, export_range, render_options, audio.stem, Path(scratch), writing
+        )
     report(1.0)
     text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
     out.done(
@@ -119,7 +138,7 @@ def _one(args: argparse.Namespace, out: Output, project: Project, generator: Gen
 
 
 def _many(
-    args: argparse.Namespace, out: Output, project: Project, generator: Generator, shape: Shape
+    args: argparse.Namespace, out: Output, project: Project, generator: Generator, export_range: ExportRange
 ) -> None:
     """Every sound in every format, into one folder."""
     sounds = sounds_of(args.audio)
@@ -127,7 +146,7 @@ def _many(
     if args.pieces is not None:
         raise RequestError("--pieces is for one sound.", "Leave it out, or name one sound and no --format.")
     sources = [
-        Source(
+        ExportSource(
             f"{sound.stem}_{generator.run.id}",
             float(max(sound.stat().st_size, 1)),
             partial(_clip, generator, sound),
@@ -135,20 +154,22 @@ def _many(
         for sound in sounds
     ]
     modules = formats_of(args.format or "vrma")
-    run_queue(entries_of(sources, modules, folder, shape, look_of(args), args.force, project), out)
+    run_queue(
+        entries_of(sources, modules, folder, export_range, render_options_of(args), args.force, project), out
+    )
 
 
-def _clip(generator: Generator, sound: Path, report: Report) -> Clip:
-    return Clip(generator.motion(sound, report), sound)
+def _clip(generator: Generator, sound: Path, report: Report) -> ExportClip:
+    return ExportClip(generator.motion(sound, report), sound)
 
 
 def _generated(generator: Generator, audio: Path, report: Report, pieces: Path | None, out: Output) -> Motion:
     """The motion of a sound; each piece is written beside as soon as it is there."""
     if pieces is None:
         return generator.motion(audio, report)
-    from studio.motion.clip import concatenate
+    from studio.motion.motion import concatenate
+    from studio.sound.sound_file import sound_info
     from studio.take.motion_file import write_motion
-    from studio.take.sound import sound_info
 
     seconds = sound_info(audio).duration
     parts: list[Motion] = []

@@ -10,18 +10,17 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output
+from studio.cli._output import Output, counted
 from studio.cli._run import as_request
-from studio.cli._words import counted
 from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
     from studio.formats import Imported
     from studio.formats._bone_tables import BoneTables
-    from studio.formats._find import Source
+    from studio.formats._find import ImportCandidate
     from studio.project import Project
+    from studio.sound.sound_file import SoundInfo
     from studio.take import Take
-    from studio.take.sound import SoundInfo
 
 HELP = "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
 EXAMPLE = "saia import MyProject dance.bvh dance.wav"
@@ -41,15 +40,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
-    from studio.cli._bones import bone_tables
-    from studio.cli._project import opened_or_made
+    from studio.cli._project import bone_tables, opened_or_made
     from studio.formats._bone_tables import read_table
-    from studio.formats._find import find_sources
+    from studio.formats._find import find_candidates
 
-    sources = find_sources(args.paths)
-    said = read_table(args.bones) if args.bones else {}
+    sources = find_candidates(args.paths)
+    corrections = read_table(args.bones) if args.bones else {}
     with opened_or_made(args.project, out) as project:
-        takes, failed = _import_all(project, sources, bone_tables(project.folder, said, out), out)
+        takes, failed = _import_all(project, sources, bone_tables(project.folder, corrections, out), out)
         if not takes:
             raise _why_none(failed)
     left = f"; {len(failed)} could not be read" if failed else ""
@@ -58,10 +56,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _import_all(
-    project: Project, sources: Sequence[Source], tables: BoneTables, out: Output
+    project: Project, sources: Sequence[ImportCandidate], tables: BoneTables, out: Output
 ) -> tuple[list[str], list[StudioError]]:
     """Ids of the takes made, and why the others could not be."""
-    from studio.cli._bones import keep_said, offer_table
+    from studio.cli._project import offer_table, save_bone_table
     from studio.formats._find import read_all
 
     takes: list[str] = []
@@ -83,12 +81,13 @@ def _import_all(
         out.event("take", _line(take), take=take.id, notes=take.info.notes, **facts)
         for note in take.info.notes:
             out.event("note", f"  {note}", take=take.id, note=note)
-        keep_said(project.folder, imported, tables)
+        save_bone_table(project.folder, imported, tables)
         offer_table(source, imported, take.id, out)
     return takes, failed
 
 
 def _save(project: Project, imported: Imported, format_name: str) -> Take:
+    from studio.files import leftovers
     from studio.formats._bone_tables import BONES_FROM
     from studio.take import TakeInfo
 
@@ -103,36 +102,37 @@ def _save(project: Project, imported: Imported, format_name: str) -> Take:
         notes=imported.notes,
         extra=extra,
     )
-    with tempfile.TemporaryDirectory(prefix="saia-import-") as folder:
-        audio = _kept_audio(imported.audio, Path(folder)) if imported.audio else None
+    with tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("import")) as folder:
+        audio, note = _kept_audio(imported.audio, Path(folder)) if imported.audio else (None, "")
         moved = audio is not None and audio != imported.audio
-        if moved and imported.audio and imported.audio.suffix.lower() == ".flac":
-            note = f"{imported.audio.name} is damaged; what could be read of it was kept."
+        if note:
             info = replace(info, notes=(*info.notes, note))
         return project.add_take(imported.name, info, imported.motion, audio, move_audio=moved)
 
 
-def _kept_audio(audio: Path, folder: Path) -> Path:
-    """The file itself where it is WAV or FLAC and whole; else the same sound as FLAC."""
-    from studio.take.sound import read_sound, sound_info, write_sound
+def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
+    """The file itself where it is WAV or FLAC and whole, else the same sound as FLAC; and what is missing."""
+    from studio.sound.sound_file import read_sound, sound_info, write_sound
 
     with as_request():
         info = sound_info(audio)
         if info.duration <= 0:
             raise RequestError(f"The sound file {audio.name} is empty.", "Choose another file.")
         if audio.suffix.lower() in (".wav", ".flac") and _is_whole(audio, info):
-            return audio
+            return audio, info.note
         sound = read_sound(audio)
     if sound.samples.shape[1] > 8:
         raise RequestError(f"{audio.name} has more than 8 channels.", "Mix it down to stereo first.")
     decoded = folder / "audio.flac"
     write_sound(decoded, sound, "PCM_24")
-    return decoded
+    # A FLAC comes here only where it does not decode to its end.
+    damaged = f"{audio.name} is damaged; what could be read of it was kept."
+    return decoded, info.note or (damaged if info.container == "FLAC" else "")
 
 
 def _is_whole(audio: Path, info: SoundInfo) -> bool:
     """Whether it can stay as it is: a WAV, or a FLAC that decodes to its end."""
-    from studio.take.sound import sound_blocks
+    from studio.sound.sound_file import sound_blocks
 
     if info.container != "FLAC":
         return info.container in ("WAV", "WAVEX")

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._live_targets import NAME_SETS, Targets
-from studio.cli._live_wishes import Wish, Wishes, read_wish
-from studio.cli._output import Output
-from studio.cli._source import check_sound
-from studio.cli._words import address
+from studio.cli._output import Output, address
+from studio.cli._project import check_sound
+from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
+from studio.ipc.commands import Command, read_live
 
 if TYPE_CHECKING:
-    from studio.live.build import Live
-    from studio.playback.vmc_target import Destination
+    from studio.inference.live.build import LivePerformance
     from studio.project import Project, Run
+    from studio.vmc.sender import Destination
 
 HELP = "perform an avatar from a microphone, now"
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
@@ -73,14 +73,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.file is not None:
         check_sound(args.file)
     _check_voice(args)
-    from studio.capture.priority import come_first
+    from studio.capture.priority import raise_priority
     from studio.cli._project import opened
-    from studio.live.build import Wanted, make
+    from studio.inference.live.build import LiveOptions, make
 
-    come_first(before_all=True)
+    raise_priority(before_all=True)
     project = opened(args.project, out)
     chosen = project.run(args.run)
-    wanted = Wanted(
+    wanted = LiveOptions(
         device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
         style=args.style, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
         gain=not args.no_gain, suppress=args.suppress_noise,
@@ -92,55 +92,57 @@ def run(args: argparse.Namespace, out: Output) -> None:
 class _Stage:
     """The performance with its targets, its wishes and what is told of it."""
 
-    def __init__(self, args: argparse.Namespace, out: Output, live: Live, addresses: list[str]) -> None:
+    def __init__(
+        self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
+    ) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
         self._targets = Targets(live.pose_source, _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
-        self._told = self._shown = 0.0
+        self._reported_at = self._shown = 0.0
         self._began, self._measured = time.monotonic(), False
         self._voice: str | None = None
-        self._answers: dict[str, Callable[[Wish], None]] = {
-            "mute": lambda wish: self._switch(wish, live.set_muted, live.muted),
-            "freeze": lambda wish: self._switch(wish, live.set_frozen, live.frozen),
-            "neutral": lambda wish: self._switch(wish, live.set_neutral, live.neutral),
-            "gain": lambda wish: self._switch(wish, live.set_gain, live.gain_on),
-            "gate": lambda wish: self._switch(wish, live.set_idles, live.idles),
-            "look-ahead": lambda wish: self._look_ahead(wish.rest),
-            "voice-to": lambda wish: self._voice_to(wish.rest),
-            "tune": lambda wish: self._tune(wish.rest),
-            "send": lambda wish: self._targets.send(wish.rest),
-            "unsend": lambda wish: self._targets.unsend(wish.rest),
-            "wave": lambda wish: self._wave(wish.rest),
-            "poses": lambda wish: self._show_poses(wish.turned(self._poses)),
+        self._commands: dict[str, Callable[[Command], None]] = {
+            "mute": lambda command: self._switch(command, live.set_muted, live.muted),
+            "freeze": lambda command: self._switch(command, live.set_frozen, live.frozen),
+            "neutral": lambda command: self._switch(command, live.set_neutral, live.neutral),
+            "gain": lambda command: self._switch(command, live.set_gain, live.gain_on),
+            "gate": lambda command: self._switch(command, live.set_idles, live.idles),
+            "look-ahead": lambda command: self._look_ahead(command.argument),
+            "voice-to": lambda command: self._voice_to(command.argument),
+            "tune": lambda command: self._tune(command.argument),
+            "send": lambda command: self._targets.send(command.argument),
+            "unsend": lambda command: self._targets.unsend(command.argument),
+            "wave": lambda command: self._wave(command.argument),
+            "poses": lambda command: self._show_poses(command.switched_to(self._poses)),
             "clip": lambda _: live.performance.reset_clip(),
             "stop": lambda _: self._end(),
         }
 
     def run(self) -> None:
         """From the first sound to the last pose."""
-        from studio.cli._stop import stop_signals
+        from studio.cli._stdin import stop_signals
 
-        live, wishes = self._live, Wishes()
+        live, commands = self._live, LiveCommands()
         live.performance.start()
         try:
             if self._args.voice_to is not None:
                 self._voice_to(self._args.voice_to)
             for one in self._addresses:
                 self._targets.send(one)
-            self._tell_ready()
+            self._report_ready()
             with stop_signals() as signalled:
                 until = time.monotonic() + self._args.seconds if self._args.seconds else float("inf")
-                while not self._over(until) and not signalled.is_set() and not wishes.parent_gone:
-                    for line in wishes.take():
-                        self._answer(line)
-                    self._tell()
-                    wishes.wait(self._rest())
+                while not self._over(until) and not signalled.is_set() and not commands.parent_gone:
+                    for line in commands.poll():
+                        self._run_command(line)
+                    self._report()
+                    commands.wait(self._seconds_to_next_report())
         finally:
             self._targets.stop()
             live.performance.stop()
-        self._tell_done()
+        self._report_done()
 
-    def _rest(self) -> float:
+    def _seconds_to_next_report(self) -> float:
         """Seconds until something is to be told."""
         if not self._poses:
             return LOOK_S
@@ -152,19 +154,19 @@ class _Stage:
     def _end(self) -> None:
         self._stopped = True
 
-    def _answer(self, line: str) -> None:
+    def _run_command(self, line: str) -> None:
         """One wish; one that cannot be is told, and the performance goes on."""
         try:
-            wish = read_wish(line)
-            if wish is not None:
-                self._answers[wish.word](wish)
+            command = read_live(line)
+            if command is not None:
+                self._commands[command.word](command)
         except StudioError as error:
             self._say(error)
 
-    def _switch(self, wish: Wish, turn: Callable[[bool], None], now: bool) -> None:
-        on = wish.turned(now)
+    def _switch(self, command: Command, turn: Callable[[bool], None], now: bool) -> None:
+        on = command.switched_to(now)
         turn(on)
-        self._out.event("switch", f"{wish.word} is {'on' if on else 'off'}.", name=wish.word, on=on)
+        self._out.event("switch", f"{command.word} is {'on' if on else 'off'}.", name=command.word, on=on)
 
     def _wave(self, name: str) -> None:
         self._targets.wave(name)
@@ -176,21 +178,21 @@ class _Stage:
     def _look_ahead(self, text: str) -> None:
         if not (text.isascii() and text.isdigit()):
             raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
-        heard = self._live.choose_look_ahead(int(text))
-        self._out.event("look_ahead", f"It hears {max(heard.reach_ms, 0):.0f} ms ahead now.",
-                        look_ahead_ms=heard.look_ahead_ms, reach_ms=heard.reach_ms)  # fmt: skip
+        look_ahead = self._live.set_look_ahead(int(text))
+        self._out.event("look_ahead", f"It hears {max(look_ahead.reach_ms, 0):.0f} ms ahead now.",
+                        look_ahead_ms=look_ahead.look_ahead_ms, reach_ms=look_ahead.reach_ms)  # fmt: skip
 
     def _voice_to(self, name: str) -> None:
         try:
-            self._live.hand_voice_on(_output(name))
+            self._live.set_voice_output(_output(name))
         finally:
-            self._tell_voice()
+            self._report_voice()
 
-    def _tell_voice(self) -> None:
+    def _report_voice(self) -> None:
         to = self._voice = self._live.voice_to
         where = to or "the system's output"
-        said = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
-        self._out.event("voice", said, to=to)
+        text = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
+        self._out.event("voice", text, to=to)
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
@@ -200,12 +202,12 @@ class _Stage:
     def _say(self, error: StudioError) -> None:
         self._out.event("notice", str(error), what=error.what, remedy=error.remedy)
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
         if self._voice != self._live.voice_to:  # the output went away, or came back
-            self._tell_voice()
+            self._report_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.event("pose", **self._live.pose_facts())
@@ -213,24 +215,25 @@ class _Stage:
         if not self._measured and late > 0 and now - self._began > SETTLED_S:
             self._measured = True
             offset = self._live.facts()["sound_delay_ms"]
-            said = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."
-            self._out.event("latency", said, latency_ms=round(late, 1), sound_delay_ms=offset)
-        if now - self._told >= (TELL_S if self._out.as_json else WORDS_S):
-            self._told = now
+            text = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."
+            self._out.event("latency", text, latency_ms=round(late, 1), sound_delay_ms=offset)
+        if now - self._reported_at >= (TELL_S if self._out.as_json else WORDS_S):
+            self._reported_at = now
             facts = self._live.facts()
             self._out.passing("state", self._live.words(), **facts, targets=self._targets.facts())
 
-    def _tell_ready(self) -> None:
+    def _report_ready(self) -> None:
         live = self._live
-        heard = live.performance.hearing
+        look_ahead = live.performance.look_ahead
         self._out.event(
             "ready",
-            f"{live.run} performs {live.performance.source.name}: it hears {max(heard.reach_ms, 0):.0f} ms"
+            f"{live.run} performs {live.performance.source.name}: it hears"
+            f" {max(look_ahead.reach_ms, 0):.0f} ms"
             " ahead. Write mute, freeze, neutral or stop and press Enter; Ctrl+C ends it.",
             **live.ready_facts(),
         )
 
-    def _tell_done(self) -> None:
+    def _report_done(self) -> None:
         facts, targets = self._live.performance.facts, self._targets.facts()
         sent = sum(one["sent"] for one in targets)
         self._out.done(
@@ -266,19 +269,19 @@ def _check_voice(args: argparse.Namespace) -> None:
         return
     if args.file is not None:
         raise RequestError("A file is heard in time with the avatar already.", "Leave --voice-to out.")
-    from studio.capture.audio import find_output
+    from studio.capture.microphone import find_output
 
     find_output(to)
 
 
 def _output(name: str) -> str | None:
-    """An output as `Live` knows it, by the name people give it: none, default, or its own."""
+    """An output as `LivePerformance` knows it, by the name people give it: none, default, or its own."""
     return None if name in ("", NOWHERE) else "" if name == DEFAULT else name
 
 
 def _usual(args: argparse.Namespace) -> Destination:
-    from studio.capture.vmc import SendOptions
-    from studio.playback.vmc_target import Destination
+    from studio.vmc.encode import SendOptions
+    from studio.vmc.sender import Destination
 
     options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
     return Destination(fps=args.fps, options=options)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from studio.cli._export_args import add_force, check_free
 from studio.cli._output import Output
-from studio.cli._target import add_force, check_free
 
 HELP = "put a whole project, or one run, into one file"
 EXAMPLE = "saia pack MyProject -o MyProject.zip"
@@ -22,15 +22,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Pack it; only reads the project."""
-    from studio.archive import pack
+    from studio.capture.recovery import left_behind
+    from studio.cli._project import opened, recover_takes
+    from studio.project.archive import pack
 
     check_free([args.out.absolute()], args.force)
     if args.run is not None:
-        from studio.cli._project import opened
         from studio.training.run_file import pack_run
 
         path = pack_run(opened(args.project, out).run(args.run), args.out.absolute())
         out.done(f"{args.run} is in {path}.", files=[path])
         return
+    recover_takes(args.project, out)
+    for left in left_behind(args.project / "takes"):
+        text = f"{left.name} is no take yet; its recording is packed as far as it is."
+        out.warning("unfinished", text, folder=left, what=text)
     path = pack(args.project, args.out)
     out.done(f"Packed into {path}.", files=[path])

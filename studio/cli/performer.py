@@ -6,9 +6,8 @@ import argparse
 import queue
 from pathlib import Path
 
-from studio.cli._output import Output
-from studio.cli._stop import stop_wishes
-from studio.cli._words import address, counted
+from studio.cli._output import Output, address, counted
+from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 
 HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
@@ -58,23 +57,23 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
     host, port = address(args.to)
     if args.seed < 0:
         raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
-    said: queue.SimpleQueue[str] = queue.SimpleQueue()
+    lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     broadcast = Broadcast(
         host, port, args.fps, _device(args.device), args.seed, not args.unbundled, args.jitter, args.loss,
-        seconds=args.seconds, voice_source=args.voice, on_line=said.put,
+        seconds=args.seconds, voice_source=args.voice, on_line=lines.put,
     )  # fmt: skip
-    told = ""
+    reported = ""
     broadcast.start()
     out.event("started", f"Performing to {host}:{port}. Ctrl+C ends it.", host=host, port=port, fps=args.fps)
     try:
-        with stop_wishes() as stop:
-            while not stop.is_set() and (not broadcast.wait(_LOOK_S) or not said.empty()):
-                while not said.empty():
-                    text = said.get()
+        with stop_requests() as stop:
+            while not stop.is_set() and (not broadcast.wait(_LOOK_S) or not lines.empty()):
+                while not lines.empty():
+                    text = lines.get()
                     out.event("line", f"  {text}", text=text, t=round(broadcast.position, 3))
-                if broadcast.problem != told:
-                    told = broadcast.problem
-                    out.event("problem", told, what=told)
+                if broadcast.problem != reported:
+                    reported = broadcast.problem
+                    out.event("problem", reported, what=reported)
     finally:
         broadcast.stop()
     if broadcast.error is not None:
@@ -106,12 +105,13 @@ def _sample(folder: Path, out: Output) -> None:
 
 
 def _bundle(folder: Path, out: Output) -> None:
+    from studio.files.disk import size_text
     from studio.paths import resource
     from studio.performer import bundle
 
     files = bundle.make(resource("performer") if folder == Path() else folder)
     size = sum(path.stat().st_size for path in files)
-    out.done(f"{counted(len(files) - 1, 'clip')}, {size / 1e6:.2f} MB in all.", files=list(files), bytes=size)
+    out.done(f"{counted(len(files) - 1, 'clip')}, {size_text(size)} in all.", files=list(files), bytes=size)
 
 
 def _device(text: str | None) -> str | int | None:

@@ -7,17 +7,16 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output
+from studio.cli._export_args import add_tune, tuning_of
+from studio.cli._output import Output, address, counted
+from studio.cli._project import check_sound, recover_takes
 from studio.cli._run import as_request
-from studio.cli._source import check_sound
-from studio.cli._tune import add_tune, tuning_of
-from studio.cli._words import address, counted
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
     from studio.motion import Motion
     from studio.playback.player import Player
-    from studio.playback.vmc_target import VmcTarget
+    from studio.vmc.sender import VmcTarget
 
 HELP = "send a motion to an avatar program, in time with its sound"
 EXAMPLE = "saia play MyProject/takes/Hello_001 --to 127.0.0.1:39540"
@@ -58,7 +57,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
     if args.audio is not None:
         check_sound(args.audio)
-    tuning = tuning_of(args, _project_of(args.motion))
+    project = _project_of(args.motion)
+    if project is not None:
+        recover_takes(project, out)
+    tuning = tuning_of(args, project)
     with as_request():
         motion, sound = _load(args.motion, args.audio)
         duration = float(motion.times[-1]) if len(motion) else 0.0
@@ -92,8 +94,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _start_targets(
     args: argparse.Namespace, addresses: list[tuple[str, int]], motion: Motion, player: Player
 ) -> list[VmcTarget]:
-    from studio.capture.vmc import SendOptions
-    from studio.playback.vmc_target import Destination, PoseSource, VmcTarget
+    from studio.vmc.encode import SendOptions
+    from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
     options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
     source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
@@ -107,20 +109,20 @@ def _start_targets(
 
 def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
     """Wait for the end, saying once a second how it goes and once each what is wrong."""
-    said: set[str] = set()
+    reported: set[str] = set()
     following = time.monotonic()
     going = True
     while going:
         going = player.playing  # one look more after the end: a short play may be over before the first
         time.sleep(0.05)
         for problem in [target.state.problem for target in targets]:
-            if problem is not None and problem.what not in said:
-                said.add(problem.what)
+            if problem is not None and problem.what not in reported:
+                reported.add(problem.what)
                 out.event("notice", str(problem), what=problem.what, remedy=problem.remedy)
         if time.monotonic() - following >= REPORT_SECONDS:
             following = time.monotonic()
             states = [target.state for target in targets]
-            lights = [str(state.light) for state in states]
+            lights = [str(state.status) for state in states]
             out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
 
 
@@ -134,7 +136,7 @@ def _project_of(motion: Path) -> Path | None:
 def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
     """The motion of a take's folder or of a file, and the sound to play with it."""
     from studio import formats
-    from studio.motion.mend import mended
+    from studio.motion.sanitize import sanitized
     from studio.take.folder import load_take
     from studio.take.motion_file import read_motion
 
@@ -144,7 +146,7 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
         take = load_take(path)
         if take.motion_path is None:
             raise RequestError(f"The take {take.id} holds no motion.", "Choose a take with motion.")
-        return mended(read_motion(take.motion_path))[0], audio or take.audio_path
+        return sanitized(read_motion(take.motion_path))[0], audio or take.audio_path
     reader = formats.reader_for(path)
     if reader is not None:
         found = reader.read(path)

@@ -8,12 +8,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output
-from studio.cli._stop import stop_wishes
-from studio.cli._words import counted
+from studio.cli._output import Output, counted
+from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
+    from studio.capture.cut_off import CutOff
     from studio.capture.recorder import Recorder
     from studio.capture.snapshot import Snapshot
     from studio.take.take import Take
@@ -23,6 +23,8 @@ EXAMPLE = "saia record MyProject --slate Hello --seconds 60"
 _LOOK_S = 0.05
 _TELL_S = 0.5
 _SETTLE_S = 3.0
+_SHORT_S = 1.0
+"""A take that ends so much before its time was not ended by the time being up."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,10 +42,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="the microphone by name, or none",
     )
+    parser.epilog = (
+        f"{parser.epilog}. Exit code 0: the take is whole. 1: it was cut off (full disk, vanished folder, "
+        "lost microphone), or there is none; the last sentence says why, and where lies what could be kept."
+    )
 
 
-def run(args: argparse.Namespace, out: Output) -> None:
+def run(args: argparse.Namespace, out: Output) -> int:
     """Record one take and add it to the project.
+
+    Returns:
+        The exit code: 1 for a take that was cut off.
 
     Raises:
         RequestError: an option makes no sense.
@@ -56,19 +65,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise RequestError(f"{args.seconds:g} is no length of a take.", "Give seconds from 0 to 86400.")
     if port is None and args.device == "none":
         raise RequestError("There is nothing to record.", "Give a port or a microphone.")
-    from studio.capture.recorder import Recorder, recover
+    from studio.capture.recorder import Recorder
     from studio.cli._project import opened_or_made
 
     with opened_or_made(args.project, out) as project:
-        for take in recover(project.takes_folder):
-            out.event("recovered", f"Recovered {take.id} from an earlier session.", take=take.id)
         recorder = Recorder(project.takes_folder)
         try:
             take, last = _record(recorder, args, port, out)
         finally:
             recorder.close()
         project.refresh()
-    _report(take, last, out)
+    _report(take, last, args.seconds, recorder.cut_off, out)
+    return 1 if recorder.cut_off is not None else 0
 
 
 def _port(text: str) -> int | None:
@@ -87,7 +95,7 @@ def _record(
     if args.device != "none":
         recorder.open_audio(args.device or None)
         _wait_for_sound(recorder)
-    with stop_wishes() as stop:
+    with stop_requests() as stop:
         recorder.start(args.slate)
         begun = recorder.snapshot()
         where = f"port {begun.port}" if begun.port is not None else "no motion"
@@ -104,15 +112,15 @@ def _record(
 
 def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, out: Output) -> None:
     """Tell how it goes until the time is up, somebody wishes to stop, or nothing more can be written."""
-    told, said = 0.0, set[str]()
+    reported_at, reported = 0.0, set[str]()
     while not stop.wait(_LOOK_S):
         now = recorder.snapshot()
         if seconds is not None and now.elapsed >= seconds:
             return
         ended = now.state != "rolling"  # by itself: the disk takes no more
-        if ended or now.elapsed - told >= _TELL_S:
-            told = now.elapsed
-            _tell(now, said, out)
+        if ended or now.elapsed - reported_at >= _TELL_S:
+            reported_at = now.elapsed
+            _tell(now, reported, out)
         if ended:
             return
 
@@ -124,7 +132,7 @@ def _wait_for_sound(recorder: Recorder) -> None:
         time.sleep(0.01)
 
 
-def _tell(now: Snapshot, said: set[str], out: Output) -> None:
+def _tell(now: Snapshot, reported: set[str], out: Output) -> None:
     out.event(
         "state",
         state=now.state,
@@ -134,33 +142,58 @@ def _tell(now: Snapshot, said: set[str], out: Output) -> None:
         frames_lost=now.frames_lost,
         packets=now.packets,
         packets_bad=now.packets_bad,
+        packets_lost=now.packets_lost,
+        packets_refused=now.packets_refused,
+        refused_per_s=round(now.refused_per_s),
+        frames_thinned=now.frames_thinned,
         audio_seconds=round(now.audio_seconds, 3),
         peak_dbfs=round(now.peak_dbfs, 1),
         problems=[{"what": what, "remedy": remedy} for what, remedy in now.problems],
     )
     for what, remedy in now.problems:
         # Counting sentences change with each count; a person needs each of them once.
-        kind = "".join(c for c in what if not c.isdigit())
-        if kind not in said:
-            said.add(kind)
+        kind = "".join(c for c in what if not c.isdigit() and c != ",")
+        if kind not in reported:
+            reported.add(kind)
             if not out.as_json:
                 out.event("problem", f"{what} {remedy}")
 
 
-def _report(take: Take, last: Snapshot, out: Output) -> None:
+def _not_in_it(take: Take, last: Snapshot, asked: float | None) -> str:
+    """What a take lacks of what was sent and asked for, in sentences."""
+    from studio.capture.health import losses
+
+    found = losses(take.info)
+    if asked is not None and last.elapsed >= asked and take.info.duration < asked - _SHORT_S:
+        found += (f"Nothing came in after {take.info.duration:.1f} s of the {asked:g} s asked for.",)
+    return "".join(f" {sentence}" for sentence in found)
+
+
+def _report(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None, out: Output) -> None:
+    """The last sentence; a recording that was cut off did not get to what was asked for."""
+    from studio.capture.health import counter
+
     info = take.info
+    why = f" It was cut off. {cut.what} {cut.remedy}" if cut is not None else ""
+    asked = asked if cut is None else None
+    lacks = why + _not_in_it(take, last, asked)
     out.done(
         f"Saved {take.id}: {info.duration:.1f} s, {counted(info.frames, 'frame')}"
-        f" ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.",
+        f" ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.{lacks}",
         take=take.id,
         seconds=round(info.duration, 3),
         frames=info.frames,
         frames_lost=info.frames_lost,
         packets=info.packets,
         packets_bad=info.packets_bad,
+        **{key: counter(info, key) for key in ("packets_lost", "packets_refused", "frames_thinned")},
+        seconds_asked=asked,
         audio_seconds=round(info.audio_seconds, 3),
         drift_ppm=info.drift_ppm,
         fps=info.fps,
+        cut_off=cut is not None,
+        reason=cut.reason if cut is not None else None,
+        folder=take.folder,
         notes=list(info.notes),
         problems=[{"what": what, "remedy": remedy} for what, remedy in last.problems],
     )

@@ -49,23 +49,25 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     Raises:
         StudioError: the run cannot generate, or there is nothing to hold it against.
     """
-    from studio.cli.evaluate import choose_ground
     from studio.dataset.suggest import keep_worst, worst_spans
-    from studio.generate import load_predictor
-    from studio.take.sound import Sound
-    from studio.training.metrics_evaluate import pair
-    from studio.training.metrics_worst import frame_errors
+    from studio.evaluation.evaluation_set import choose_evaluation_set
+    from studio.evaluation.figures import pair
+    from studio.inference.offline import load_predictor
+    from studio.metrics.scores import frame_errors
+    from studio.sound.sound_file import Sound
 
     used = [s.id for s, _ in project.selected() if s.split]
-    ground = choose_ground(project, used or None, "train", out)
+    evaluation_set = choose_evaluation_set(project, used or None, "train", out.note)
     predictor = load_predictor(chosen.folder)
     rate = predictor.model.recipe.sound.sample_rate
     pairs = {}
-    for count, material in enumerate(ground.material, 1):
+    for count, material in enumerate(evaluation_set.material, 1):
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
         pairs[material.selection.id] = pair(predictor.generate_samples(sound.mono()), material)
-        out.event("measured", take=material.selection.id, fraction=count / len(ground.material))
-    start = {material.selection.id: max(material.selection.in_point, 0.0) for material in ground.material}
+        out.event("measured", take=material.selection.id, fraction=count / len(evaluation_set.material))
+    start = {
+        material.selection.id: max(material.selection.in_point, 0.0) for material in evaluation_set.material
+    }
     errors = {name: (times + start[name], error) for name, (times, error) in frame_errors(pairs).items()}
     spans = worst_spans(errors)
     keep_worst(chosen.folder, spans)

@@ -5,18 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import sys
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio import stage
+from studio import launch, virtual_devices
 from studio.cli._output import Output
 from studio.errors import RequestError, StudioError
 
 if TYPE_CHECKING:
-    from studio.ui.tour import Step
+    from studio.ui.tour import TourStep
 
 HELP = "the whole job through the real window, with screenshots; also the self-check"
 EXAMPLE = "saia tour --out tour"
@@ -48,7 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _say(step: Step, out: Output) -> None:
+def _say(step: TourStep, out: Output) -> None:
     line = f"{'ok  ' if step.ok else 'FAIL'} {step.seconds:6.1f} s  {step.name}"
     out.event("step", f"{line}: {step.what}" if step.what else line, **asdict(step))
 
@@ -56,10 +55,10 @@ def _say(step: Step, out: Output) -> None:
 @contextlib.contextmanager
 def _screen(out: Output) -> Iterator[None]:
     """A screen to draw on: the real one, else a virtual one."""
-    if stage.has_screen():
+    if virtual_devices.has_screen():
         yield
         return
-    with stage.virtual_screen() as display:
+    with virtual_devices.virtual_screen() as display:
         out.event("note", "There is no screen: using a virtual one.", display=display)
         os.environ["DISPLAY"] = display
         yield
@@ -71,12 +70,12 @@ def _sound(out: Output) -> Iterator[None]:
     if _has_microphone():
         yield
         return
-    if not stage.sound_available():
+    if not virtual_devices.sound_available():
         raise StudioError(
             "There is no sound device and no virtual one.",
             "Connect a microphone, or install the package pulseaudio.",
         )
-    with stage.virtual_sound() as environment:
+    with virtual_devices.virtual_sound() as environment:
         out.event("note", "There is no sound device: using a virtual one.", **environment)
         os.environ.update(environment)
         try:
@@ -100,4 +99,5 @@ def _has_microphone() -> bool:
         "import sounddevice, sys; "
         "sys.exit(not any(d['max_input_channels'] > 0 for d in sounddevice.query_devices()))"
     )
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+    command, variables = launch.python("-c", code), launch.environment()
+    return subprocess.run(command, capture_output=True, env=variables, check=False).returncode == 0

@@ -20,16 +20,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from studio.cli._cache import keep_small
-from studio.cli._output import Output, silence_stdout
-from studio.cli._stop import wait_until_alone
-from studio.cli._words import counted
+from studio.cli._output import Output, counted, silence_stdout
+from studio.cli._project import trim_cache
+from studio.cli._stdin import wait_until_alone
 from studio.errors import RequestError
+from studio.ipc import commands
+from studio.ipc.commands import STOP
 
 if TYPE_CHECKING:
+    from studio.ipc.events import EpochEvent, StartedEvent, StepEvent
     from studio.project import Project, Run
-    from studio.training.events import Epoch, Event, Started, Step
-    from studio.training.loop_board import Board
+    from studio.training.events import Event
+    from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
 HELP = "train a network on the takes marked for training"
@@ -64,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Train until done, or until a line "stop" on standard input; Ctrl+C keeps what there is, too."""
     from studio.cli._project import opened
-    from studio.training.loop_board import Board, must_be_installed
+    from studio.training.loop.run_folder import Board, must_be_installed
 
     if args.list:
         _list(args, out)
@@ -76,17 +78,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
-    stop = StopWish(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
+    stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.passing("preparing", "Reading the takes ...")
     board = Board() if args.tensorboard else None
     finished = _trained(project, recipe, resume, out, stop, board)
     # Torch takes seconds to load: what was wrong with the request was said before.
-    from studio.training.loop_setup import is_first_process
+    from studio.training.loop.setup import is_first_process
 
     if not is_first_process():
         return
     _measure_look_aheads(project, finished, out, stop)
-    keep_small(project)
+    trim_cache(project)
     report = finished.report or {}
     stopped = report.get("status") == "stopped"
     seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
@@ -102,26 +104,26 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: StopWish) -> None:
+def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: StopRequest) -> None:
     """How good the run is at each look-ahead that Live offers, kept in its report."""
     from studio.cli._look_aheads import after_training
 
     if finished.has_weights:
         with _ended_as_by_ctrl_c():
-            after_training(project, finished, out, stop.asked_again())
+            after_training(project, finished, out, stop.requested_again())
 
 
 def _trained(
-    project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopWish, board: Board | None
+    project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
 ) -> Run:
-    from studio.training.events import Started
-    from studio.training.loop import train
+    from studio.ipc.events import StartedEvent
+    from studio.training.loop.train import train
 
     name = ""
 
     def on_event(event: Event) -> None:
         nonlocal name
-        name = event.run if isinstance(event, Started) else name
+        name = event.run if isinstance(event, StartedEvent) else name
         if board is not None:
             board(event)
         _tell(event, out, stop)
@@ -175,9 +177,9 @@ def _settled(recipe: Recipe) -> Recipe:
     """The recipe, knowing the speech encoder it names; said before torch and the takes are loaded."""
     from dataclasses import replace
 
-    from studio.features.encoders import settled
+    from studio.features.encoders import with_resolved_encoder
 
-    return replace(recipe, sound=settled(recipe.sound))
+    return replace(recipe, sound=with_resolved_encoder(recipe.sound))
 
 
 def _list(args: argparse.Namespace, out: Output) -> None:
@@ -196,7 +198,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     out.done(recipes=[info.name for info in found])
 
 
-class StopWish:
+class StopRequest:
     """Whether somebody asked for a good end: a line "stop" on standard input, or the parent is gone.
 
     The window keeps our standard input open; its end means the window died. A script that gives us
@@ -216,11 +218,11 @@ class StopWish:
         """Whether to stop now."""
         return self._asked > 0
 
-    def ask(self) -> None:
+    def request(self) -> None:
         """Stop as soon as it can end well."""
         self._asked += 1
 
-    def asked_again(self) -> Callable[[], bool]:
+    def requested_again(self) -> Callable[[], bool]:
         """Tells whether somebody asks from now on: what follows a stopped training can be stopped as well."""
         before = self._asked
         return lambda: self._asked > before
@@ -229,46 +231,54 @@ class StopWish:
         parent = os.getppid()
         try:
             for line in iter(sys.stdin.readline, ""):
-                if line.strip().lower() == "stop":
-                    self.ask()
+                if commands.read(line.lower()) == STOP:
+                    self.request()
         except (OSError, ValueError):  # closed under us: the same as its end
             pass
         if self._watched and wait_until_alone(parent, threading.Event()):
-            self.ask()
+            self.request()
 
 
-def _tell(event: Event, out: Output, stop: StopWish) -> None:
+def _tell(event: Event, out: Output, stop: StopRequest) -> None:
     try:
         _print(event, out)
     except BrokenPipeError:  # the window died: what was learnt is kept, nobody reads what is said
         silence_stdout()
-        stop.ask()
+        stop.request()
 
 
 def _print(event: Event, out: Output) -> None:
     from dataclasses import asdict
 
-    from studio.training.events import Cleaning, Epoch, Listening, Note, OutOfMemory, Started, Step
+    from studio.ipc.events import (
+        CleaningEvent,
+        EpochEvent,
+        ListeningEvent,
+        NoteEvent,
+        OutOfMemoryEvent,
+        StartedEvent,
+        StepEvent,
+    )
 
-    if isinstance(event, Epoch):
+    if isinstance(event, EpochEvent):
         out.event("epoch", _epoch_line(event), **event.as_dict())
-    elif isinstance(event, Note):
+    elif isinstance(event, NoteEvent):
         out.event("note", event.text, text=event.text)
-    elif isinstance(event, Started):
+    elif isinstance(event, StartedEvent):
         out.event("started", _start_line(event), **asdict(event))
-    elif isinstance(event, Cleaning):
+    elif isinstance(event, CleaningEvent):
         text = f"Cleaning the sound of {event.take} {event.fraction:4.0%}"
         out.passing("cleaning", text, **asdict(event))
-    elif isinstance(event, Listening):
+    elif isinstance(event, ListeningEvent):
         text = f"Listening to {event.take}, {event.number} of {event.of}"
         out.passing("listening", text, **asdict(event))
-    elif isinstance(event, Step):
+    elif isinstance(event, StepEvent):
         out.passing("step", _step_line(event), **asdict(event))
-    elif isinstance(event, OutOfMemory):
+    elif isinstance(event, OutOfMemoryEvent):
         out.event("out_of_memory", "", **asdict(event))
 
 
-def _start_line(event: Started) -> str:
+def _start_line(event: StartedEvent) -> str:
     line = (
         f"{event.run}: {counted(len(event.train), 'take')}, {counted(event.frames, 'frame')}, validated on "
         f"{', '.join(event.val)}; {counted(event.parameters, 'parameter')} on {event.device}.\n{_LEGEND}"
@@ -277,7 +287,7 @@ def _start_line(event: Started) -> str:
     return f"{line}\n{titles}  left"
 
 
-def _epoch_line(event: Epoch) -> str:
+def _epoch_line(event: EpochEvent) -> str:
     def figure(name: str, width: int, digits: int) -> str:
         value = event.val.get(name)
         return f"{'-':>{width}}" if value is None else f"{value:>{width}.{digits}f}"
@@ -292,7 +302,7 @@ def _epoch_line(event: Epoch) -> str:
     )
 
 
-def _step_line(event: Step) -> str:
+def _step_line(event: StepEvent) -> str:
     return f"{event.epoch:>4}/{event.of:<4}  step {event.step} of {event.steps}, {_clock(event.eta_s)} left"
 
 

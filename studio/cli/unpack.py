@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studio.cli._output import Output
+from studio.cli._output import Output, counted
 
 HELP = "make a project folder of a packed zip, or bring a packed run into a project"
 EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"
@@ -19,14 +19,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Unpack it; a bad zip leaves nothing behind."""
-    from studio.archive import unpack
+    from studio.project.archive import unpack
     from studio.training.run_file import is_run_file
 
     if args.zip.is_file() and is_run_file(args.zip):
         _bring_in(args, out)
         return
-    folder = unpack(args.zip, args.folder)
-    out.done(f"Unpacked into {folder}.", project=folder)
+    made = unpack(args.zip, args.folder)
+    rest = f" Left out: {counted(made.left_out, 'file')} that no project holds." if made.left_out else ""
+    out.done(f"Unpacked into {made.folder}.{rest}", project=made.folder, left_out=made.left_out)
 
 
 def _bring_in(args: argparse.Namespace, out: Output) -> None:

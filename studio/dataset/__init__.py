@@ -1,4 +1,22 @@
-"""Takes chosen and marked for training: choices apart from recordings."""
+"""Takes chosen and marked for training: choices apart from recordings.
+
+align        Offsets between sound and motion, as a choice: by mouth and voice or by claps, take by take
+balance      Dividing selections among train, val and test: each gets its share of the seconds and of every
+             label
+card_page    The data card as one HTML file: pictures drawn inside it, nothing fetched from anywhere
+data_card    What a dataset holds, counted: minutes by performer, emotion, label and split, channels that
+             move, grades
+dataset      The choices made about takes: in and out points, offsets, labels, split. All values are frozen
+edits        What a person can do to the choices: pure functions Dataset -> Dataset
+history      Undo and redo by keeping the old value, and dataset.json with the steps that undo can take
+label_files  Labels to and from other programs' files (Audacity, Praat, ELAN), and vocabularies to label
+             with
+material     What a selection gives to learn from: its sound and its motion, both from the in point on
+pauses       One take cut into many where nobody speaks: which spans stay, and the edit that makes parts of
+             them
+relink       Files of takes that are missing: found again in another folder, by name and by what is in them
+suggest      Suggestions of likely bad takes and spans, worst first, to be looked at and excluded
+"""
 
 from studio.dataset.dataset import Dataset, Label, Selection
 

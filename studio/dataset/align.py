@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from studio.dataset import edits
 from studio.dataset.dataset import Dataset
+from studio.sound.sound_file import sound_blocks
 from studio.take.clap import clap_offset
 from studio.take.lag import Alignment, find_offset, level_of, power, voice_offset
 from studio.take.motion_file import read_motion
-from studio.take.sound import sound_blocks
 from studio.take.take import Take
 
 __all__ = ["SURE", "Alignment", "By", "align_takes", "find_offset", "take_offset"]
@@ -37,11 +37,11 @@ def take_offset(take: Take, by: By = "mouth") -> Alignment | None:
     if take.audio_path is None or take.motion_path is None:
         return None
     motion = read_motion(take.motion_path)
-    heard = heard_power(take.audio_path)
-    return clap_offset(heard, motion) if by == "clap" else voice_offset(level_of(heard), motion)
+    audio_power = power_of_sound(take.audio_path)
+    return clap_offset(audio_power, motion) if by == "clap" else voice_offset(level_of(audio_power), motion)
 
 
-def heard_power(sound: Path) -> NDArray[np.float64]:
+def power_of_sound(sound: Path) -> NDArray[np.float64]:
     """Mean square of a sound in each hundredth of a second (K,), in bounded memory."""
     rest = np.zeros(0, np.float32)
     parts: list[NDArray[np.float64]] = []

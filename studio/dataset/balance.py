@@ -126,7 +126,7 @@ def _divided(takes: dict[str, float], locked: set[str], shares: Mapping[str, flo
 def _by_label(
     amounts: Floats, names: list[str], where: dict[str, str], locked: set[str], shares: Mapping[str, float]
 ) -> dict[str, str]:
-    """The same division with takes moved and swapped while that brings labels nearer to their shares.
+    """A division with takes moved and swapped while that brings labels nearer to their shares.
 
     `amounts` are the takes' (by name) shares of seconds and labels, (takes, 1 + labels).
     """

@@ -7,8 +7,8 @@ from html import escape
 from pathlib import Path
 
 from studio import __version__
-from studio.dataset.data_card import BONE_MOVES, SHAPE_MOVES, CardFacts, Channel
-from studio.take import safe_file
+from studio.dataset.data_card import BONE_MOVES, SHAPE_MOVES, CardFacts, ChannelActivity
+from studio.files import atomic
 
 MOST_CHANNELS = 40
 """Bars of channels that move; the rest is named in a line."""
@@ -44,7 +44,7 @@ def write_card(path: Path, facts: CardFacts, made: str) -> Path:
     Raises:
         StudioError: it cannot be written.
     """
-    with safe_file.written(path) as beside:
+    with atomic.written(path) as beside:
         beside.write_text(card_html(facts, made), encoding="utf-8", newline="\n")
     return path
 
@@ -152,7 +152,7 @@ def _grades(facts: CardFacts) -> str:
     return _section("Grades", _bars(bars), note + (f" {unchecked} not checked." if unchecked else ""))
 
 
-def _channels(title: str, channels: Sequence[Channel], unit: str, least: float) -> str:
+def _channels(title: str, channels: Sequence[ChannelActivity], unit: str, least: float) -> str:
     if not channels:
         return ""
     moving = [c for c in channels if c.moves]

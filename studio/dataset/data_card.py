@@ -33,7 +33,7 @@ Count = TypeVar("Count", int, float)
 
 
 @dataclass(frozen=True)
-class Channel:
+class ChannelActivity:
     """How much one channel moves over all takes that have it.
 
     Args:
@@ -81,7 +81,7 @@ class CardFacts:
     by_performer: tuple[tuple[str, float], ...] = ()
     by_emotion: tuple[tuple[str, float], ...] = ()
     by_label: tuple[tuple[str, str, int, float], ...] = ()
-    channels: tuple[Channel, ...] = ()
+    channels: tuple[ChannelActivity, ...] = ()
     motion_rates: tuple[tuple[int, float], ...] = ()
     sound_rates: tuple[tuple[int, float], ...] = ()
     grades: tuple[tuple[str, int], ...] = ()
@@ -185,7 +185,7 @@ def _emotions(selection: Selection, duration: float, seconds: float) -> Seconds:
 
 def _channels(
     takes: Sequence[Take], on_progress: Callable[[float], None]
-) -> tuple[tuple[Channel, ...], tuple[str, ...]]:
+) -> tuple[tuple[ChannelActivity, ...], tuple[str, ...]]:
     sums: dict[tuple[str, bool], tuple[float, float, int]] = {}
     unread: list[str] = []
     for count, take in enumerate(takes, 1):
@@ -200,7 +200,7 @@ def _channels(
                     sums[key] = (before[0] + total, before[1] + frames, before[2] + 1)
         on_progress(count / len(takes))
     found = [
-        Channel(name, is_bone, float(np.sqrt(total / max(frames, 1.0))), takes_)
+        ChannelActivity(name, is_bone, float(np.sqrt(total / max(frames, 1.0))), takes_)
         for (name, is_bone), (total, frames, takes_) in sums.items()
     ]
     return tuple(sorted(found, key=lambda c: (c.is_bone, -c.spread, c.name))), tuple(unread)

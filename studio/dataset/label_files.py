@@ -1,28 +1,30 @@
-"""Labels to and from the files of other programs: Audacity's label track, Praat's TextGrid, ELAN's EAF.
-
-Neither program knows our tiers as we do: Audacity has none, so a label of any tier but "sentence" is written
-as "tier: text"; in a TextGrid the spans of a tier may not overlap and moments have tiers of their own, so
-these get names like "emotion (2)" and "emotion (points)". Reading takes both back.
-"""
+"""Labels to and from other programs' files (Audacity, Praat, ELAN), and vocabularies to label with."""
 
 from __future__ import annotations
 
 import codecs
 import math
 import re
+import tomllib
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from studio.dataset import label_elan
+import numpy as np
+
 from studio.dataset.dataset import Label
 from studio.errors import RequestError, StudioError
-from studio.take import safe_file
+from studio.files import atomic
+from studio.paths import resource
 
 TIERS = ("sentence", "emotion", "gesture", "vowel", "problem")
 """The tiers every project has; a person may add others."""
 SUFFIXES = (".txt", ".textgrid", ".eaf")
 LARGEST_BYTES = 64 << 20
+_SENSELESS = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 _SAVE_AGAIN = "Export the labels again, as an Audacity label track (.txt), a Praat TextGrid or an ELAN .eaf."
 
 
@@ -71,11 +73,11 @@ def write_labels(path: Path, labels: Iterable[Label], duration: float) -> None:
     if not labels:
         raise RequestError("There are no labels to export.", "Label something first.")
     if path.suffix.lower() == ".eaf":
-        with safe_file.written(path) as beside:
-            label_elan.write_eaf(beside, _lanes(labels))
+        with atomic.written(path) as beside:
+            write_eaf(beside, _lanes(labels))
         return
     text = _textgrid(labels, duration) if path.suffix.lower() == ".textgrid" else _audacity(labels)
-    with safe_file.written(path) as beside:
+    with atomic.written(path) as beside:
         beside.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -161,10 +163,10 @@ def _audacity(labels: Sequence[Label]) -> str:
 
 def _read_elan(path: Path) -> list[Label]:
     try:
-        entries = label_elan.eaf_entries(path)
+        entries = eaf_entries(path)
     except ValueError as error:
         raise StudioError(f"{path.name} is no ELAN document, or damaged.", _SAVE_AGAIN) from error
-    return [label_elan.label_of(*entry) for entry in entries]
+    return [label_of(*entry) for entry in entries]
 
 
 def _lanes(labels: Sequence[Label]) -> dict[str, list[tuple[float, float, str]]]:
@@ -172,7 +174,7 @@ def _lanes(labels: Sequence[Label]) -> dict[str, list[tuple[float, float, str]]]
     lanes: dict[str, list[tuple[float, float, str]]] = {}
     for label in labels:
         is_moment = label.duration <= 0
-        name = f"{label.tier}{label_elan.POINTS}" if is_moment else _free_lane(label, lanes)
+        name = f"{label.tier}{POINTS}" if is_moment else _free_lane(label, lanes)
         lanes.setdefault(name, []).append((label.t, label.t + label.duration, label.text))
     return lanes
 
@@ -190,7 +192,7 @@ def _read_textgrid(path: Path, text: str) -> list[Label]:
     try:
         content = textgrid_io.parseTextgridStr(text)
         found = [_label(tier["name"], entry) for tier in content["tiers"] for entry in tier["entries"]]
-    except (errors.PraatioException, ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+    except (errors.PraatioException, *_SENSELESS) as error:
         # praatio's parser trusts its input: a file cut short ends in any of these.
         raise StudioError(f"{path.name} is damaged or was cut short.", _SAVE_AGAIN) from error
     return found
@@ -243,3 +245,140 @@ def _free_lane(label: Label, lanes: Mapping[str, Sequence[tuple[Any, ...]]]) -> 
         if name not in lanes or lanes[name][-1][1] <= label.t:
             return name
         number += 1
+
+
+POINT_MS = 40
+"""How long a moment is drawn in ELAN."""
+POINTS = " (points)"
+_NUMBER = re.compile(r" \(\d+\)$")
+
+
+def eaf_entries(path: Path) -> list[tuple[str, float, float, str]]:
+    """(tier, start, end, text) of every annotation, seconds.
+
+    Raises:
+        ValueError: it is no annotation document, or damaged.
+    """
+    from pympi.Elan import Eaf
+
+    try:
+        _refuse_doctype(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions it does not know
+            document = Eaf(str(path))
+        times = _times(document.timeslots)
+        found = []
+        for tier in document.tiers:
+            found += _entries(document, tier, times)
+    except Exception as error:
+        # pympi trusts its input and itself raises plain Exception: a damaged file ends in anything.
+        raise ValueError(str(error)) from error
+    return found
+
+
+def _refuse_doctype(path: Path) -> None:
+    """Exception where a document declares a type, in whatever encoding and however late, or is no XML.
+
+    ELAN writes none, and what one declares can swell a small file to fill the memory.
+    """
+    from xml.parsers import expat
+
+    def refuse(*_: object) -> None:
+        raise ValueError("doctype")
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = refuse
+    with path.open("rb") as file:
+        parser.ParseFile(file)
+
+
+def write_eaf(path: Path, lanes: Mapping[str, Sequence[tuple[float, float, str]]]) -> None:
+    """Write annotations.
+
+    Args:
+        path: the file.
+        lanes: (start, end, text) by tier in order of time, seconds, none overlapping; an empty span is a
+            moment.
+    """
+    from pympi.Elan import Eaf, to_eaf
+
+    document = Eaf(author="Saia Studio")
+    document.remove_tier("default")
+    for tier, entries in lanes.items():
+        document.add_tier(tier)
+        for i, (start, end, text) in enumerate(entries):
+            first, last = round(start * 1000), round(end * 1000)
+            if last <= first:
+                room = round(entries[i + 1][0] * 1000) - first if i + 1 < len(entries) else POINT_MS
+                last = first + max(min(POINT_MS, room), 1)
+            document.add_annotation(tier, first, last, text)
+    to_eaf(str(path), document)
+
+
+def label_of(tier: str, start: float, end: float, text: str) -> Label:
+    """One annotation as a label."""
+    if tier.endswith(POINTS):
+        return Label(start, 0.0, tier.removesuffix(POINTS), text)
+    return Label(start, max(end - start, 0.0), _NUMBER.sub("", tier), text)
+
+
+def _times(slots: Mapping[str, int | None]) -> dict[str, float]:
+    """Seconds of every time slot; one without a time stands evenly between its neighbours."""
+    values = np.array([np.nan if value is None else value / 1000 for value in slots.values()])
+    known = np.flatnonzero(np.isfinite(values))
+    if len(values) and not len(known):
+        raise ValueError("no times")
+    filled = np.interp(np.arange(len(values)), known, values[known]) if len(values) else values
+    return dict(zip(slots, filled.tolist(), strict=True))
+
+
+def _entries(document: Any, tier: str, times: Mapping[str, float]) -> list[tuple[str, float, float, str]]:
+    aligned, referring = document.tiers[tier][:2]
+    spans = [(times[a], times[b], text) for a, b, text, *_ in aligned.values()]
+    for target, text, *_ in referring.values():
+        first, last = _span(document, target, times)
+        spans.append((first, last, text))
+    return [(tier, start, end, text or "") for start, end, text in spans]
+
+
+def _span(document: Any, annotation: str, times: Mapping[str, float]) -> tuple[float, float]:
+    """Where an annotation stands that others refer to, or that itself refers to another."""
+    for _ in range(64):
+        aligned, referring = document.tiers[document.annotations[annotation]][:2]
+        if annotation in aligned:
+            return times[aligned[annotation][0]], times[aligned[annotation][1]]
+        annotation = referring[annotation][0]
+    raise ValueError("annotations refer to one another in a circle")
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """One set of words.
+
+    Args:
+        name: its file's name.
+        title: what people see, in its own language.
+        language: "en" or "ja".
+        words: by tier, in the order of the keys 1 to 9.
+    """
+
+    name: str
+    title: str
+    language: str
+    words: tuple[tuple[str, tuple[str, ...]], ...]
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """Its words as settings keep them: "tier=word"."""
+        return tuple(f"{tier}={word}" for tier, words in self.words for word in words)
+
+
+@cache
+def vocabularies() -> tuple[Vocabulary, ...]:
+    """All of them, by name."""
+    found = []
+    for path in sorted(resource("vocabularies").glob("*.toml")):
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        words = tuple((str(tier), tuple(map(str, some))) for tier, some in content["tiers"].items())
+        found.append(Vocabulary(path.stem, str(content["title"]), str(content["language"]), words))
+    return tuple(found)

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
 from studio.motion import Motion
-from studio.motion.mend import mended
-from studio.take.cleaned import clean, kept_clean
+from studio.motion.sanitize import sanitized
+from studio.sound.sound_file import Sound, read_span
+from studio.take.cleaned import cached_clean, clean
 from studio.take.motion_file import read_motion
-from studio.take.sound import Sound, read_span
 from studio.take.take import Take
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class TrainingMaterial:
     """The used part of a take.
 
     Args:
@@ -51,7 +51,7 @@ def load_material(
     take: Take,
     sample_rate: int | None = None,
     on_cleaning: Callable[[float], None] = lambda done: None,
-) -> Material:
+) -> TrainingMaterial:
     """Read the part of a take that a selection uses; cleaned sound that is not there yet is made first.
 
     Args:
@@ -68,15 +68,15 @@ def load_material(
     end = max(end, start)
     heard = Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
     if take.audio_path is not None:
-        made = kept_clean(take.audio_path, selection.clean)
+        made = cached_clean(take.audio_path, selection.clean)
         heard = read_span(made or clean(take.audio_path, selection.clean, on_cleaning), start, end)
     sound = heard if sample_rate is None else heard.resampled(sample_rate)
     motion = Motion.build([])
     if take.motion_path is not None:
-        whole = mended(read_motion(take.motion_path))[0].shifted(selection.offset)
+        whole = sanitized(read_motion(take.motion_path))[0].shifted(selection.offset)
         # The frame at the very end belongs to it: a take ends with its last frame.
         motion = whole.between(start, np.nextafter(end, np.inf)).shifted(-start)
     excluded = tuple(
         (max(a, start) - start, min(b, end) - start) for a, b in selection.excluded if b > start and a < end
     )
-    return Material(selection, sound.mono(), sound.sample_rate, motion, end - start, excluded)
+    return TrainingMaterial(selection, sound.mono(), sound.sample_rate, motion, end - start, excluded)

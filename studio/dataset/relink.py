@@ -12,18 +12,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
-
-import numpy as np
 
 from studio.dataset.dataset import Dataset
-from studio.dataset.store import is_inside
+from studio.dataset.history import is_inside
 from studio.errors import StudioError
-from studio.take import safe_file
+from studio.files import atomic, leftovers
+from studio.files.cache import read_arrays
+from studio.sound.sound_file import sound_info
 from studio.take.folder import INFO_FILE, SOUND_SUFFIXES, TRASH_FOLDER, load_take
 from studio.take.motion_file import SUFFIX as MOTION_SUFFIX
 from studio.take.motion_file import read_motion
-from studio.take.sound import sound_info
 from studio.take.take import Take
 
 AS_LONG = 0.005
@@ -52,7 +50,7 @@ class Missing:
 
 @dataclass(frozen=True)
 class Search:
-    """What came of looking for missing files.
+    """Result of a search for missing files.
 
     Args:
         found: where each is now.
@@ -120,14 +118,14 @@ def put_back(project_folder: Path, one: Missing, source: Path) -> None:
     if target.exists():
         return
     if one.name:
-        safe_file.copied(source, target)
+        atomic.copied(source, target)
         return
-    beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    beside = leftovers.beside(target)
     try:
         shutil.copytree(source, beside)
         beside.rename(target)
     except OSError as error:
-        raise safe_file.cannot_write(target, error) from error
+        raise atomic.cannot_write(target, error) from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
@@ -228,9 +226,8 @@ def _size_seen(take: Take) -> int | None:
     assert take.audio_path is not None
     kept = take.audio_path.with_name(f".{take.audio_path.name}.peaks.npz")
     try:
-        with kept.open("rb") as file, np.load(file, allow_pickle=False) as content:
-            return int(content["size"])
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return int(read_arrays(kept)["size"])
+    except (KeyError, TypeError, ValueError):
         return None
 
 

@@ -1,4 +1,4 @@
-"""What is most likely bad among the takes used, worst first: to be looked at, and left out if it is.
+"""Suggestions of likely bad takes and spans, worst first, to be looked at and excluded.
 
 Three sources: what the checks found, how sure the alignment of voice and mouth is, and, once something has
 been trained, the spans where the captured motion is furthest from what the run makes of the sound.
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Dataset, Selection
 from studio.errors import StudioError
-from studio.take import safe_file
+from studio.files import atomic
 
 if TYPE_CHECKING:
     from studio.take.check import Report
@@ -136,13 +136,13 @@ def keep_worst(run_folder: Path, worst: Mapping[str, tuple[WorstSpan, ...]]) -> 
     """Keep a run's spans beside its weights; a folder that cannot be written is no matter."""
     plain = {name: [asdict(span) for span in spans] for name, spans in worst.items()}
     with suppress(StudioError):
-        safe_file.write_json(run_folder / WORST_FILE, {"worst": plain})
+        atomic.write_json(run_folder / WORST_FILE, {"worst": plain})
 
 
 def kept_worst(run_folder: Path) -> dict[str, tuple[WorstSpan, ...]] | None:
     """A run's spans by selection id as they were kept; None where there are none, or they are damaged."""
     try:
-        content = safe_file.read_json(run_folder / WORST_FILE)["worst"]
+        content = atomic.read_json(run_folder / WORST_FILE)["worst"]
         return worst_of_plain(content)
     except (OSError, StudioError, KeyError, TypeError, ValueError, AttributeError):
         return None

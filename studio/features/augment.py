@@ -1,4 +1,4 @@
-"""Crops of takes, varied: tempo, loudness, tone, voice, noise floor, masked spans and bands."""
+"""Crops of takes, varied as the recipe says: tempo, loudness, tone, voice, noise, masked spans and bands."""
 
 from __future__ import annotations
 
@@ -7,9 +7,37 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.features.audio import AudioSpec, Floats, warped_bands
+from studio.features.audio_spec import AudioSpec, Floats, warped_bands
 from studio.features.examples import Example
-from studio.features.variation import Variation
+
+
+@dataclass(frozen=True)
+class Variation:
+    """How crops are varied; 0 turns a kind off.
+
+    Args:
+        stretch: tempo varies by up to this fraction.
+        gain_db: loudness varies by up to this.
+        tilt_db: treble against bass varies by up to this.
+        warp: frequencies vary by up to this fraction, like voices of other lengths of throat.
+        noise_db: the noise floor rises up to this far above the take's quietest rows.
+        time_masks, time_mask_frames: silenced spans and their longest length in motion frames.
+        band_masks, band_mask_width: silenced bands and their largest width.
+        token_noise: what a speech encoder heard is shifted and shaken by this share of its deviation.
+        token_drop: this share of an encoder's numbers is not heard in a crop.
+    """
+
+    stretch: float = 0.0
+    gain_db: float = 0.0
+    tilt_db: float = 0.0
+    warp: float = 0.0
+    noise_db: float = 0.0
+    time_masks: int = 0
+    time_mask_frames: int = 0
+    band_masks: int = 0
+    band_mask_width: int = 0
+    token_noise: float = 0.0
+    token_drop: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -37,38 +65,38 @@ class Crop:
 
 
 def cut(
-    example: Example, first: int, shape: CropShape, vary: Variation, rng: np.random.Generator | None
+    example: Example, first: int, crop_shape: CropShape, vary: Variation, rng: np.random.Generator | None
 ) -> Crop:
     """One crop from frame `first` on; frames beyond the take's end weigh nothing.
 
     Args:
         example: where from.
         first: index of its first frame.
-        shape: how much.
+        crop_shape: how much.
         vary: how it may vary; loudness, tone, voice, noise and bands only make sense for "log_mel" rows.
         rng: chance; None varies nothing.
     """
     tempo = 1.0 if rng is None or not vary.stretch else float(rng.uniform(1 - vary.stretch, 1 + vary.stretch))
-    frames = first + np.arange(shape.frames) * tempo
+    frames = first + np.arange(crop_shape.frames) * tempo
     values, valid = _between(example.values, frames), _held(example.grid.valid, frames)
     weight = valid[:, None] * example.mask[None, :]
-    count = shape.frames * shape.steps_per_frame + shape.before + shape.after
-    rows = _stretched_rows(example, first, count, shape, tempo)
-    bands = shape.sound.mel_width if shape.sound.speaks else rows.shape[1]
+    count = crop_shape.frames * crop_shape.steps_per_frame + crop_shape.before + crop_shape.after
+    rows = _stretched_rows(example, first, count, crop_shape, tempo)
+    bands = crop_shape.sound.mel_width if crop_shape.sound.uses_encoder else rows.shape[1]
     if rng is not None and bands:
-        rows[:, :bands] = _varied(rows[:, :bands], vary, shape, rng)
+        rows[:, :bands] = _varied(rows[:, :bands], vary, crop_shape, rng)
     if rng is not None and bands < rows.shape[1]:  # an encoder's numbers are no dB
         rows[:, bands:] = _shaken(rows[:, bands:], vary, rng)
     return Crop(rows, values, weight.astype(np.float32))
 
 
-def _stretched_rows(example: Example, first: int, count: int, shape: CropShape, tempo: float) -> Floats:
-    k = shape.steps_per_frame
+def _stretched_rows(example: Example, first: int, count: int, crop_shape: CropShape, tempo: float) -> Floats:
+    k = crop_shape.steps_per_frame
     if tempo == 1.0:
-        return example.rows(first * k - shape.before, count).copy()
+        return example.rows(first * k - crop_shape.before, count).copy()
     # Row m of frame i lies (m - (k - 1) / 2) / k frames from it: stretching turns about frame centres.
     middle = (k - 1) / 2
-    wanted = first * k + middle + (np.arange(count) - shape.before - middle) * tempo + example.lead
+    wanted = first * k + middle + (np.arange(count) - crop_shape.before - middle) * tempo + example.lead
     return _between(example.sound, wanted)
 
 
@@ -96,7 +124,7 @@ def _held(valid: Floats, frames: NDArray[np.floating]) -> Floats:
     return (inside * valid[low] * valid[high]).astype(np.float32)
 
 
-def _varied(rows: Floats, vary: Variation, shape: CropShape, rng: np.random.Generator) -> Floats:
+def _varied(rows: Floats, vary: Variation, crop_shape: CropShape, rng: np.random.Generator) -> Floats:
     features, quiet = rows.shape[1], float(np.percentile(rows.mean(axis=1), 5))
     change = np.zeros(features, dtype=np.float32)
     if vary.gain_db:
@@ -105,7 +133,9 @@ def _varied(rows: Floats, vary: Variation, shape: CropShape, rng: np.random.Gene
         tilt = np.linspace(-1, 1, features, dtype=np.float32)
         change += np.float32(rng.uniform(-vary.tilt_db, vary.tilt_db)) * tilt
     if vary.warp:
-        rows = _read_at(rows, warped_bands(shape.sound, float(rng.uniform(1 - vary.warp, 1 + vary.warp))))
+        rows = _read_at(
+            rows, warped_bands(crop_shape.sound, float(rng.uniform(1 - vary.warp, 1 + vary.warp)))
+        )
     heard = rows + change
     if vary.noise_db:
         floor = quiet + rng.uniform(0, vary.noise_db) + rng.normal(0, 3, features)
@@ -115,7 +145,7 @@ def _varied(rows: Floats, vary: Variation, shape: CropShape, rng: np.random.Gene
         heard = np.log(power) / _NATURAL
     rows = heard.astype(np.float32)
     for _ in range(vary.time_masks if vary.time_mask_frames else 0):
-        length = int(rng.integers(0, vary.time_mask_frames + 1)) * shape.steps_per_frame
+        length = int(rng.integers(0, vary.time_mask_frames + 1)) * crop_shape.steps_per_frame
         start = int(rng.integers(0, max(len(rows) - length, 1)))
         rows[start : start + length] = quiet
     for _ in range(vary.band_masks if vary.band_mask_width else 0):
@@ -133,6 +163,7 @@ def _shaken(tokens: Floats, vary: Variation, rng: np.random.Generator) -> Floats
         shift = rng.standard_normal(width, dtype=np.float32) + rng.standard_normal(tokens.shape, np.float32)
         tokens = tokens + share * shift
     if vary.token_drop:
+        # At their mean rather than 0: zeros would be values that no speech has.
         gone = rng.random(width) < vary.token_drop
         tokens = np.where(gone, mean, tokens)
     return tokens

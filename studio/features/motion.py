@@ -85,6 +85,7 @@ class Layout:
             Natural values float32 (T, C) and a mask (C,): 1 for columns whose channel the motion has, 0
             for those it lacks, whose values are the training mean.
         """
+        # A channel that a take lacks stands at the mean and is masked, so that it neither teaches nor counts.
         values = np.tile(self.mean, (len(motion), 1))
         mask = np.zeros(self.width)
         column = 0
@@ -123,6 +124,7 @@ class Layout:
         if faces:
             index = list(self.learnt_shapes)
             limits = self.shape_limits[index]
+            # A network may overshoot; beyond what was captured and 0 to 1, faces fold into themselves.
             shapes[:, index] = np.clip(values[:, :faces], limits[:, 0], limits[:, 1])
         if self.learnt_bones:
             six = values[:, faces : faces + 6 * len(self.learnt_bones)]
@@ -157,11 +159,35 @@ class Layout:
             bool(facts["learns_hips"]),
             **arrays,
         )
-        if {len(layout.mean), len(layout.offset), len(layout.scale)} != {layout.width}:
+        if {layout.mean.shape, layout.offset.shape, layout.scale.shape} != {(layout.width,)}:
             raise ValueError("columns do not fit the channels")
+        # After the shapes of the arrays: a file from elsewhere must not get as far as making motion.
+        layout._check()
         return layout
 
+    def _check(self) -> None:
+        """ValueError for what motion cannot be made of; a file can come from anybody."""
+        for names, learnt in ((self.shape_names, self.learnt_shapes), (self.bone_names, self.learnt_bones)):
+            if len(set(names)) < len(names) or len(set(learnt)) < len(learnt):
+                raise ValueError("a channel is there twice")
+            if learnt and not 0 <= min(learnt) <= max(learnt) < len(names):
+                raise ValueError("a channel is learnt that there is not")
+        if self.learns_hips and "Hips" not in self.bone_names:
+            raise ValueError("hips are learnt that there are not")
+        if (self.rest_shapes.shape, self.root_position.shape, self.root_rotation.shape) != (
+            (len(self.shape_names),),
+            (3,),
+            (4,),
+        ):
+            raise ValueError("what is carried does not fit the channels")
+        if any(not (np.abs(getattr(self, name)) <= _LARGEST).all() for name in _ARRAYS):
+            raise ValueError("a value is out of all bounds")
+        if not (np.abs(self.scale) > 0).all():
+            raise ValueError("a column has no scale")
 
+
+_LARGEST = 1e6
+"""Of any number in a layout: metres, weights of shapes, units of a scale. NaN is no number."""
 _ARRAYS = (
     "rest_shapes", "shape_limits", "rest_positions", "rest_rotations", "root_position", "root_rotation",
     "mean", "offset", "scale",

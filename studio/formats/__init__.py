@@ -16,6 +16,22 @@ FPS: float                                  its one frame rate, where it has onl
 WEARS: bool                                 it writes a body, an avatar's where one is given
 DRAWS: bool                                 it draws, and tells the drawing how far it is
 BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
+
+_any_skeleton  Any program's skeleton made a humanoid: its unit, its axes and its rest pose guessed, and
+               said
+_arkit         VRM's expressions told in ARKit's shapes: near enough to look at, never exact
+_bone_names    What other programs call the bones of a humanoid
+_bone_tables   Which joint of a skeleton is which bone, as a person corrected it: kept with a project for
+               every import
+_bvh_text      The text of a BVH file: joints, channels and frames, to and from arrays
+_find          Which files belong together: every recording that can be imported from some files and folders
+_glb           GLB, the binary container of glTF 2.0: a JSON document and one block of numbers
+_glb_body      An avatar's surfaces as glTF meshes, skins, materials and pictures
+_imported      What every importer gives
+_table         Tables of numbers in text files, whatever their encoding, separator and decimal sign
+_vrm/          Reading avatars and VRM Animations: what their glTF says, taken apart
+_writing       What writers share: a humanoid on an even grid, its sound, and files read back before they
+               are named
 """
 
 from __future__ import annotations
@@ -84,9 +100,9 @@ def read_avatar(path: Path) -> Avatar:
 
     Takes up to some seconds for a large file: not on a thread that draws.
     """
-    from studio.formats import _vrm
+    from studio.formats._vrm import avatar
 
-    return _vrm.read(path)
+    return avatar.read(path)
 
 
 def reader_for(path: Path) -> ModuleType | None:

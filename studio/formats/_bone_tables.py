@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from studio.errors import RequestError, StudioError
+from studio.files import atomic
 from studio.motion.channels import ALL_BONES
-from studio.take import safe_file
 
 FILE = "bones.json"
 FORMAT_VERSION = 1
@@ -58,7 +58,7 @@ class BoneTables:
 
 
 def skeleton_key(joints: Sequence[str]) -> str:
-    """The same for every file with these joints in this order."""
+    """Digest of joint names; equal for every file with these joints in this order."""
     return hashlib.sha256("\n".join(joints).encode()).hexdigest()[:16]
 
 
@@ -70,9 +70,9 @@ def corrected(joints: Sequence[str], guess: Mapping[str, int], table: Table) -> 
         guess: joint index by bone.
         table: bone by joint name.
     """
-    said = {joint: bone for joint, bone in table.items() if joint in joints}
-    bones = {bone: j for bone, j in guess.items() if joints[j] not in said}
-    for joint, bone in said.items():
+    corrections = {joint: bone for joint, bone in table.items() if joint in joints}
+    bones = {bone: j for bone, j in guess.items() if joints[j] not in corrections}
+    for joint, bone in corrections.items():
         if bone:
             bones[bone] = joints.index(joint)
     return bones
@@ -107,15 +107,15 @@ def load_tables(project_folder: Path) -> BoneTables:
     """
     path = project_folder / FILE
     try:
-        content = safe_file.read_json(path)
+        content = atomic.read_json(path)
     except FileNotFoundError:
         return BoneTables()
     except OSError as error:
         raise StudioError(f"{path} cannot be read.", "Check the folder's permissions.") from error
-    safe_file.check_version(path, content, FORMAT_VERSION)
+    atomic.check_version(path, content, FORMAT_VERSION)
     skeletons = content.get("skeletons")
     if not isinstance(skeletons, dict):
-        raise safe_file.damaged(path)
+        raise atomic.damaged(path)
     return BoneTables({str(key): _table(table, path) for key, table in skeletons.items()})
 
 
@@ -129,14 +129,14 @@ def keep_table(project_folder: Path, joints: Sequence[str], table: Table) -> Non
     check_table(table)
     try:
         kept = dict(load_tables(project_folder).by_skeleton)
-    except safe_file.NewerVersionError:
+    except atomic.NewerVersionError:
         raise
     except StudioError:
-        safe_file.set_aside(project_folder / FILE)
+        atomic.set_aside(project_folder / FILE)
         kept = {}
     kept[skeleton_key(joints)] = dict(table)
     content = {"version": FORMAT_VERSION, "skeletons": {key: dict(one) for key, one in kept.items()}}
-    safe_file.write_json(project_folder / FILE, content)
+    atomic.write_json(project_folder / FILE, content)
 
 
 def read_table(path: Path) -> Table:
@@ -146,7 +146,7 @@ def read_table(path: Path) -> Table:
         RequestError: it is missing, damaged, or names what is no bone.
     """
     try:
-        table = _table(safe_file.read_json(path), path)
+        table = _table(atomic.read_json(path), path)
     except OSError as error:
         raise RequestError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
     except StudioError as error:
@@ -159,5 +159,5 @@ def read_table(path: Path) -> Table:
 
 def _table(content: object, path: Path) -> Table:
     if not isinstance(content, dict) or not all(isinstance(bone, str) for bone in content.values()):
-        raise safe_file.damaged(path)
+        raise atomic.damaged(path)
     return {str(joint): str(bone) for joint, bone in content.items()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import io
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,10 @@ Array = NDArray[np.float64]
 ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", "Yrotation", "Xrotation", "Zrotation")
 JOINT_CHANNELS = ROOT_CHANNELS[3:]
 _AGAIN = "Export it again from the program it came from."
+_SLOWEST = 1.0
+"""Seconds a frame; whatever puts the motion on a finer grid would fill the memory."""
+_FARTHEST = 1e6
+"""Units and degrees that no figure reaches; the square of what is damaged may overflow."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -120,7 +123,7 @@ def _head(path: Path) -> tuple[list[Joint], re.Match[bytes], bytes]:
         data = _as_ascii(path.read_bytes())
     except OSError as error:
         raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
-    found = re.search(rb"MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
+    found = re.search(rb"MOTION\s+Frames:\s*(\d{1,18})\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
     if found and b"," in found[2]:
         data = re.sub(rb"(?<=\d),(?=\d)", b".", data)  # of the same length, so that `found` still fits
     if not data.lstrip().upper().startswith(b"HIERARCHY"):
@@ -164,7 +167,7 @@ def _frame_time(found: re.Match[bytes], path: Path) -> float:
         frame_time = float(found[2].replace(b",", b"."))
     except ValueError:
         frame_time = 0.0
-    if not 1e-5 < frame_time < 10:
+    if not 1e-5 < frame_time <= _SLOWEST:
         what = f"{path.name} has a frame time of {found[2].decode(errors='replace')} s."
         raise StudioError(what, _AGAIN)
     return frame_time
@@ -193,7 +196,7 @@ def _numbers(data: bytes, width: int, path: Path) -> Array:
     except pa.ArrowException as error:
         raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN) from error
     frames = np.column_stack([column.to_numpy() for column in table.columns])
-    if not np.isfinite(frames).all():
+    if not (np.abs(frames) <= _FARTHEST).all():  # nor is what is no number
         raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN)
     return frames
 
@@ -253,7 +256,7 @@ def _channels(words: list[str]) -> tuple[str, ...]:
 
 def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
     x, y, z = values
-    if not all(map(math.isfinite, values)):
+    if not all(abs(value) <= _FARTHEST for value in values):
         raise ValueError(values)
     return x, y, z
 

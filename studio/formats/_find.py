@@ -11,16 +11,17 @@ from types import ModuleType
 from studio import formats
 from studio.errors import RequestError, StudioError
 from studio.formats._bone_tables import BoneTables
-from studio.formats._imported import Imported
+from studio.formats._imported import Imported, sanitized_note
 from studio.formats._table import why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
+from studio.motion.sanitize import sanitized
 
 SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv"})
 _LAYOUT = (SHAPES_FOLDER.lower(), BONES_FOLDER.lower())
 
 
 @dataclass(frozen=True)
-class Source:
+class ImportCandidate:
     """Files that make one take.
 
     Args:
@@ -43,10 +44,16 @@ class Source:
         else:
             imported = module.read(self.path, self.audio)
         notes = ((self.note,) if self.note else ()) + imported.notes
-        return replace(imported, notes=notes, joints_from=self.path if imported.joints else None)
+        motion = imported.motion
+        if motion is not None:
+            motion, bad = sanitized(motion)
+            if bad:
+                notes += (sanitized_note(self.path, bad),)
+        joints_from = self.path if imported.joints else None
+        return replace(imported, motion=motion, notes=notes, joints_from=joints_from)
 
 
-def find_sources(paths: Iterable[Path]) -> tuple[Source, ...]:
+def find_candidates(paths: Iterable[Path]) -> tuple[ImportCandidate, ...]:
     """Every recording in some files and folders, in order of their paths.
 
     Args:
@@ -76,7 +83,7 @@ def find_sources(paths: Iterable[Path]) -> tuple[Source, ...]:
     return sources
 
 
-def _sources(files: list[Path]) -> Iterator[Source]:
+def _sources(files: list[Path]) -> Iterator[ImportCandidate]:
     sounds = [file for file in files if file.suffix.lower() in SOUND_SUFFIXES]
     motions: list[tuple[Path, ModuleType]] = []
     for file in files:
@@ -89,10 +96,10 @@ def _sources(files: list[Path]) -> Iterator[Source]:
     for file, module in motions:
         audio, note = _partner(file, sounds, [path for path, _ in motions])
         used |= {audio} if audio else set()
-        yield Source(module.__name__.rsplit(".", 1)[-1], file, audio, note)
+        yield ImportCandidate(module.__name__.rsplit(".", 1)[-1], file, audio, note)
     for sound in sounds:
         if sound not in used:
-            yield Source("wav", sound)
+            yield ImportCandidate("wav", sound)
 
 
 def _partner(file: Path, sounds: list[Path], motions: list[Path]) -> tuple[Path | None, str]:
@@ -139,8 +146,8 @@ def _kinds() -> str:
 
 
 def read_all(
-    sources: Iterable[Source], tables: BoneTables | None = None
-) -> Iterator[tuple[Source, Imported | StudioError]]:
+    sources: Iterable[ImportCandidate], tables: BoneTables | None = None
+) -> Iterator[tuple[ImportCandidate, Imported | StudioError]]:
     """Each source with what was read of it, or with why it could not be."""
     for source in sources:
         try:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.formats._glb import Numbers
-from studio.motion.avatar import MIRROR, Avatar, Floats, Material, Surface
+from studio.motion.avatar import MIRROR, Avatar, Floats, Surface, SurfaceMaterial
 
 _INFLUENCES = 4
 
@@ -111,7 +111,7 @@ class Body:
             self._written.append(self._described(self._avatar.materials[index]))
         return self._materials[index]
 
-    def _described(self, material: Material) -> dict[str, Any]:
+    def _described(self, material: SurfaceMaterial) -> dict[str, Any]:
         base: dict[str, Any] = {
             "baseColorFactor": [float(value) for value in material.colour],
             "metallicFactor": 0.0, "roughnessFactor": 0.9,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from studio.formats._table import counted
 from studio.motion import Motion
 
 
@@ -31,3 +32,8 @@ class Imported:
     joints: tuple[tuple[str, str], ...] = ()
     guessed: bool = False
     joints_from: Path | None = None
+
+
+def sanitized_note(path: Path, frames: int) -> str:
+    """What to say of frames whose values could not be."""
+    return f"{path.name}: {counted(frames, 'frame')} with values that are no numbers mended or left out."

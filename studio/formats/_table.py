@@ -78,11 +78,25 @@ def read_table(path: Path, text_columns: Sequence[str] = (), empty_row: int = 0)
         )
     separator = _separator(start)
     names = _split(lines[0], separator)
+    if empty_row:
+        _must_decode(path, encoding)
     # Only whole lines: the last one may be cut at the end of what was looked at.
     form = _Form(path, encoding, separator, names, _is_doubled(lines[1:-1] or lines[1:], names, separator))
     form.decimal_comma = separator != "," and _has_decimal_commas(start, separator)
     form.decimal_comma |= separator == "," and not form.doubled and '"' in "".join(lines[1:3])
     return _read(form, {name.lower() for name in text_columns}, empty_row)
+
+
+def _must_decode(path: Path, encoding: str) -> None:
+    """StudioError where a file is no text: pyarrow prints a traceback for a row it cannot hand over."""
+    decoder = codecs.getincrementaldecoder(encoding)()
+    with path.open("rb") as file:
+        try:
+            while part := file.read(1 << 20):
+                decoder.decode(part)
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError as error:
+            raise StudioError(f"{path.name} is damaged: not all of it is text.", _SAVE_AGAIN) from error
 
 
 class _Form:

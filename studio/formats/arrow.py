@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.formats._imported import Imported
-from studio.formats._read_back import checked
-from studio.formats._table import check_suffix, counted
+from studio.formats._imported import Imported, sanitized_note
+from studio.formats._table import check_suffix
+from studio.formats._writing import checked
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion
-from studio.motion.mend import mended
+from studio.motion.sanitize import sanitized
 from studio.take.motion_file import put_motion, read_motion
 
 TITLE = "Saia motion (Apache Arrow)"
@@ -21,13 +21,11 @@ NOTE = "Everything, exactly; opens in Python, R and other tools that read Apache
 
 def read(path: Path, audio: Path | None = None) -> Imported:
     """A motion file and the sound of the same name beside it."""
-    motion, bad = mended(read_motion(path))
+    motion, bad = sanitized(read_motion(path))
     audio = audio or find_audio(path)
     notes = [] if audio else [f"No sound was found for {path.stem}."]
     if bad:
-        notes.append(
-            f"{path.name}: {counted(bad, 'frame')} with values that are no numbers mended or left out."
-        )
+        notes.append(sanitized_note(path, bad))
     return Imported(path.stem, motion, audio, tuple(notes))
 
 

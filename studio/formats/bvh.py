@@ -17,10 +17,9 @@ from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bone_names import humanoid_names
 from studio.formats._bone_tables import BoneTables, UnknownSkeleton, corrected, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
-from studio.formats._humanoid import DEFAULT_FPS, grounded_body, on_grid
 from studio.formats._imported import Imported
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted
+from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
 
@@ -85,17 +84,17 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     if not len(bvh.frames):
         raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
     names = [joint.name for joint in bvh.joints]
-    said = tables.of(names) if tables else {}
-    bones = corrected(names, humanoid_names(names), said)
+    corrections = tables.of(names) if tables else {}
+    bones = corrected(names, humanoid_names(names), corrections)
     if "Hips" not in bones or len(bones) < 2:
         raise UnknownSkeleton(path.name, pairs(names, bones))
-    notes = _name_notes(bvh, bones, path, frozenset(said))
+    notes = _name_notes(bvh, bones, path, frozenset(corrections))
     motion, guesses = to_humanoid(bvh, bones, _skeleton(bvh))
     notes += [f"{path.name}: {guess}." for guess in guesses]
     audio = audio or find_audio(path)
     if audio is None:
         notes.append(f"No sound was found for {path.stem}.")
-    guessed = any(_is_guess(bone, names[j]) and names[j] not in said for bone, j in bones.items())
+    guessed = any(_is_guess(bone, names[j]) and names[j] not in corrections for bone, j in bones.items())
     return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(names, bones), guessed)
 
 
@@ -197,7 +196,7 @@ def _is_guess(bone: str, joint: str) -> bool:
     return joint.split(":")[-1].lower() != bone.lower()
 
 
-def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, said: frozenset[str]) -> list[str]:
+def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, corrections: frozenset[str]) -> list[str]:
     """Which joints were taken for which bones, and which for none."""
     notes = []
     other = [joint.name for j, joint in enumerate(bvh.joints) if j not in bones.values()]
@@ -206,14 +205,14 @@ def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, said: frozenset[str
             f"{path.name}: {counted(len(other), 'joint')} folded into the others, such as {other[0]}."
         )
     names = {bone: bvh.joints[j].name for bone, j in bones.items()}
-    guessed = {b: name for b, name in names.items() if _is_guess(b, name) and name not in said}
+    guessed = {b: name for b, name in names.items() if _is_guess(b, name) and name not in corrections}
     if guessed:
         pairs = ", ".join(f"{name} as {bone}" for bone, name in list(guessed.items())[:4])
         more = " and others" if len(guessed) > 4 else ""
         notes.append(f"{path.name}: joints were taken for bones by name: {pairs}{more}.")
     if bvh.decimal_commas:
         notes.append(f"{path.name} is written with decimal commas; they were read as such.")
-    if said:
-        what = f"{counted(len(said), 'joint')} taken as the project's table of bones says."
+    if corrections:
+        what = f"{counted(len(corrections), 'joint')} taken as the project's table of bones says."
         notes.append(f"{path.name}: {what}")
     return notes

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from studio.errors import RequestError
 from studio.formats import _glb, _glb_body
 from studio.formats._glb import Glb, Numbers, entry
-from studio.formats._humanoid import DEFAULT_FPS, grounded_body, on_grid
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
+from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.vrma import rest_skeleton
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.avatar import MIRROR, MIRROR_TURN, Avatar
-from studio.picture.face_fit import fitted
-from studio.picture.mannequin import mannequin
+from studio.render.face import fitted
+from studio.render.mannequin import mannequin
 
 TITLE = "glTF"
 SUFFIX = ".glb"
@@ -59,20 +58,20 @@ def write(
     if not len(motion) or not (motion.bone_names or motion.shape_names):
         raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
     even = on_grid(motion, motion.fps or DEFAULT_FPS)
-    worn = _worn(avatar, even)
-    positions, turns = _moved(worn, even, None if avatar is not None else 1.0)
-    weights = _weights(worn, even)
-    document, numbers = _document(worn, even.times, positions, turns, weights)
+    moved_body = _retargeted(avatar, even)
+    positions, turns = _moved(moved_body, even, None if avatar is not None else 1.0)
+    weights = _weights(moved_body, even)
+    document, numbers = _document(moved_body, even.times, positions, turns, weights)
     return checked(
         path,
         lambda beside: _glb.write(beside, document, numbers),
-        lambda beside: _fits(beside, worn.skeleton, even.times, positions, turns, weights),
+        lambda beside: _fits(beside, moved_body.skeleton, even.times, positions, turns, weights),
     )
 
 
-def _worn(avatar: Path | None, motion: Motion) -> Avatar:
+def _retargeted(avatar: Path | None, motion: Motion) -> Avatar:
     if avatar is not None:
-        from studio.formats import _vrm
+        from studio.formats._vrm import avatar as _vrm
 
         return _vrm.read(avatar)
     body = grounded_body(motion)
@@ -86,7 +85,7 @@ def _moved(avatar: Avatar, motion: Motion, scale: float | None) -> tuple[Array, 
     if body is None:
         joints = np.tile(avatar.rest_joints, (len(motion), 1, 1))
         return joints, np.tile(rotation.IDENTITY, (*joints.shape[:2], 1))
-    return avatar.worn(body.skeleton, *body.skeleton.forward(body.positions, body.rotations), scale)
+    return avatar.retargeted(body.skeleton, *body.skeleton.forward(body.positions, body.rotations), scale)
 
 
 def _weights(avatar: Avatar, motion: Motion) -> list[Array]:

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.formats._arkit import arkit_weights
-from studio.formats._humanoid import on_grid
 from studio.formats._imported import Imported
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted, header, read_table
+from studio.formats._writing import checked, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
 from studio.motion.channels import ARKIT_SHAPES, canonical_shape
-from studio.motion.mend import hold_last
+from studio.motion.sanitize import credible, forward_filled
 
 TITLE = "Live Link Face CSV"
 SUFFIX = ".csv"
@@ -34,7 +33,9 @@ BONES_KEPT = frozenset(("Head", "LeftEye", "RightEye"))
 
 TIMECODE_FPS = 60.0
 _DAY = 24 * 3600.0
-_TIMECODE = re.compile(r"(\d+):(\d+):(\d+)[:;](\d+)(\.\d+)?")
+_AROUND_MIDNIGHT = 3600.0
+"""Seconds before and after it in which a time that falls is the next day's."""
+_TIMECODE = re.compile(r"([01]?\d|2[0-3]):([0-5]?\d):([0-5]?\d)[:;](\d{1,3})(\.\d+)?")
 _TURNS = {"Head": "head", "LeftEye": "lefteye", "RightEye": "righteye"}
 _ANGLES = ("yaw", "pitch", "roll")
 
@@ -61,7 +62,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     if codes is None:
         raise StudioError(f"{path.name} has no Timecode column.", "Export it again from Live Link Face.")
     notes = list(table.notes)
-    values, empty = hold_last(table.values)
+    values, empty = forward_filled(table.values)
     if empty:
         notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
     times, rows = _times(codes, path, notes)
@@ -157,16 +158,14 @@ def _fits(
 
 
 def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Seconds from the first row, and the rows whose time rises."""
+    """Seconds from the first row, and the rows whose time can be."""
     seconds = np.array([_seconds(code, row, path) for row, code in enumerate(codes, 2)])
-    seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY / 2)])
-    seconds -= seconds[0]
-    highest = np.maximum.accumulate(seconds)
-    rising = np.concatenate([[True], seconds[1:] > highest[:-1]])
-    if not rising.all():
-        notes.append(f"{path.name}: {counted(int((~rising).sum()), 'row')} whose time did not rise left out.")
-    rows = np.flatnonzero(rising)
-    return seconds[rows], rows
+    late, early = seconds[:-1] > _DAY - _AROUND_MIDNIGHT, seconds[1:] < _AROUND_MIDNIGHT
+    seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(late & early)])
+    rows = credible(seconds)
+    if len(rows) < len(seconds):
+        notes.append(f"{path.name}: {counted(len(seconds) - len(rows), 'row')} with a wrong time left out.")
+    return seconds[rows] - seconds[rows[0]], rows
 
 
 def _seconds(code: str, row: int, path: Path) -> float:

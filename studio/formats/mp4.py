@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from studio.errors import RequestError, StudioError
-from studio.formats._drawing import Drawing, Painter, Pixels
-from studio.formats._read_back import not_read_back
+from studio.files import atomic
 from studio.formats._table import check_suffix
+from studio.formats._writing import not_read_back
 from studio.motion import Motion
-from studio.take import safe_file
-from studio.take.sound import sound_blocks, sound_info
+from studio.render.drawing import Drawing, Painter, Pixels
+from studio.sound.sound_file import sound_blocks, sound_info
 
 TITLE = "Film"
 SUFFIX = ".mp4"
@@ -65,7 +65,7 @@ def write(
     fps = _rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
     seconds = sound_info(audio).duration if audio is not None else 0.0
     count = max(math.ceil(max(seconds, float(motion.times[-1])) * fps - 1e-6), 1)
-    with Painter(motion, drawing) as painter, safe_file.written(path) as beside:
+    with Painter(motion, drawing) as painter, atomic.written(path) as beside:
         try:
             film = _Film(beside, fps, drawing, audio)
             with film:

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from studio.errors import RequestError
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
+from studio.formats._writing import checked
 from studio.motion import Motion
 
 TITLE = "Parquet table"

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from studio.errors import RequestError
-from studio.formats._drawing import Drawing, Painter
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
+from studio.formats._writing import checked
 from studio.motion import Motion
+from studio.render.drawing import Drawing, Painter
 
 TITLE = "Still picture"
 SUFFIX = ".png"

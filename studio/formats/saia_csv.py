@@ -15,16 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats import _sound
+from studio.files import atomic
+from studio.formats import _writing
 from studio.formats._imported import Imported
-from studio.formats._read_back import not_read_back, reading_back
 from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
+from studio.formats._writing import not_read_back, reading_back
 from studio.motion import Motion
 from studio.motion.channels import VRM0_SHAPES, canonical_bone
-from studio.motion.mend import hold_last
+from studio.motion.sanitize import credible, forward_filled
 from studio.motion.skeleton import Skeleton
-from studio.take import safe_file
-from studio.take.sound import sound_info
+from studio.sound.sound_file import sound_info
 
 TITLE = "SAIA CSV"
 SUFFIX = ".csv"
@@ -98,16 +98,16 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
 
         def beside(file: Path) -> Path:
             files.append(file)
-            return whole.enter_context(safe_file.written(file))
+            return whole.enter_context(atomic.written(file))
 
         if motion.shape_names:
             _write_shapes(shapes := beside(shapes_path), motion)
         if motion.bone_names:
             _write_bones(bones := beside(bones_path), motion)
         if audio is not None:
-            _sound.put(sound := beside(sound_path), audio)
+            _writing.put(sound := beside(sound_path), audio)
         with reading_back(path.name):
-            if not _fits(motion, shapes, bones) or (audio is not None and not _sound.fits(sound, audio)):
+            if not _fits(motion, shapes, bones) or (audio is not None and not _writing.fits(sound, audio)):
                 raise not_read_back(path.name)
     return tuple(files)
 
@@ -159,20 +159,19 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
     if len(set(names)) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise StudioError(f"{path.name} has two columns called {twice}.", "Rename or remove one of them.")
-    values, empty = hold_last(table.values[:, 1:] if at == 0 else np.delete(table.values, at, axis=1))
+    values, empty = forward_filled(table.values[:, 1:] if at == 0 else np.delete(table.values, at, axis=1))
     if empty:
         notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
     times = table.values[:, at]
-    highest = np.maximum.accumulate(np.where(np.isfinite(times), times, -np.inf))
-    rising = np.isfinite(times) & (times > np.concatenate([[-np.inf], highest[:-1]]))
-    dropped = int((~rising).sum())
+    rows = credible(times)
+    dropped = len(times) - len(rows)
     if dropped * 2 > len(times):
         raise StudioError(
             f"The times in {path.name} do not rise.", "Export it again with the time in seconds."
         )
     if dropped:
-        notes.append(f"{path.name}: {counted(dropped, 'row')} whose time did not rise left out.")
-        times, values = times[rising], values[rising]
+        notes.append(f"{path.name}: {counted(dropped, 'row')} with a wrong time left out.")
+        times, values = times[rows], values[rows]
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     if step > 2.0:
         times = times / 1000.0
@@ -218,8 +217,8 @@ def _notebook_bones(
 ) -> Motion:
     """Bone-major values whatever the headers say."""
     if values.shape[1] != 7 * len(bones):
-        wanted = 7 * len(bones)
-        what = f"{path.name} names {len(bones)} bones but has {values.shape[1]} columns instead of {wanted}."
+        count = 7 * len(bones)
+        what = f"{path.name} names {len(bones)} bones but has {values.shape[1]} columns instead of {count}."
         raise StudioError(what, "Export it again from SAIA.")
     notes.append(
         f"{path.name} has the notebook's headers, which do not fit its values; it was read bone by bone."
@@ -318,26 +317,26 @@ def _write_bones(path: Path, motion: Motion) -> None:
     write_table(path, names, columns)
 
 
-def _fits(wanted: Motion, shapes: Path | None, bones: Path | None) -> bool:
+def _fits(expected: Motion, shapes: Path | None, bones: Path | None) -> bool:
     """Whether the tables hold what was to be written."""
-    return (shapes is None or _fits_shapes(wanted, _read_shapes(shapes, []))) and (
-        bones is None or _fits_bones(wanted, _read_bones(bones, []))
+    return (shapes is None or _fits_shapes(expected, _read_shapes(shapes, []))) and (
+        bones is None or _fits_bones(expected, _read_bones(bones, []))
     )
 
 
-def _fits_shapes(wanted: Motion, got: Motion) -> bool:
-    order = [got.shape_names.index(name) for name in wanted.shape_names]
-    return _in_time(wanted, got) and np.allclose(got.shapes[:, order], wanted.shapes, atol=1e-5)
+def _fits_shapes(expected: Motion, got: Motion) -> bool:
+    order = [got.shape_names.index(name) for name in expected.shape_names]
+    return _in_time(expected, got) and np.allclose(got.shapes[:, order], expected.shapes, atol=1e-5)
 
 
-def _fits_bones(wanted: Motion, got: Motion) -> bool:
-    order = [got.bone_names.index(name) for name in wanted.bone_names]
+def _fits_bones(expected: Motion, got: Motion) -> bool:
+    order = [got.bone_names.index(name) for name in expected.bone_names]
     return (
-        _in_time(wanted, got)
-        and np.allclose(got.positions[:, order], wanted.positions, atol=1e-5)
-        and bool((np.abs((got.rotations[:, order] * wanted.rotations).sum(-1)) > 1 - 1e-5).all())
+        _in_time(expected, got)
+        and np.allclose(got.positions[:, order], expected.positions, atol=1e-5)
+        and bool((np.abs((got.rotations[:, order] * expected.rotations).sum(-1)) > 1 - 1e-5).all())
     )
 
 
-def _in_time(wanted: Motion, got: Motion) -> bool:
-    return len(got) == len(wanted) and np.allclose(got.times, wanted.times, atol=1e-6)
+def _in_time(expected: Motion, got: Motion) -> bool:
+    return len(got) == len(expected) and np.allclose(got.times, expected.times, atol=1e-6)

@@ -1,8 +1,4 @@
-"""VMD, MikuMikuDance's motion: face morphs, and the upper body of models with the usual Japanese bone names.
-
-MMD's axes are Unity's turned half way round (a model faces -Z), 8 cm a unit, 30 frames a second.
-Source: the VMD layout as MikuMikuDance 9 writes it; the semi-standard bone names of MMD models.
-"""
+"""VMD, MikuMikuDance's motion: face morphs, and the upper body of models with the usual Japanese names."""
 
 from __future__ import annotations
 
@@ -15,19 +11,142 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats import _vmd_bones
-from studio.formats._humanoid import grounded_body, on_grid
 from studio.formats._imported import Imported
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix, counted
+from studio.formats._writing import checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
-from studio.motion import Motion, rotation
+from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import VRM1_TO_VRM0
+from studio.motion.sanitize import credible
+
+Array = NDArray[np.floating]
+
+METRES_A_UNIT = 0.08
+ARM_REST = np.radians(35.0)
+"""How far below level an MMD model's arms rest; most stand between 30 and 40 degrees."""
+CENTRE = "センター"
+_BODY = {
+    "下半身": "Hips", "上半身": "Spine", "上半身2": "UpperChest", "首": "Neck", "頭": "Head",
+    "左目": "LeftEye", "右目": "RightEye",
+}  # fmt: skip
+_ARMS = {"肩": "Shoulder", "腕": "UpperArm", "ひじ": "LowerArm", "手首": "Hand"}
+_FINGERS = {"人指": "Index", "中指": "Middle", "薬指": "Ring", "小指": "Little"}
+_PARTS = ("Proximal", "Intermediate", "Distal")
+
+
+def _names() -> dict[str, str]:
+    found = dict(_BODY)
+    for kanji, side in (("左", "Left"), ("右", "Right")):
+        found |= {kanji + name: side + bone for name, bone in _ARMS.items()}
+        for i, part in enumerate(_PARTS):
+            found |= {f"{kanji}{name}{'１２３'[i]}": side + f + part for name, f in _FINGERS.items()}
+            found[f"{kanji}親指{'０１２'[i]}"] = f"{side}Thumb{part}"
+    return found
+
+
+BONES = _names()
+"""HumanBodyBones name by MMD's."""
+NAMES = frozenset((*BONES, CENTRE, "グルーブ"))
+KEPT = frozenset(BONES.values())
+_HALF_TURN = np.array([-1.0, 1.0, -1.0])
+_HALF_TURN_Q = np.array([-1.0, 1.0, -1.0, 1.0])
+
+
+def _rests_lower(bone: str) -> float:
+    """The side (+1 left, -1 right) of a bone that hangs from a lowered arm, 0 for others."""
+    side = 1.0 if bone.startswith("Left") else -1.0 if bone.startswith("Right") else 0.0
+    return 0.0 if bone.endswith(("Eye", "Shoulder")) else side
+
+
+def _lowered(bone: str) -> Array:
+    """The turn that takes a bone from the T-pose to MMD's rest, in MMD's axes (the left arm along +X)."""
+    return rotation.from_axis_angle([0.0, 0.0, 1.0], -_rests_lower(bone) * ARM_REST)
+
+
+def from_humanoid(body: Motion) -> dict[str, tuple[Array, Array]]:
+    """Positions (T, 3) in MMD's units and rotations (T, 4) by MMD's bone name.
+
+    Args:
+        body: humanoid bones, hips among them.
+
+    Returns:
+        The bones the body has. Each turn is D_parent^-1 D, with D the bone's change from MMD's own rest.
+    """
+    names = body.bone_names
+    _, turned = body.skeleton.forward(body.positions, body.rotations)
+    world = {name: turned[:, j] * _HALF_TURN_Q for j, name in enumerate(names)}
+    still = np.zeros((len(body), 3))
+    hips = body.positions[:, names.index("Hips")]
+    moved = (hips - Skeleton.humanoid(("Hips",)).rest_positions[0] * _height(body)) * _HALF_TURN
+    found: dict[str, tuple[Array, Array]] = {
+        CENTRE: (moved / METRES_A_UNIT, np.tile(rotation.IDENTITY, (len(body), 1)))
+    }
+    present = {bone for bone in BONES.values() if bone in world}
+    for name, bone in BONES.items():
+        if bone not in present:
+            continue
+        change = rotation.multiply(world[bone], rotation.inverse(_lowered(bone)))
+        above = _above(bone, present)
+        if above:
+            up = rotation.multiply(world[above], rotation.inverse(_lowered(above)))
+            change = rotation.multiply(rotation.inverse(up), change)
+        found[name] = (still, rotation.sign_continuous(change))
+    return found
+
+
+def to_humanoid(tracks: dict[str, tuple[Array, Array]], frames: int) -> tuple[tuple[str, ...], Array, Array]:
+    """Bone names, local positions (T, J, 3) and local rotations (T, J, 4) in Unity's axes.
+
+    Args:
+        tracks: positions (T, 3) and rotations (T, 4) by MMD's bone name, of NAMES only.
+        frames: T.
+    """
+    present = {BONES[name] for name in tracks if name in BONES}
+    if not tracks:
+        return (), np.zeros((frames, 0, 3)), np.zeros((frames, 0, 4))
+    names = tuple(dict.fromkeys(("Hips", *(bone for bone in BONES.values() if bone in present))))
+    whole = np.tile(rotation.IDENTITY, (frames, 1))
+    changes: dict[str, Array] = {}
+    for name, bone in BONES.items():  # parents come before their children in the table
+        if bone in present:
+            above = _above(bone, present)
+            changes[bone] = rotation.multiply(changes[above] if above else whole, tracks[name][1])
+    world = {b: rotation.multiply(c, _lowered(b)) * _HALF_TURN_Q for b, c in changes.items()}
+    rest = Skeleton.humanoid(names)
+    positions = np.tile(rest.rest_positions, (frames, 1, 1))
+    for name in (CENTRE, "グルーブ"):
+        if name in tracks:
+            positions[:, 0] += tracks[name][0] * _HALF_TURN * METRES_A_UNIT
+    rotations = np.tile(rotation.IDENTITY, (frames, len(names), 1))
+    for j, bone in enumerate(names):
+        parent = names[rest.parents[j]] if rest.parents[j] >= 0 else ""
+        q = world.get(bone, whole)
+        rotations[:, j] = rotation.multiply(rotation.inverse(world.get(parent, whole)), q) if parent else q
+    return names, positions, rotations
+
+
+def _above(bone: str, present: set[str]) -> str:
+    """The bone that one hangs from in MMD, "" for the centre."""
+    if bone in ("Hips", "Spine"):
+        return ""
+    rest = Skeleton.humanoid(tuple(sorted(present)))
+    parent = rest.parents[rest.bone_names.index(bone)]
+    above = rest.bone_names[parent] if parent >= 0 else ""
+    return "" if above == "Hips" else above
+
+
+def _height(body: Motion) -> float:
+    """The body's resting hips height against the built-in figure's."""
+    hips = body.bone_names.index("Hips")
+    return float(np.median(body.positions[:, hips, 1])) / float(
+        Skeleton.humanoid(("Hips",)).rest_positions[0, 1]
+    )
+
 
 TITLE = "MikuMikuDance motion"
 SUFFIX = ".vmd"
 FPS = 30.0
-BONES_KEPT = _vmd_bones.KEPT
+BONES_KEPT = KEPT
 NOTE = (
     "30 frames a second: mouth, blinks and moods as morphs; head, eyes, arms, fingers and body by the usual "
     "Japanese bone names, arms taken to rest 35° below level. The legs are left to MMD's IK; no sound."
@@ -46,14 +165,14 @@ _MAGIC = b"Vocaloid Motion Data 0002"
 _BONE = np.dtype([("name", "S15"), ("frame", "<u4"), ("at", "<f4", 3), ("turn", "<f4", 4), ("way", "u1", 64)])
 _MORPH = np.dtype([("name", "S15"), ("frame", "<u4"), ("weight", "<f4")])
 _LAST_FRAME = int(6 * 3600 * FPS)
-# A small file may claim to last for hours with thousands of names.
-_MOST_VALUES = 50_000_000
+# A small file may claim to last for hours with thousands of names. Each cell, which is one bone on one frame,
+# takes some 300 bytes while it is read, and as much as eight morphs do.
+_MOST_CELLS, _MOST_CELLS_A_KEY = 2_500_000, 10
+_MORPHS_A_BONE = 8
 _STILL = 1e-6
 # MMD's curve for a straight line, as its editor writes it: four handles at 20 and 107 of 127.
 _STRAIGHT = np.tile(np.repeat(np.array([20, 107], dtype=np.uint8), 8), 4)
 _AGAIN = "Export it again from the program it came from."
-
-Array = NDArray[np.floating]
 
 
 def read(path: Path, audio: Path | None = None) -> Imported:
@@ -62,27 +181,20 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     Raises:
         StudioError: it is no VMD, cut short, holds no motion, or claims more than six hours.
     """
-    bones, morphs = _read(path)
-    frames = max(int(part["frame"].max(initial=0)) for part in (bones, morphs))
-    if frames > _LAST_FRAME:
-        raise StudioError(
-            f"{path.name} claims to last {frames / FPS:.0f} s.", "It is damaged; export it again."
-        )
-    tracks_claimed = len(np.unique(bones["name"])) + len(np.unique(morphs["name"]))
-    if tracks_claimed * (frames + 1) > _MOST_VALUES:
-        what = f"{path.name} claims {tracks_claimed} tracks of {frames / FPS:.0f} s."
-        raise StudioError(what, "Split it into shorter files.")
-    times = np.arange(frames + 1) / FPS
     notes: list[str] = []
+    bones, morphs = _nearby(*_read(path), path, notes)
+    frames = max(int(part["frame"].max(initial=0)) for part in (bones, morphs))
+    _check_size(path, bones, morphs, frames)
+    times = np.arange(frames + 1) / FPS
     tracks = {_name(raw): part for raw, part in _by_name(bones)}
-    known = {name: _bone_track(part, frames) for name, part in tracks.items() if name in _vmd_bones.NAMES}
+    known = {name: _bone_track(part, frames) for name, part in tracks.items() if name in NAMES}
     if len(tracks) > len(known):
         other = next(name for name in tracks if name not in known)
         notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
     weights = {_shape(_name(raw)): _morph_track(part, frames) for raw, part in _by_name(morphs)}
     if not known and not weights:
         raise StudioError(f"{path.name} holds no face and no bones that are known.", _AGAIN)
-    names, positions, rotations = _vmd_bones.to_humanoid(known, frames + 1)
+    names, positions, rotations = to_humanoid(known, frames + 1)
     if names:
         notes.append("Arms were taken to rest 35° below level, and moves between keys as straight.")
     motion = Motion.build(
@@ -92,6 +204,33 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     audio = audio or find_audio(path)
     notes += [] if audio else [f"No sound was found for {path.stem}."]
     return Imported(path.stem, motion, audio, tuple(notes))
+
+
+def _nearby(
+    bones: NDArray[Any], morphs: NDArray[Any], path: Path, notes: list[str]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The keys without a few far behind all others: one wrong number would make hours of a dance."""
+    at = np.unique(np.concatenate([bones["frame"], morphs["frame"]]))
+    last = int(at[credible(at / FPS)[-1]])
+    near = tuple(part[part["frame"] <= last] for part in (bones, morphs))
+    gone = len(bones) + len(morphs) - sum(map(len, near))
+    if gone:
+        far = counted(gone, "key")
+        notes.append(f"{path.name}: {far} left out, at {at[-1] / FPS:.0f} s, far behind all others.")
+    return near[0], near[1]
+
+
+def _check_size(path: Path, bones: NDArray[Any], morphs: NDArray[Any], frames: int) -> None:
+    """StudioError where the keys are to fill more than a file of this size has to say."""
+    if frames > _LAST_FRAME:
+        raise StudioError(
+            f"{path.name} claims to last {frames / FPS:.0f} s.", "It is damaged; export it again."
+        )
+    faces, turned = len(np.unique(morphs["name"])), {_name(bytes(raw)) for raw in np.unique(bones["name"])}
+    cells = (frames + 1) * (len(turned & NAMES) + faces / _MORPHS_A_BONE)
+    if cells > _MOST_CELLS + _MOST_CELLS_A_KEY * (len(bones) + len(morphs)):
+        what = f"{path.name} claims {len(turned) + faces} tracks of {frames / FPS:.0f} s."
+        raise StudioError(what, "Split it into shorter files.")
 
 
 def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, ...]:
@@ -111,7 +250,7 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     even = on_grid(motion, FPS)
     morphs = _morphs(even)
     body = grounded_body(even)
-    bones = _vmd_bones.from_humanoid(body) if body is not None else {}
+    bones = from_humanoid(body) if body is not None else {}
     if not morphs and not bones:
         raise RequestError(
             f"Nothing in the motion fits into {path.name}.", "Export it as VRM Animation instead."

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError
-from studio.formats import _glb, _vrma_read
-from studio.formats._humanoid import DEFAULT_FPS, grounded_body, on_grid
+from studio.formats import _glb
 from studio.formats._imported import Imported
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
-from studio.formats._vrma_read import EYES, MIRROR_POSITION, MIRROR_ROTATION, SLOWEST
+from studio.formats._vrm import animation
+from studio.formats._vrm.animation import EYES, MIRROR_POSITION, MIRROR_ROTATION, SLOWEST
+from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import VRM0_TO_VRM1, VRM1_SHAPES, vrm1_bone
@@ -51,7 +51,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     Raises:
         StudioError: it is no VRM Animation, cut short or damaged.
     """
-    motion, notes = _vrma_read.read(path)
+    motion, notes = animation.read(path)
     audio = audio or find_audio(path)
     notes += [] if audio else [f"No sound was found for {path.stem}."]
     return Imported(path.stem, motion, audio, tuple(notes))
@@ -213,7 +213,7 @@ def _animation(tracks: list[tuple[int, str, int]], times: int) -> dict[str, Any]
 
 def _fits(path: Path, body: Motion, expressions: dict[str, Array]) -> bool:
     """Whether a file holds what was to be written: every frame's time, every weight, every bone."""
-    back, _ = _vrma_read.read(path)
+    back, _ = animation.read(path)
     same = len(back) == len(body) and np.allclose(back.times, body.times, rtol=0, atol=1e-3)
     if same and set(expressions) == set(back.shape_names):
         weights = [np.abs(back.shapes[:, s] - expressions[n]).max() for s, n in enumerate(back.shape_names)]

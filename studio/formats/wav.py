@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from studio.errors import StudioError
-from studio.formats import _sound
+from studio.formats import _writing
 from studio.formats._imported import Imported
-from studio.formats._read_back import checked
 from studio.formats._table import check_suffix
+from studio.formats._writing import checked
 from studio.motion import Motion
-from studio.take.sound import sound_info
+from studio.sound.sound_file import sound_info
 
 TITLE = "Sound"
 SUFFIX = ".wav"
@@ -35,4 +35,6 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     check_suffix(path, SUFFIX)
     if audio is None:
         raise StudioError(f"There is no sound to write to {path.name}.", "Choose a take with sound.")
-    return checked(path, lambda beside: _sound.put(beside, audio), lambda beside: _sound.fits(beside, audio))
+    return checked(
+        path, lambda beside: _writing.put(beside, audio), lambda beside: _writing.fits(beside, audio)
+    )

@@ -1,1 +1,22 @@
-"""Networks, one file each (torch): a module offers `build(sizes, **network settings) -> Network`."""
+"""Networks, one file each (torch): a module offers `build(sizes, **network settings) -> Network`.
+
+_body             Heads for the body: not one pose for a sound but what a performer may do with it, and
+                  draws of that
+_decoder          Parts of FaceFormer: its audio encoder and the layers of its decoder
+_mixture          A mixture-density head: not one pose for a sound but how likely all poses are, and samples
+                  of them
+_network          The interface of all networks, so that training and generating need not know which one it
+                  is
+_recurrent_steps  Recurrent networks frame by frame in numpy: for single frames PyTorch is nine tenths
+                  overhead
+_wav2vec2         wav2vec 2.0's speech encoder, read from a folder in Hugging Face's layout
+_whisper          Whisper's speech encoder, read from a CTranslate2 file, and the block it shares with
+                  wav2vec 2.0
+audio2face        Audio2Face: two bidirectional LSTM layers over a window of MFCC for each frame, pooled by
+                  attention
+faceformer        FaceFormer: an autoregressive transformer; each pose follows from the sound and the poses
+                  before it
+recurrent         Our own network: whole sentences through a short convolution and LSTM layers
+saia              The SAIA reports' network, mended: bidirectional LSTM layers over the sequence of frames,
+                  attention over
+"""

@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from studio.errors import RequestError
 from studio.model._mixture import MixtureHead, slow_noise
-from studio.model._network import Chance, Sizes
+from studio.model._network import SamplingOptions, Sizes
 
 KINDS = ("plain", "flow", "mixture")
 DIRECTIONS = 32
@@ -93,15 +93,15 @@ class BodyHead(nn.Module):
         body, counts = apart[..., self.sizes.faces :], weight[..., self.sizes.faces :]
         return self.surprise(known, (body * counts) @ self.into.T, counts.mean(dim=-1))
 
-    def draw(self, known: Tensor, chance: Chance) -> Tensor:
+    def draw(self, known: Tensor, sampling: SamplingOptions) -> Tensor:
         """How far poses are from the expected ones (B, n, C), scaled; 0 for the face."""
-        return nn.functional.pad(self.drawn(known, chance) @ self.out, (self.sizes.faces, 0))
+        return nn.functional.pad(self.drawn(known, sampling) @ self.out, (self.sizes.faces, 0))
 
     def surprise(self, known: Tensor, apart: Tensor, weight: Tensor) -> Tensor:
         """The loss of directions (B, n, R) in frames of a weight (B, n)."""
         raise NotImplementedError
 
-    def drawn(self, known: Tensor, chance: Chance) -> Tensor:
+    def drawn(self, known: Tensor, sampling: SamplingOptions) -> Tensor:
         """Directions (B, n, R)."""
         raise NotImplementedError
 
@@ -122,15 +122,15 @@ class FlowHead(BodyHead):
 
     def surprise(self, known: Tensor, apart: Tensor, weight: Tensor) -> Tensor:
         """|velocity - (pose - chance)|^2 somewhere on the way."""
-        chance, step = torch.randn_like(apart), torch.rand_like(apart[..., :1])
-        there = torch.lerp(chance, apart, step)
-        error = (self._velocity(there, step, self.know(known)) - (apart - chance)).square().mean(dim=-1)
+        noise, step = torch.randn_like(apart), torch.rand_like(apart[..., :1])
+        there = torch.lerp(noise, apart, step)
+        error = (self._velocity(there, step, self.know(known)) - (apart - noise)).square().mean(dim=-1)
         return (error * weight).sum() / weight.sum().clamp(min=1.0)
 
-    def drawn(self, known: Tensor, chance: Chance) -> Tensor:
+    def drawn(self, known: Tensor, sampling: SamplingOptions) -> Tensor:
         """Midpoint steps along the velocity."""
         seconds = self.seconds.cpu().numpy()
-        noise = slow_noise(chance, known.shape[1], self.directions, self.sizes.fps, seconds)
+        noise = slow_noise(sampling, known.shape[1], self.directions, self.sizes.fps, seconds)
         there = BOLDNESS * torch.from_numpy(noise).to(known).expand(len(known), -1, -1)
         known, size = self.know(known), 1.0 / STEPS
         for number in range(STEPS):
@@ -160,9 +160,9 @@ class MixedHead(BodyHead):
         loss: Tensor = self.mixture(known).loss(apart, weight[..., None].expand_as(apart))
         return loss
 
-    def drawn(self, known: Tensor, chance: Chance) -> Tensor:
+    def drawn(self, known: Tensor, sampling: SamplingOptions) -> Tensor:
         """A sample of the mixture."""
-        whole = Chance(chance.seed, 1.0, chance.first)
+        whole = SamplingOptions(sampling.seed, 1.0, sampling.first)
         sample: Tensor = self.mixture(known).sample(whole, self.sizes.fps, self.seconds.cpu().numpy())
         return sample
 
@@ -183,7 +183,7 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
     return FlowHead(inputs, sizes) if kind == "flow" else MixedHead(inputs, sizes)
 
 
-def calmed(course: Tensor, last: Tensor | None, fps: float) -> Tensor:
+def low_passed(course: Tensor, last: Tensor | None, fps: float) -> Tensor:
     """A course (B, n, H) followed without haste: y_t = a y_{t-1} + (1 - a) x_t.
 
     Args:

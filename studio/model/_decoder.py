@@ -1,4 +1,4 @@
-"""Parts of FaceFormer: an ear for speech, and the layers of its decoder.
+"""Parts of FaceFormer: its audio encoder and the layers of its decoder.
 
 Source: Fan et al. 2022, FaceFormer, arXiv 2112.05329; the bias after Press et al. 2022 (ALiBi).
 """
@@ -17,7 +17,7 @@ _HIDDEN = 2
 """Width of the feed-forward layers, times the network's."""
 
 
-class Shape(NamedTuple):
+class DecoderSizes(NamedTuple):
     """Sizes of the decoder: numbers of a token, heads, layers, frames of a period and of the past seen."""
 
     width: int
@@ -28,7 +28,7 @@ class Shape(NamedTuple):
     dropout: float
 
 
-class Ear(nn.Module):
+class AudioEncoder(nn.Module):
     """Rows of sound to rows of what was said: residual dilated convolutions, exact in pieces.
 
     Source: Bai et al. 2018, An Empirical Evaluation of Generic Convolutional and Recurrent Networks.
@@ -42,7 +42,7 @@ class Ear(nn.Module):
         self.enter = nn.Conv1d(features, width, _KERNEL)
         self.blocks = nn.ModuleList(nn.Conv1d(width, width, _KERNEL, dilation=d) for d in self.dilations)
         self.mixes = nn.ModuleList(nn.Conv1d(width, width, 1) for _ in self.dilations)
-        self.widen = nn.Linear(width, wide)
+        self.project = nn.Linear(width, wide)
         self.norm = nn.LayerNorm(wide)
         self.dropout = nn.Dropout(dropout)
 
@@ -52,7 +52,7 @@ class Ear(nn.Module):
         for block, mix, dilation in zip(self.blocks, self.mixes, self.dilations, strict=True):
             heard = mix(self.dropout(functional.gelu(block(functional.gelu(x)))))
             x = x[..., dilation:-dilation] + heard
-        normed: Tensor = self.norm(self.widen(x.transpose(1, 2)))
+        normed: Tensor = self.norm(self.project(x.transpose(1, 2)))
         return normed
 
 
@@ -83,9 +83,14 @@ def attended(query: Tensor, keys: Tensor, values: Tensor, bias: Tensor) -> Tenso
     return torch.bmm(torch.softmax(scores, dim=-1), values)
 
 
-class Offer(NamedTuple):
-    """What the sound offers frames: keys (..., width, heads K), their bias (..., 1, heads K) and values
-    (..., heads K, width), with the weights of query and output in them."""
+class AudioKV(NamedTuple):
+    """Keys and values of the sound for cross-attention, with the weights of query and output in them.
+
+    Args:
+        keys: (..., width, heads K).
+        bias: of the keys (..., 1, heads K).
+        values: (..., heads K, width).
+    """
 
     keys: Tensor
     bias: Tensor
@@ -93,52 +98,52 @@ class Offer(NamedTuple):
 
 
 class Layer(nn.Module):
-    """One decoder layer: looks back, listens, thinks; each with a residual and a norm after it."""
+    """Decoder layer: self-attention, cross-attention, feed-forward; a residual and a norm after each."""
 
-    def __init__(self, shape: Shape) -> None:
+    def __init__(self, shape: DecoderSizes) -> None:
         super().__init__()
         width = shape.width
         self.heads, self.dropout = shape.heads, shape.dropout
-        self.look = nn.Linear(width, 3 * width)
-        self.looked = nn.Linear(width, width)
-        self.ask = nn.Linear(width, width)
-        self.sound = nn.Linear(width, 2 * width)
-        self.listened = nn.Linear(width, width)
-        self.widen = nn.Linear(width, _HIDDEN * width)
-        self.narrow = nn.Linear(_HIDDEN * width, width)
+        self.self_qkv = nn.Linear(width, 3 * width)
+        self.self_out = nn.Linear(width, width)
+        self.cross_q = nn.Linear(width, width)
+        self.cross_kv = nn.Linear(width, 2 * width)
+        self.cross_out = nn.Linear(width, width)
+        self.ffn_in = nn.Linear(width, _HIDDEN * width)
+        self.ffn_out = nn.Linear(_HIDDEN * width, width)
         self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(3))
 
-    def offered(self, heard: Tensor) -> Offer:
-        """What the sound offers every frame (B, n, ...), from (B, n, K, width).
+    def audio_kv(self, heard: Tensor) -> AudioKV:
+        """Keys and values of the sound for every frame (B, n, ...), from encoded rows (B, n, K, width).
 
         Queries meet the same keys in whatever pose a frame is: the query's and the output's weights are
         multiplied into keys and values once, so that a frame costs two small products.
         """
         batch, frames, rows, width = heard.shape
         size = width // self.heads
-        keys, values = self.sound(heard).view(batch, frames, rows, 2, self.heads, size).unbind(3)
-        ask = self.ask.weight.view(self.heads, size, width) / math.sqrt(size)
-        bias = self.ask.bias.view(self.heads, size) / math.sqrt(size)
-        say = self.listened.weight.view(width, self.heads, size)
-        return Offer(
-            torch.einsum("bnkhs,hsw->bnwhk", keys, ask).flatten(3),
+        keys, values = self.cross_kv(heard).view(batch, frames, rows, 2, self.heads, size).unbind(3)
+        query_weights = self.cross_q.weight.view(self.heads, size, width) / math.sqrt(size)
+        bias = self.cross_q.bias.view(self.heads, size) / math.sqrt(size)
+        out_weights = self.cross_out.weight.view(width, self.heads, size)
+        return AudioKV(
+            torch.einsum("bnkhs,hsw->bnwhk", keys, query_weights).flatten(3),
             torch.einsum("bnkhs,hs->bnhk", keys, bias).flatten(2).unsqueeze(2),
-            torch.einsum("bnkhs,whs->bnhkw", values, say).flatten(2, 3),
+            torch.einsum("bnkhs,whs->bnhkw", values, out_weights).flatten(2, 3),
         )
 
-    def finish(self, x: Tensor, seen: Tensor, offer: Offer) -> Tensor:
-        """What comes after looking back.
+    def finish(self, x: Tensor, seen: Tensor, audio: AudioKV) -> Tensor:
+        """Cross-attention and feed-forward: what comes after self-attention.
 
         Args:
             x: tokens (N, width), N of any frames of any batch.
             seen: what self-attention gave each of them (N, width).
-            offer: of the sound for each of them (N, ...).
+            audio: keys and values of the sound for each of them (N, ...).
         """
-        x = self._joined(0, x, self.looked(seen))
-        scores = torch.baddbmm(offer.bias, x.unsqueeze(1), offer.keys)
+        x = self._joined(0, x, self.self_out(seen))
+        scores = torch.baddbmm(audio.bias, x.unsqueeze(1), audio.keys)
         weights = torch.softmax(scores.view(len(x), self.heads, -1), dim=-1).view(scores.shape)
-        x = self._joined(1, x, torch.bmm(weights, offer.values).squeeze(1) + self.listened.bias)
-        return self._joined(2, x, self.narrow(self._dropped(functional.gelu(self.widen(x)))))
+        x = self._joined(1, x, torch.bmm(weights, audio.values).squeeze(1) + self.cross_out.bias)
+        return self._joined(2, x, self.ffn_out(self._dropped(functional.gelu(self.ffn_in(x)))))
 
     def _joined(self, number: int, x: Tensor, new: Tensor) -> Tensor:
         norm = self.norms[number]
@@ -149,14 +154,14 @@ class Layer(nn.Module):
         return functional.dropout(x, self.dropout) if self.training else x
 
 
-def places(shape: Shape) -> Tensor:
+def places(shape: DecoderSizes) -> Tensor:
     """PPE(t, 2i) = sin((t mod p) / 10000^(2i / d)), cos for odd, (p, d): Fan et al., equation 4."""
     t = torch.arange(shape.period)[:, None]
     rates = torch.exp(torch.arange(0, shape.width, 2) * (-math.log(10000.0) / shape.width))
     return torch.stack([torch.sin(t * rates), torch.cos(t * rates)], dim=-1).flatten(1)
 
 
-def nearness(shape: Shape) -> Tensor:
+def nearness(shape: DecoderSizes) -> Tensor:
     """Bias of each head for poses reach - 1 .. 0 frames ago, (heads, reach): -slope floor(frames / p)."""
     slopes = 2.0 ** (-8.0 * torch.arange(1, shape.heads + 1) / shape.heads)
     ago = torch.arange(shape.reach - 1, -1, -1)

@@ -13,7 +13,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from studio.model._network import Chance
+from studio.model._network import SamplingOptions
 
 Array = NDArray[np.floating]
 
@@ -60,7 +60,7 @@ class Mixture:
         there = weight.amax(dim=-1)
         return -(torch.logsumexp(self.log_weights + joint, dim=-1) * there).sum() / counted
 
-    def sample(self, chance: Chance, fps: float, seconds: Array | None = None) -> Tensor:
+    def sample(self, sampling: SamplingOptions, fps: float, seconds: Array | None = None) -> Tensor:
         """Poses (B, n, C) drawn with slow chance; liveliness 0 gives the mean, 1 what was learnt.
 
         `seconds` is how slow in each column (C,), see slow_noise.
@@ -70,13 +70,13 @@ class Mixture:
         """
         frames, components, columns = self.means.shape[1:]
         paces = None if seconds is None else np.append(seconds, np.full(components, np.median(seconds)))
-        noise = slow_noise(chance, frames, columns + components, fps, paces)
+        noise = slow_noise(sampling, frames, columns + components, fps, paces)
         deviates = torch.from_numpy(noise[:, None, :columns]).to(self.means)
         gumbel = torch.from_numpy(_gumbel(noise[:, columns:])).to(self.means)
         chosen = torch.softmax((self.log_weights + gumbel) / _SWITCH, dim=-1)[..., None]
         drawn = (chosen * (self.means + self.deviations * deviates)).sum(dim=2)
         mean = self.mean
-        return mean + chance.liveliness * (drawn - mean)
+        return mean + sampling.liveliness * (drawn - mean)
 
 
 class MixtureHead(nn.Module):
@@ -106,7 +106,7 @@ class MixtureHead(nn.Module):
 
 
 def slow_noise(
-    chance: Chance, frames: int, columns: int, fps: float, seconds: Array | None = None
+    sampling: SamplingOptions, frames: int, columns: int, fps: float, seconds: Array | None = None
 ) -> NDArray[np.float32]:
     """Gaussian noise of deviation 1 that changes slowly, (frames, columns).
 
@@ -119,9 +119,9 @@ def slow_noise(
     reaches = np.maximum(1, np.round(lengths * fps / 2)).astype(int)
     reach = int(reaches.max())
     windows = np.stack([np.pad(_window(own), reach - own) for own in reaches])
-    first, last = chance.first - reach, chance.first + frames + reach
+    first, last = sampling.first - reach, sampling.first + frames + reach
     blocks = [
-        np.random.default_rng([chance.seed, _BEFORE_START + block]).standard_normal((_BLOCK, columns))
+        np.random.default_rng([sampling.seed, _BEFORE_START + block]).standard_normal((_BLOCK, columns))
         for block in range(first // _BLOCK, -(-last // _BLOCK))
     ]
     skip = first - first // _BLOCK * _BLOCK

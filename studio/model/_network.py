@@ -1,4 +1,4 @@
-"""What every network has in common, so that training and generating need not know which one it is."""
+"""The interface of all networks, so that training and generating need not know which one it is."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 State = tuple[Tensor, Tensor]
-Judge = Callable[[Tensor, Tensor, Tensor], Tensor]
+LossFn = Callable[[Tensor, Tensor, Tensor], Tensor]
 """The loss of scaled poses (B, T, C) beside captured ones, with what counts of them."""
 
 
@@ -37,7 +37,7 @@ class Sizes:
 
 
 @dataclass(frozen=True)
-class Chance:
+class SamplingOptions:
     """What is left to chance while generating, so that it can be repeated.
 
     Args:
@@ -63,9 +63,9 @@ class Network(nn.Module):
         margin: frames to add on both sides of a piece and drop again.
         look_aheads: milliseconds of sound after a pose that it can be told to make do with; empty where it
             knows but one way.
-        judge: what poses are held against while training, for a network that gives more than it is asked for.
+        loss_fn: the loss while training, for a network that gives more than it is asked for.
         draws: whether poses are drawn by chance, so that what is generated is not what is expected.
-        quietest: rows are held at this many deviations below their mean, and both are those of rows that are
+        min_std: rows are held at this many deviations below their mean, and both are those of rows that are
             heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
             nothing and takes all rows.
     """
@@ -75,9 +75,9 @@ class Network(nn.Module):
     after: int = 0
     margin: int = 0
     look_aheads: tuple[int, ...] = ()
-    judge: Judge | None = None
+    loss_fn: LossFn | None = None
     draws: bool = False
-    quietest: float | None = None
+    min_std: float | None = None
     row_mean: Tensor
     row_deviation: Tensor
     pose_mean: Tensor
@@ -96,17 +96,17 @@ class Network(nn.Module):
         """The last layer, whose bias may begin at the training mean."""
         raise NotImplementedError
 
-    def frames_ahead(self, ms: int | None) -> int:
+    def look_ahead_frames(self, ms: int | None) -> int:
         """Whole frames it hears after a pose with a look-ahead, its own where None; may be negative."""
         return self.after // self.sizes.steps_per_frame
 
-    def hear_ahead(self, ms: int | None) -> None:
+    def set_look_ahead(self, ms: int | None) -> None:
         """Use one of its look-aheads from now on, its own where None; `before` and `after` change with it."""
 
     def normalised(self, rows: Tensor) -> Tensor:
         """Rows with the training mean 0 and deviation 1 in each feature."""
         normal = (rows - self.row_mean) / self.row_deviation
-        return normal if self.quietest is None else normal.clamp(min=-self.quietest)
+        return normal if self.min_std is None else normal.clamp(min=-self.min_std)
 
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
@@ -144,28 +144,28 @@ class Network(nn.Module):
         return self(rows, None, style)[0], values.new_zeros(())
 
     def draw(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions
     ) -> tuple[Tensor, State | None]:
         """Poses with their liveliness, about the mean pose; networks that know of chance draw from it."""
         poses, state = self(rows, state, style)
-        return self.pose_mean + chance.liveliness * (poses - self.pose_mean), state
+        return self.pose_mean + sampling.liveliness * (poses - self.pose_mean), state
 
     def predict(
         self,
         rows: Tensor,
         state: State | None = None,
         style: Tensor | None = None,
-        chance: Chance | None = None,
+        sampling: SamplingOptions | None = None,
     ) -> tuple[Tensor, State | None]:
         """Poses with the gain learnt for this model applied: drawn by chance, expected ones where None.
 
         The gain is that of how far poses are from the mean pose; in a network that draws, which applies it
         itself, of how far drawn ones are from the expected ones.
         """
-        if chance is None:
+        if sampling is None:
             poses, state = self(rows, state, style)
         else:
-            poses, state = self.draw(rows, state, style, chance)
+            poses, state = self.draw(rows, state, style, sampling)
         if self.draws:
             return poses, state
         return self.pose_mean + self.gain * (poses - self.pose_mean), state

@@ -1,4 +1,4 @@
-"""Recurrent networks frame by frame, in numpy: of a frame alone PyTorch spends nine tenths on the way to it.
+"""Recurrent networks frame by frame in numpy: for single frames PyTorch is nine tenths overhead.
 
 The same numbers as `recurrent`, whose weights are taken; a live performance asks for one frame at a time.
 """
@@ -16,7 +16,7 @@ from studio.model._network import Network
 from studio.model.recurrent import Ensemble, Recurrent
 
 Floats = NDArray[np.float32]
-Told = tuple[Floats, Floats]
+LstmState = tuple[Floats, Floats]
 """What an LSTM layer remembers: outputs and cells (M, H) each."""
 _ROOT_HALF = np.float32(np.sqrt(0.5))
 _GATE_ORDER = (0, 1, 3, 2)
@@ -45,13 +45,13 @@ class RecurrentSteps:
         first = members[0]
         self._per_frame, self._further = whole.sizes.steps_per_frame, first._further
         self._scales = [_scale([whole])] if whole is first else [_scale([whole]), _scale(members)]
-        self._quietest = first.quietest
+        self._min_std = first.min_std
         self._mean, self._gain = _array(whole.pose_mean), _array(whole.gain)
         self._convolution = _stacked([_convolution(one) for one in members])
         self._layers = [_stacked([_layer(one, i, style) for one in members]) for i in range(first.layers)]
         self._head = _head(members, style)
         blank = np.zeros((len(members), first.lstm.hidden_size), dtype=np.float32)
-        self._told: list[Told] = [(blank, blank) for _ in self._layers]
+        self._lstm_state: list[LstmState] = [(blank, blank) for _ in self._layers]
 
     def predict(self, rows: Floats, liveliness: float = 1.0) -> Floats:
         """The next scaled poses (n, C), with the gain.
@@ -62,37 +62,37 @@ class RecurrentSteps:
         """
         seen = self._seen(rows)
         now = seen.shape[1] - self._further
-        known, self._told = self._through(seen[:, :now], self._told)
+        known, self._lstm_state = self._through(seen[:, :now], self._lstm_state)
         if self._further:  # heard again with the next frames, whose state it is not
-            on, _ = self._through(seen[:, now:], self._told)
+            on, _ = self._through(seen[:, now:], self._lstm_state)
             later = np.concatenate([known, on], axis=1)[:, self._further :]
             known = np.concatenate([known, later], axis=2)
         poses = self._head(known).mean(axis=0)
-        said: Floats = self._mean + self._gain * np.float32(liveliness) * (poses - self._mean)
-        return said
+        varied: Floats = self._mean + self._gain * np.float32(liveliness) * (poses - self._mean)
+        return varied
 
     def _seen(self, rows: Floats) -> Floats:
         """Rows through the convolution, (M, n + further, H)."""
         for mean, deviation in self._scales:
             rows = (rows - mean) / deviation
-            if self._quietest is not None:
-                rows = np.maximum(rows, np.float32(-self._quietest))
+            if self._min_std is not None:
+                rows = np.maximum(rows, np.float32(-self._min_std))
         weights, bias = self._convolution
         width = rows.shape[-1] * self._per_frame
         flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
         windows = np.lib.stride_tricks.sliding_window_view(flat, weights.shape[1], axis=1)[:, ::width]
         return _gelu(np.ascontiguousarray(windows) @ weights + bias)
 
-    def _through(self, values: Floats, told: Sequence[Told]) -> tuple[Floats, list[Told]]:
+    def _through(self, values: Floats, states: Sequence[LstmState]) -> tuple[Floats, list[LstmState]]:
         """Frames (M, n, H) through all layers, and what these remember then."""
-        left: list[Told] = []
-        for (into, again, bias), state in zip(self._layers, told, strict=True):
+        left: list[LstmState] = []
+        for (into, again, bias), state in zip(self._layers, states, strict=True):
             values, state = _remembering(values @ into + bias, again, state)
             left.append(state)
         return values, left
 
 
-def _remembering(asked: Floats, again: Floats, state: Told) -> tuple[Floats, Told]:
+def _remembering(asked: Floats, again: Floats, state: LstmState) -> tuple[Floats, LstmState]:
     """One LSTM layer over frames (M, n, 4 H).
 
     Source: Hochreiter and Schmidhuber 1997, as in torch.nn.LSTM.
@@ -110,7 +110,7 @@ def _remembering(asked: Floats, again: Floats, state: Told) -> tuple[Floats, Tol
 
 
 def _sigmoid(x: Floats) -> Floats:
-    """As a hyperbolic tangent, which cannot overflow."""
+    """The logistic function, worked out as a hyperbolic tangent, which cannot overflow."""
     share: Floats = np.float32(0.5) + np.float32(0.5) * np.tanh(np.float32(0.5) * x)
     return share
 
@@ -176,11 +176,11 @@ def _without_style(weight: Floats, bias: Floats, one: Recurrent, style: int) -> 
         return weight, bias
     numbers = _array(one.style.weight)[style]
     units = one.lstm.hidden_size
-    kept = []
+    state_layers = []
     for a in range(0, weight.shape[1], units + len(numbers)):
-        kept.append(weight[:, a : a + units])
+        state_layers.append(weight[:, a : a + units])
         bias = bias + weight[:, a + units : a + units + len(numbers)] @ numbers
-    return np.concatenate(kept, axis=1), bias
+    return np.concatenate(state_layers, axis=1), bias
 
 
 def _ordered(weight: Floats) -> Floats:

@@ -23,7 +23,7 @@ from safetensors.torch import load_file
 from torch import Tensor, nn
 from torch.nn import functional
 
-from studio.model._speech_layers import Block
+from studio.model._whisper import TransformerBlock
 
 Floats = NDArray[np.float32]
 
@@ -90,7 +90,7 @@ class Wav2Vec2(nn.Module):
         self.place = nn.Conv1d(width, width, reach, padding=reach // 2, groups=groups)
         stable = config.do_stable_layer_norm
         self.blocks = nn.ModuleList(
-            Block(width, config.num_attention_heads, config.intermediate_size, stable, eps)
+            TransformerBlock(width, config.num_attention_heads, config.intermediate_size, stable, eps)
             for _ in range(config.num_hidden_layers)
         )
         self.norm = nn.LayerNorm(width, eps)
@@ -98,12 +98,12 @@ class Wav2Vec2(nn.Module):
     @torch.inference_mode()
     def tokens(self, samples: Floats) -> Floats:
         """What forward gives, of and as arrays."""
-        heard: Floats = self(torch.from_numpy(samples)).numpy()
-        return heard
+        conv_features: Floats = self(torch.from_numpy(samples)).numpy()
+        return conv_features
 
     def forward(self, samples: Tensor) -> Tensor:
         """Tokens (n, hidden_size) of sound (N,) with mean 0 and deviation 1."""
-        x = self.enter(self.enter_norm(self.heard(samples).transpose(1, 2)))
+        x = self.enter(self.enter_norm(self.conv_features(samples).transpose(1, 2)))
         placed = functional.gelu(self.place(x.transpose(1, 2))[..., : x.shape[1]]).transpose(1, 2)
         x, stable = x + placed, self.config.do_stable_layer_norm
         x = x if stable else self.norm(x)
@@ -112,7 +112,7 @@ class Wav2Vec2(nn.Module):
         done: Tensor = self.norm(x) if stable else x
         return done[0]
 
-    def heard(self, samples: Tensor) -> Tensor:
+    def conv_features(self, samples: Tensor) -> Tensor:
         """What the convolutions make of the sound, (1, channels, n)."""
         x = samples[None, None]
         for conv, norm in zip(self.convs, self.norms, strict=True):
@@ -229,11 +229,11 @@ _WHOLE = {
     "encoder.layer_norm": "norm",
 }
 _IN_BLOCK = {
-    "attention.out_proj": "looked",
-    "layer_norm": "look_norm",
-    "feed_forward.intermediate_dense": "widen",
-    "feed_forward.output_dense": "narrow",
-    "final_layer_norm": "think_norm",
+    "attention.out_proj": "self_out",
+    "layer_norm": "self_norm",
+    "feed_forward.intermediate_dense": "ffn_in",
+    "feed_forward.output_dense": "ffn_out",
+    "final_layer_norm": "ffn_norm",
 }
 
 
@@ -254,7 +254,7 @@ def _renamed(tensors: Mapping[str, Tensor], config: Config) -> dict[str, Tensor]
                 _take(plain, f"{there}.{theirs}", found, f"{here}.{ours}")
             for end in ("weight", "bias"):
                 parts = [plain[f"{there}.attention.{one}_proj.{end}"] for one in "qkv"]
-                found[f"{here}.look.{end}"] = torch.cat(parts)
+                found[f"{here}.self_qkv.{end}"] = torch.cat(parts)
     except (KeyError, RuntimeError, IndexError) as error:
         raise ValueError("its weights do not fit its config.json") from error
     return found

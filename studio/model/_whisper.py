@@ -1,8 +1,4 @@
-"""Whisper's speech encoder, read from a CTranslate2 file.
-
-Source: Radford et al. 2022, Robust Speech Recognition via Large-Scale Weak Supervision, arXiv 2212.04356;
-the file by CTranslate2's model specification, binary version 6.
-"""
+"""Whisper's speech encoder, read from a CTranslate2 file, and the block it shares with wav2vec 2.0."""
 
 from __future__ import annotations
 
@@ -17,7 +13,48 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from studio.model._speech_layers import Block
+
+class TransformerBlock(nn.Module):
+    """Self-attention over a whole window, then two dense layers, each with a residual.
+
+    Args:
+        width: numbers of a token.
+        heads: of attention; they share the width.
+        hidden: width between the two dense layers.
+        norm_first: normalise before each part (Whisper, large wav2vec 2.0) or after it (base wav2vec 2.0).
+        eps: of its norms.
+    """
+
+    def __init__(self, width: int, heads: int, hidden: int, norm_first: bool, eps: float = 1e-5) -> None:
+        super().__init__()
+        self.heads, self.norm_first = heads, norm_first
+        self.self_qkv = nn.Linear(width, 3 * width)
+        self.self_out = nn.Linear(width, width)
+        self.ffn_in = nn.Linear(width, hidden)
+        self.ffn_out = nn.Linear(hidden, width)
+        self.self_norm = nn.LayerNorm(width, eps)
+        self.ffn_norm = nn.LayerNorm(width, eps)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, n, width) -> the same."""
+        if self.norm_first:
+            x = x + self._attention(self.self_norm(x))
+            return x + self._feed_forward(self.ffn_norm(x))
+        x = self.self_norm(x + self._attention(x))
+        normed: Tensor = self.ffn_norm(x + self._feed_forward(x))
+        return normed
+
+    def _attention(self, x: Tensor) -> Tensor:
+        batch, count, width = x.shape
+        qkv = self.self_qkv(x).view(batch, count, 3, self.heads, -1).permute(2, 0, 3, 1, 4)
+        attended = functional.scaled_dot_product_attention(qkv[0], qkv[1], qkv[2])
+        done: Tensor = self.self_out(attended.transpose(1, 2).reshape(batch, count, width))
+        return done
+
+    def _feed_forward(self, x: Tensor) -> Tensor:
+        done: Tensor = self.ffn_out(functional.gelu(self.ffn_in(x)))
+        return done
+
 
 Floats = NDArray[np.float32]
 
@@ -27,12 +64,12 @@ _TYPES = {0: np.float32, 4: np.float16}
 _MOST_NUMBERS = 100_000_000
 _MOST_VARIABLES = 10_000
 _NAMES = {
-    "self_attention/layer_norm": "look_norm",
-    "self_attention/linear_0": "look",
-    "self_attention/linear_1": "looked",
-    "ffn/layer_norm": "think_norm",
-    "ffn/linear_0": "widen",
-    "ffn/linear_1": "narrow",
+    "self_attention/layer_norm": "self_norm",
+    "self_attention/linear_0": "self_qkv",
+    "self_attention/linear_1": "self_out",
+    "ffn/layer_norm": "ffn_norm",
+    "ffn/linear_0": "ffn_in",
+    "ffn/linear_1": "ffn_out",
 }
 _ENDS = {"gamma": "weight", "beta": "bias"}
 
@@ -54,7 +91,9 @@ class Whisper(nn.Module):
         self.conv1 = nn.Conv1d(BANDS, width, 3, padding=1)
         self.conv2 = nn.Conv1d(width, width, 3, stride=2, padding=1)
         self.register_buffer("places", torch.zeros(most, width))
-        self.blocks = nn.ModuleList(Block(width, heads, 4 * width, norm_first=True) for _ in range(blocks))
+        self.blocks = nn.ModuleList(
+            TransformerBlock(width, heads, 4 * width, norm_first=True) for _ in range(blocks)
+        )
         self.norm = nn.LayerNorm(width)
 
     @property
@@ -65,8 +104,8 @@ class Whisper(nn.Module):
     @torch.inference_mode()
     def tokens(self, bands: Floats) -> Floats:
         """What forward gives, of and as arrays."""
-        heard: Floats = self(torch.from_numpy(bands)).numpy()
-        return heard
+        found: Floats = self(torch.from_numpy(bands)).numpy()
+        return found
 
     def forward(self, bands: Tensor) -> Tensor:
         """Tokens (n / 2, width) of normalised log-mel bands (80, n), 100 a second; n even."""

@@ -39,7 +39,7 @@ class Audio2Face(Network):
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
-        """See Network.forward; there is no state and no style."""
+        """Poses (B, n, C) from rows (B, n K + before + after, F); there is no state and no style."""
         seen = windows(self.normalised(rows), self.sizes)
         batch, frames, width, features = seen.shape
         parts = torch.split(seen.reshape(batch * frames, width, features), AT_ONCE)

@@ -1,7 +1,7 @@
-"""FaceFormer: a transformer that says each pose from the sound and from the poses it said before.
+"""FaceFormer: an autoregressive transformer; each pose follows from the sound and the poses before it.
 
 Periodic positions, causal self-attention that prefers near periods, cross-attention of each frame to its own
-rows of sound, as published; speech is heard by a small convolutional encoder learnt from scratch, or by a
+rows of sound, as published; speech is encoded by a small convolutional encoder learnt from scratch, or by a
 pretrained one whose rows come in and are projected, as published. Unlike the published code, keys and values
 are kept instead of worked out again for every frame, and self-attention reaches back a fixed span, so that
 any length takes the same time and memory a frame.
@@ -19,7 +19,16 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from studio.errors import RequestError
-from studio.model._decoder import Ear, Layer, Offer, Projection, Shape, attended, nearness, places
+from studio.model._decoder import (
+    AudioEncoder,
+    AudioKV,
+    DecoderSizes,
+    Layer,
+    Projection,
+    attended,
+    nearness,
+    places,
+)
 from studio.model._network import Network, Sizes, State
 
 _STYLE_DEVIATION = 0.3
@@ -27,22 +36,29 @@ _LIMITS = {"layers": (1, 12), "hearing": (1, 8), "passes": (1, 32), "reach_s": (
 
 
 class FaceFormer(Network):
-    """Ear, style and decoder; the state is the keys and values of the past, the last pose and its place.
+    """Audio encoder, style and decoder; the state: keys and values of the past, the last pose, its place.
 
     Args:
         sizes: what it must fit.
         shape: of the decoder.
-        ear: hears what was said.
+        encoder: of the rows of sound.
         passes: how often a crop is answered while learning; all but the last only make the poses that the
             last one is shown as its own past.
-        told: share of frames whose past is the captured pose instead.
+        captured_share: share of frames whose past is the captured pose instead (teacher forcing).
     """
 
-    def __init__(self, sizes: Sizes, shape: Shape, ear: Ear | Projection, passes: int, told: float) -> None:
+    def __init__(
+        self,
+        sizes: Sizes,
+        shape: DecoderSizes,
+        encoder: AudioEncoder | Projection,
+        passes: int,
+        captured_share: float,
+    ) -> None:
         super().__init__(sizes)
-        self.shape, self.passes, self.told = shape, passes, told
-        self.ear = ear
-        self.before = self.after = self.ear.reach
+        self.shape, self.passes, self.captured_share = shape, passes, captured_share
+        self.encoder = encoder
+        self.before = self.after = self.encoder.reach
         self.past = nn.Linear(sizes.columns, shape.width)
         self.style = nn.Embedding(sizes.styles + 1, shape.width)
         nn.init.normal_(self.style.weight, std=_STYLE_DEVIATION)
@@ -65,20 +81,20 @@ class FaceFormer(Network):
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
-        """See Network.forward: one frame after another, from what was kept; without gradients."""
-        heard, layers = self.hear(rows), list(self._each())
-        cache, pose, frame = self._opened(state, heard)
-        offers = [_by_frame(offer) for offer in self.offers(heard)]
+        """Poses (B, n, C) one frame after another from the cached keys and values; without gradients."""
+        encoded, layers = self.encode(rows), list(self._each())
+        cache, pose, frame = self._opened(state, encoded)
+        audio_kv = [_by_frame(kv) for kv in self.audio_kv(encoded)]
         # What stays the same is worked out once: the place in the period and the style go together.
         starts = (self.places[:, None] + self._styled(style, len(rows)) + self.past.bias).unbind(0)
         near = self.nearness.repeat(len(rows), 1).unsqueeze(1)
-        weight, count = self.past.weight.t(), heard.shape[1]
+        weight, count = self.past.weight.t(), encoded.shape[1]
         kept, poses = cache.shape[-2] - count, []
         for i in range(count):
             x = torch.addmm(starts[(frame + i) % self.shape.period], pose, weight)
             for number, layer in enumerate(layers):
                 seen = self._look_back(layer, x, cache[number], kept + i, near)
-                x = layer.finish(x, seen, offers[number][i])
+                x = layer.finish(x, seen, audio_kv[number][i])
             pose = self.pose(x)
             poses.append(pose)
         tail = torch.cat([pose, pose.new_full((len(pose), 1), (frame + count) % self.shape.period)], dim=1)
@@ -88,19 +104,19 @@ class FaceFormer(Network):
     def _look_back(self, layer: Layer, x: Tensor, cache: Tensor, at: int, near: Tensor) -> Tensor:
         """Self-attention of one new token (B, width); key and value go into the cache (2, B heads, ...)."""
         batch, width = x.shape
-        fresh = layer.look(x).view(batch, 3, -1, 1, width // layer.heads).transpose(0, 1).flatten(1, 2)
+        fresh = layer.self_qkv(x).view(batch, 3, -1, 1, width // layer.heads).transpose(0, 1).flatten(1, 2)
         cache[:, :, at : at + 1] = fresh[1:]
         first = max(0, at + 1 - self.shape.reach)
         keys, values = cache[:, :, first : at + 1].unbind(0)
         bias = near[..., self.shape.reach - (at + 1 - first) :]
         return attended(fresh[0], keys, values, bias).view(batch, width)
 
-    def _opened(self, state: State | None, heard: Tensor) -> tuple[Tensor, Tensor, int]:
+    def _opened(self, state: State | None, encoded: Tensor) -> tuple[Tensor, Tensor, int]:
         """Room for past and new frames (layers, 2, B heads, N, ...), the last pose, the next place."""
-        batch, frames = heard.shape[:2]
+        batch, frames = encoded.shape[:2]
         shape = self.shape
         if state is None:
-            past = heard.new_zeros(shape.layers, 2, batch * shape.heads, 0, shape.width // shape.heads)
+            past = encoded.new_zeros(shape.layers, 2, batch * shape.heads, 0, shape.width // shape.heads)
             pose, frame = self.pose_mean.expand(batch, -1), 0
         else:
             past, pose, frame = state[0], state[1][:, :-1], int(state[1][0, -1])
@@ -111,43 +127,43 @@ class FaceFormer(Network):
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """See Network.learn: a few passes over the whole crop, each shown what the one before answered."""
-        heard, past = self.hear(rows), values
-        offers = self.offers(heard)
+        """Poses of crops by a few passes over the whole crop, each shown the poses of the one before."""
+        encoded, past = self.encode(rows), values
+        audio_kv = self.audio_kv(encoded)
         for _ in range(self.passes - 1):
             with torch.no_grad():
-                past = self.decode(past, style, offers)
-        if self.told:
-            shown = torch.rand(*past.shape[:2], 1, device=past.device) < self.told
+                past = self.decode(past, style, audio_kv)
+        if self.captured_share:
+            shown = torch.rand(*past.shape[:2], 1, device=past.device) < self.captured_share
             past = torch.where(shown, values, past)
-        return self.decode(past, style, offers), values.new_zeros(())
+        return self.decode(past, style, audio_kv), values.new_zeros(())
 
-    def hear(self, rows: Tensor) -> Tensor:
-        """What was said in each frame, (B, n, K, width), from rows (B, n K + before + after, F)."""
-        heard = self.ear(self.normalised(rows))
-        return heard.view(len(rows), -1, self.sizes.steps_per_frame, self.shape.width)
+    def encode(self, rows: Tensor) -> Tensor:
+        """Encoded rows of each frame, (B, n, K, width), from rows (B, n K + before + after, F)."""
+        encoded = self.encoder(self.normalised(rows))
+        return encoded.view(len(rows), -1, self.sizes.steps_per_frame, self.shape.width)
 
-    def offers(self, heard: Tensor) -> list[Offer]:
-        """What each layer makes of what was said."""
-        return [layer.offered(heard) for layer in self._each()]
+    def audio_kv(self, encoded: Tensor) -> list[AudioKV]:
+        """Keys and values of each layer for encoded rows (B, n, K, width)."""
+        return [layer.audio_kv(encoded) for layer in self._each()]
 
-    def decode(self, poses: Tensor, style: Tensor | None, offers: Sequence[Offer]) -> Tensor:
+    def decode(self, poses: Tensor, style: Tensor | None, audio_kv: Sequence[AudioKV]) -> Tensor:
         """All frames at once, each from the poses before it: what forward does one by one.
 
         Args:
             poses: scaled poses (B, n, C); the last one is not looked at.
             style: see Network.forward.
-            offers: of the sound of the same frames.
+            audio_kv: of the sound of the same frames.
         """
         batch, count = poses.shape[:2]
         past = torch.cat([self.pose_mean.expand(batch, 1, -1), poses[:, :-1]], dim=1)
         frames = torch.arange(count, device=poses.device)
         x = self.past(past) + self._styled(style, batch)[:, None] + self.places[frames % self.shape.period]
         bias = self._bias(frames)
-        for layer, offer in zip(self._each(), offers, strict=True):
-            looking = layer.look(x).view(batch, count, 3, layer.heads, -1).permute(2, 0, 3, 1, 4)
-            seen = functional.scaled_dot_product_attention(looking[0], looking[1], looking[2], bias)
-            flat = Offer(*(part.flatten(0, 1) for part in offer))
+        for layer, kv in zip(self._each(), audio_kv, strict=True):
+            qkv = layer.self_qkv(x).view(batch, count, 3, layer.heads, -1).permute(2, 0, 3, 1, 4)
+            seen = functional.scaled_dot_product_attention(qkv[0], qkv[1], qkv[2], bias)
+            flat = AudioKV(*(part.flatten(0, 1) for part in kv))
             x = layer.finish(x.flatten(0, 1), seen.transpose(1, 2).reshape(batch * count, -1), flat)
             x = x.view(batch, count, -1)
         done: Tensor = self.pose(x)
@@ -173,10 +189,10 @@ class FaceFormer(Network):
             yield layer
 
 
-def _by_frame(offer: Offer) -> list[Offer]:
-    """Offers (B, n, ...) one frame at a time."""
-    keys, bias, values = (part.unbind(1) for part in offer)
-    return [Offer(*one) for one in zip(keys, bias, values, strict=True)]
+def _by_frame(kv: AudioKV) -> list[AudioKV]:
+    """Keys and values (B, n, ...) one frame at a time."""
+    keys, bias, values = (part.unbind(1) for part in kv)
+    return [AudioKV(*one) for one in zip(keys, bias, values, strict=True)]
 
 
 def build(
@@ -193,7 +209,7 @@ def build(
     passes: int = 3,
     told: float = 0.0,
 ) -> Network:
-    """The network.
+    """A FaceFormer; the names of these settings are keys of recipes on disk.
 
     Args:
         sizes: what it must fit.
@@ -202,8 +218,8 @@ def build(
         layers: of the decoder.
         period: frames after which positions repeat; 25 or 30 in the paper.
         reach_s: seconds of its own past it looks back on.
-        hearing: convolutions of the ear; it hears about 2^hearing rows to either side.
-        projected: rows are a pretrained encoder's, which has heard them already: no ear, one linear layer.
+        hearing: convolutions of the audio encoder; it reaches about 2^hearing rows to either side.
+        projected: rows are a pretrained encoder's, which has encoded them already: one linear layer instead.
         dropout: share of values dropped while training.
         passes: how often a crop is answered while learning; 1 shows it the captured past alone.
         told: share of frames whose past is captured rather than its own.
@@ -212,9 +228,13 @@ def build(
     for name, value in (("layers", layers), ("hearing", hearing), ("passes", passes), ("reach_s", reach_s)):
         _must_be_within(name, value)
     reach = max(1, round(reach_s * sizes.fps))
-    shape = Shape(width, heads, layers, period, reach, dropout)
-    ear = Projection(sizes.features, width) if projected else Ear(sizes.features, width, hearing, dropout)
-    return FaceFormer(sizes, shape, ear, passes, told)
+    shape = DecoderSizes(width, heads, layers, period, reach, dropout)
+    encoder = (
+        Projection(sizes.features, width)
+        if projected
+        else AudioEncoder(sizes.features, width, hearing, dropout)
+    )
+    return FaceFormer(sizes, shape, encoder, passes, told)
 
 
 def _must_fit(width: int, heads: int) -> None:

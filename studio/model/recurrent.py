@@ -14,21 +14,21 @@ import torch
 from torch import Tensor, nn
 
 from studio.errors import RequestError
-from studio.model._body import body_head, calmed
-from studio.model._network import Chance, Network, Sizes, State
+from studio.model._body import body_head, low_passed
+from studio.model._network import Network, SamplingOptions, Sizes, State
 
 MARGIN_SECONDS = 3.0
-QUIETEST = 3.0
+MIN_STD = 3.0
 _STYLE_DEVIATION = 0.3
 LONGEST_MS = 2000
-OTHERS_SHARE = 1.0
+LOOK_AHEAD_WEIGHT = 1.0
 """What the other look-aheads together count for, beside the network's own."""
 
 
 class Recurrent(Network):
     """Frames of stacked rows -> convolution -> LSTM -> pose."""
 
-    quietest = QUIETEST
+    min_std = MIN_STD
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class Recurrent(Network):
         self.pose = nn.Linear(known + beside, sizes.columns)
         self.body = body_head(body, known + beside, sizes)
         self.draws = self.body is not None
-        self.layers, self.kept = layers, layers + self.draws  # of the LSTM, and of the state
+        self.layers, self.state_layers = layers, layers + self.draws  # of the LSTM, and of the state
         self.kernel, self.own, self.fewest = kernel, ahead, 0 if own_frame else -1
         self.look_aheads = () if both else look_aheads
         # Last, so that without them everything above begins as it does with them.
@@ -73,7 +73,7 @@ class Recurrent(Network):
             _further(known + beside, 1 + (self._late(ms) > 0), units, sizes.columns)
             for ms in self.look_aheads
         )
-        self.hear_ahead(None)
+        self.set_look_ahead(None)
 
     @property
     def output(self) -> nn.Linear:
@@ -89,34 +89,34 @@ class Recurrent(Network):
                 assert isinstance(last, nn.Linear)
                 last.bias.copy_(mean)
 
-    def frames_ahead(self, ms: int | None) -> int:
-        """See Network.frames_ahead: as many as lie within the milliseconds with all of their sound."""
+    def look_ahead_frames(self, ms: int | None) -> int:
+        """Frames after a pose whose whole sound lies within the milliseconds; its own where None."""
         return self.own if ms is None else max(int(ms / 1000 * self.sizes.fps) - 1, self.fewest)
 
-    def hear_ahead(self, ms: int | None) -> None:
-        """See Network.hear_ahead: another layer reads the pose of an earlier or later moment."""
+    def set_look_ahead(self, ms: int | None) -> None:
+        """Use one of the learnt look-aheads: another layer reads the pose of an earlier or later moment."""
         self._chosen = None if ms is None else self.look_aheads.index(ms)
         self._further = max(self._late(ms), 0)
-        ahead, k = self.frames_ahead(ms), self.sizes.steps_per_frame
+        ahead, k = self.look_ahead_frames(ms), self.sizes.steps_per_frame
         self.before, self.after = (self.kernel - 1 - min(ahead, self.own)) * k, ahead * k
 
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
-        """See Network.forward; the state is the LSTM's, None when it reads both directions."""
-        hidden, _, state = self._heard(rows, state, style)
-        return self._said(hidden), state
+        """Poses (B, n, C) of consecutive frames and the LSTM's state, None when it reads both directions."""
+        hidden, _, state = self._hidden(rows, state, style)
+        return self._pose(hidden), state
 
     def see(self, stretches: Sequence[Tensor]) -> None:
-        """See Network.see; the body's head wants to know."""
+        """Show the body's head captured poses (T, C), from which it learns how bodies move."""
         if self.body is not None:
             self.body.see(stretches)
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """See Network.learn; the head learns how far bodies are from what the pose layer expects."""
-        hidden, known, _ = self._heard(rows, None, style)
+        """Expected poses, and a loss: look-aheads, and the head's of how far bodies are from the expected."""
+        hidden, known, _ = self._hidden(rows, None, style)
         expected: Tensor = self.pose(hidden)
         own = self._look_ahead_loss(hidden, values, weight)
         if self.body is None:
@@ -127,7 +127,7 @@ class Recurrent(Network):
     def _look_ahead_loss(self, hidden: Tensor, values: Tensor, weight: Tensor) -> Tensor:
         """The mean loss of the other look-aheads: what is known at a moment says earlier and later poses."""
         total, frames = values.new_zeros(()), hidden.shape[1]
-        if self.judge is None or not self.look_aheads:
+        if self.loss_fn is None or not self.look_aheads:
             return total
         for ms, other in zip(self.look_aheads, self.others, strict=True):
             late = self._late(ms)
@@ -140,38 +140,38 @@ class Recurrent(Network):
                 known, of = torch.cat([hidden[:, :-late], hidden[:, late:]], dim=-1), slice(0, frames - late)
             else:
                 known, of = hidden[:, : frames + late], slice(-late, frames)
-            total = total + self.judge(other(known).float(), values[:, of], weight[:, of])
-        return OTHERS_SHARE * total / len(self.look_aheads)
+            total = total + self.loss_fn(other(known).float(), values[:, of], weight[:, of])
+        return LOOK_AHEAD_WEIGHT * total / len(self.look_aheads)
 
     def _late(self, ms: int | None) -> int:
         """Frames a look-ahead ends later than its own; negative where it ends sooner."""
-        return self.frames_ahead(ms) - self.own
+        return self.look_ahead_frames(ms) - self.own
 
-    def _said(self, hidden: Tensor) -> Tensor:
+    def _pose(self, hidden: Tensor) -> Tensor:
         """Poses by the look-ahead in use."""
         poses: Tensor = (self.pose if self._chosen is None else self.others[self._chosen])(hidden)
         return poses
 
     def draw(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions
     ) -> tuple[Tensor, State | None]:
-        """See Network.draw; with a head the body is drawn around the expected poses, which the face keeps."""
+        """Expected poses, with a head's sample of the body around them; faces stay the expected ones."""
         if self.body is None:
-            return super().draw(rows, state, style, chance)
-        expected, away, state = self.parted(rows, state, style, chance)
-        return expected + chance.liveliness * self.gain * away, state
+            return super().draw(rows, state, style, sampling)
+        expected, away, state = self.mean_and_residual(rows, state, style, sampling)
+        return expected + sampling.liveliness * self.gain * away, state
 
-    def parted(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None
+    def mean_and_residual(
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions | None
     ) -> tuple[Tensor, Tensor, State | None]:
         """Expected poses and how far the drawn ones are from them, (B, n, C) each, with the next state."""
-        hidden, known, state = self._heard(rows, state, style)
-        expected = self._said(hidden)
-        if self.body is None or chance is None:
+        hidden, known, state = self._hidden(rows, state, style)
+        expected = self._pose(hidden)
+        if self.body is None or sampling is None:
             return expected, torch.zeros_like(expected), state
-        return expected, self.body.draw(known, chance), state
+        return expected, self.body.draw(known, sampling), state
 
-    def _heard(
+    def _hidden(
         self, rows: Tensor, state: State | None, style: Tensor | None
     ) -> tuple[Tensor, Tensor, State | None]:
         """What is known of each frame (B, n, H), the same without haste for the head, and the next state.
@@ -186,19 +186,19 @@ class Recurrent(Network):
         seen = self._styled(self.dropout(seen), style)
         frames_now = seen.shape[1] - self._further
         hidden, own = self.lstm(seen[:, :frames_now], own)
-        heard = self.dropout(hidden)
-        known, left = heard, own
+        outputs = self.dropout(hidden)
+        known, left = outputs, own
         if self.body is not None:
-            known = calmed(heard, None if state is None else state[0][-1], self.sizes.fps)
+            known = low_passed(outputs, None if state is None else state[0][-1], self.sizes.fps)
             if not self.margin:
                 last = known[:, -1][None]
                 left = torch.cat([own[0], last]), torch.cat([own[1], torch.zeros_like(last)])
-        heard = self._styled(heard, style)
+        outputs = self._styled(outputs, style)
         if self._further:  # heard again with the next frames, whose state it is not
             on, _ = self.lstm(seen[:, frames_now:], own)
             later = torch.cat([hidden, self.dropout(on)], dim=1)[:, self._further :]
-            heard = torch.cat([heard, self._styled(later, style)], dim=-1)
-        return heard, self._styled(known, style), None if self.margin else left
+            outputs = torch.cat([outputs, self._styled(later, style)], dim=-1)
+        return outputs, self._styled(known, style), None if self.margin else left
 
     def _styled(self, values: Tensor, style: Tensor | None) -> Tensor:
         """Values (B, n, H) with the embedding of each row's style beside them."""
@@ -216,7 +216,7 @@ class Ensemble(Network):
     Source: Hansen and Salamon 1990, Neural Network Ensembles.
     """
 
-    quietest = QUIETEST
+    min_std = MIN_STD
 
     def __init__(self, sizes: Sizes, members: list[Recurrent]) -> None:
         super().__init__(sizes)
@@ -225,14 +225,14 @@ class Ensemble(Network):
         self.before, self.after, self.margin = first.before, first.after, first.margin
         self.draws, self.look_aheads = first.draws, first.look_aheads
 
-    def frames_ahead(self, ms: int | None) -> int:
-        """See Network.frames_ahead; all members hear as far."""
-        return self._each()[0].frames_ahead(ms)
+    def look_ahead_frames(self, ms: int | None) -> int:
+        """Frames after a pose that go into it with a look-ahead, the same for all members."""
+        return self._each()[0].look_ahead_frames(ms)
 
-    def hear_ahead(self, ms: int | None) -> None:
-        """See Network.hear_ahead."""
+    def set_look_ahead(self, ms: int | None) -> None:
+        """Use one of the learnt look-aheads in every member."""
         for member in self._each():
-            member.hear_ahead(ms)
+            member.set_look_ahead(ms)
         self.before, self.after = self._each()[0].before, self._each()[0].after
 
     def see(self, stretches: Sequence[Tensor]) -> None:
@@ -248,7 +248,7 @@ class Ensemble(Network):
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
-        """See Network.forward; while training each member sees its share of the batch alone."""
+        """The mean of the members' poses; while training each member sees its share of the batch alone."""
         if self.training and len(rows) >= len(self.members):
             return torch.cat([m(share, None, its)[0] for m, share, its in self._shares(rows, style)]), None
         expected, _, state = self._together(rows, state, style, None)
@@ -257,14 +257,14 @@ class Ensemble(Network):
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """See Network.learn; the first member's head learns from its member's share."""
-        judge, members = self.judge, self._each()
+        """Poses of each member for its share of the crops; the head learns from the first one's share."""
+        loss_fn, members = self.loss_fn, self._each()
         for member in members:  # a member's own loss counts as its share of the batch does
-            member.judge = None if judge is None else lambda *held: judge(*held) / len(members)
+            member.loss_fn = None if loss_fn is None else lambda *held: loss_fn(*held) / len(members)
         if len(rows) < len(self.members):
-            said = [m.learn(self.normalised(rows), style, values, weight) for m in members]
-            own = torch.stack([own for _, own in said]).sum()
-            return torch.stack([poses for poses, _ in said]).mean(dim=0), own
+            results = [m.learn(self.normalised(rows), style, values, weight) for m in members]
+            own = torch.stack([own for _, own in results]).sum()
+            return torch.stack([poses for poses, _ in results]).mean(dim=0), own
         targets = zip(
             values.tensor_split(len(self.members)), weight.tensor_split(len(self.members)), strict=True
         )
@@ -273,21 +273,23 @@ class Ensemble(Network):
         return torch.cat([poses for poses, _ in learnt]), torch.stack([own for _, own in learnt]).sum()
 
     def draw(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions
     ) -> tuple[Tensor, State | None]:
-        """See Network.draw; the first member draws around what all expect together."""
+        """The members' mean pose, around which the first member's head samples the body."""
         if not self.draws:
-            return super().draw(rows, state, style, chance)
-        expected, away, state = self._together(rows, state, style, chance)
-        return expected + chance.liveliness * self.gain * away, state
+            return super().draw(rows, state, style, sampling)
+        expected, away, state = self._together(rows, state, style, sampling)
+        return expected + sampling.liveliness * self.gain * away, state
 
     def _together(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance | None
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions | None
     ) -> tuple[Tensor, Tensor, State | None]:
         """The mean of what the members expect, how far the first draws from it, and the common state."""
         normal, members = self.normalised(rows), self._each()
-        states = _shared_out(state, [member.kept for member in members])
-        results = [m.parted(normal, s, style, chance) for m, s in zip(members, states, strict=True)]
+        states = _shared_out(state, [member.state_layers for member in members])
+        results = [
+            m.mean_and_residual(normal, s, style, sampling) for m, s in zip(members, states, strict=True)
+        ]
         expected = torch.stack([expected for expected, _, _ in results]).mean(dim=0)
         left = [s for _, _, s in results if s is not None]
         joint = (torch.cat([h for h, _ in left]), torch.cat([c for _, c in left])) if left else None
@@ -305,11 +307,13 @@ class Ensemble(Network):
         return [member for member in self.members if isinstance(member, Recurrent)]
 
 
-def _shared_out(state: State | None, kept: Sequence[int]) -> list[State | None]:
+def _shared_out(state: State | None, state_layers: Sequence[int]) -> list[State | None]:
     """Each member's part of a common state; their layers lie one behind the other."""
     if state is None:
-        return [None] * len(kept)
-    return list(zip(torch.split(state[0], list(kept)), torch.split(state[1], list(kept)), strict=True))
+        return [None] * len(state_layers)
+    return list(
+        zip(torch.split(state[0], list(state_layers)), torch.split(state[1], list(state_layers)), strict=True)
+    )
 
 
 def build(

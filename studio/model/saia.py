@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from studio.model._mixture import Mixture, MixtureHead
-from studio.model._network import Chance, Network, Sizes, State, window_margins, windows
+from studio.model._network import Network, SamplingOptions, Sizes, State, window_margins, windows
 
 MARGIN_SECONDS = 2.0
 
@@ -51,35 +51,35 @@ class Saia(Network):
     def forward(
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
-        """See Network.forward; there is no state and no style."""
+        """Poses (B, n, C) from rows (B, n K + before + after, F); there is no state and no style."""
         if self.mixture is not None:
             return self._mixed(rows).mean, None
-        return self.output(self._heard(rows)), None
+        return self.output(self._hidden(rows)), None
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """See Network.learn; how unlikely the captured poses are is the mixture's own loss."""
+        """Poses of crops while training, and the mixture's negative log-likelihood of captured ones."""
         if self.mixture is None:
             return super().learn(rows, style, values, weight)
         mixed = self._mixed(rows)
         return mixed.mean, mixed.loss(values, weight)
 
     def draw(
-        self, rows: Tensor, state: State | None, style: Tensor | None, chance: Chance
+        self, rows: Tensor, state: State | None, style: Tensor | None, sampling: SamplingOptions
     ) -> tuple[Tensor, State | None]:
-        """See Network.draw; drawn from the mixture where there is one."""
+        """Poses sampled from the mixture; without one, expected poses scaled by the liveliness."""
         if self.mixture is None:
-            return super().draw(rows, state, style, chance)
+            return super().draw(rows, state, style, sampling)
         mixed = self._mixed(rows)
-        return mixed.mean + self.gain * (mixed.sample(chance, self.sizes.fps) - mixed.mean), None
+        return mixed.mean + self.gain * (mixed.sample(sampling, self.sizes.fps) - mixed.mean), None
 
     def _mixed(self, rows: Tensor) -> Mixture:
         assert self.mixture is not None
-        mixed: Mixture = self.mixture(self._heard(rows))
+        mixed: Mixture = self.mixture(self._hidden(rows))
         return mixed
 
-    def _heard(self, rows: Tensor) -> Tensor:
+    def _hidden(self, rows: Tensor) -> Tensor:
         hidden, _ = self.lstm(windows(self.normalised(rows), self.sizes).flatten(2))
         return self._attended(hidden)
 

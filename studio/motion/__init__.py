@@ -1,6 +1,18 @@
-"""What moves: channel names, the humanoid skeleton, rotations, and Motion itself."""
+"""What moves: channel names, the humanoid skeleton, rotations, and Motion itself.
 
-from studio.motion.clip import Motion, Pose, concatenate
+avatar          An avatar: a humanoid of its own proportions with the surfaces and expressions it may have
+channels        What the channels are called, and in which order: expressions, bones and SAIA's 396 columns
+curve_channels  Which motion channels can be drawn as curves, which move at all, and their values. Pure: no
+                Qt
+motion          Motion: blend shape weights and bone transforms of one performer over time
+neutral         The pose an avatar is left in, the way into it, and a wave that shows a connection works
+rotation        Rotations as unit quaternions (x, y, z, w) and their other forms
+sanitize        Sanitizes motion: values that are no numbers or impossible, as damaged files have them, are
+                replaced
+skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
+"""
+
+from studio.motion.motion import Motion, Pose, concatenate
 from studio.motion.skeleton import Skeleton
 
 __all__ = ["Motion", "Pose", "Skeleton", "concatenate"]

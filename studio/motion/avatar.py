@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from numpy.typing import NDArray
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
 from studio.motion.skeleton import Skeleton
-
-if TYPE_CHECKING:
-    from studio.motion.skin import Skin
 
 Floats = NDArray[np.float32]
 Array = NDArray[np.floating]
@@ -39,7 +36,7 @@ class Morph:
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class SurfaceMaterial:
     """How a surface looks.
 
     Args:
@@ -135,7 +132,7 @@ class Avatar:
     name: str
     skeleton: Skeleton
     surfaces: tuple[Surface, ...] = ()
-    materials: tuple[Material, ...] = ()
+    materials: tuple[SurfaceMaterial, ...] = ()
     expressions: tuple[Expression, ...] = ()
     licence: Licence = Licence()
     notes: tuple[str, ...] = ()
@@ -159,8 +156,6 @@ class Avatar:
     @cached_property
     def skins(self) -> tuple[Skin, ...]:
         """What moves each surface; worked out once, in a moment: not first on a thread that draws."""
-        from studio.motion.skin import Skin
-
         return tuple(Skin(surface, len(self.skeleton.bone_names)) for surface in self.surfaces)
 
     @property
@@ -168,7 +163,7 @@ class Avatar:
         """Whether its expressions move anything."""
         return any(one.binds for one in self.expressions)
 
-    def worn(
+    def retargeted(
         self, source: Skeleton, joints: Array, turns: Array, scale: float | None = None
     ) -> tuple[Array, Array]:
         """How this avatar stands where another skeleton stands so.
@@ -210,7 +205,7 @@ class Avatar:
         return self.hips_height / height if height > 0.05 and self.hips_height > 0.0 else 1.0
 
     def placements(self, positions: Array, turns: Array) -> Array:
-        """What moves the binds of each bone from rest to where `worn` has it.
+        """What moves the binds of each bone from rest to where `retargeted` has it.
 
         Args:
             positions, turns: of one moment, (J, 3) and (J, 4), Unity's axes.
@@ -288,3 +283,68 @@ def _hips_height(skeleton: Skeleton) -> float:
     length = float(np.linalg.norm(skeleton.rest_positions[leg[1:]], axis=1).sum())
     length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09  # and the ankle above the sole
     return rest if abs(rest - length) < _STANDING * length else length
+
+
+class Skin:
+    """A surface made ready to be moved at the display's rate, on one thread.
+
+    Binds that agree, as all do in a file whose rest pose is its bind pose, are put into the vertices once, so
+    that hair and skirt bones that follow one bone of the body cost nothing more than it.
+    """
+
+    def __init__(self, surface: Surface, bones: int) -> None:
+        """Args: surface: what is moved. bones: J, the avatar's."""
+        from scipy import sparse
+
+        self._owners = np.where(surface.owners < 0, bones, surface.owners)
+        self._binds = np.asarray(surface.binds, dtype=np.float64)
+        count = len(surface.vertices)
+        columns, turn = surface.joints, np.eye(3)
+        self._rest = surface.vertices.astype(np.float32)
+        self._agree = bool(np.abs(self._binds - self._binds[:1]).max(initial=0.0) < 1e-5)
+        if self._agree:
+            turn, shift = self._binds[0, :, :3], self._binds[0, :, 3]
+            self._rest = (surface.vertices @ turn.T + shift).astype(np.float32)
+            columns = self._owners[columns]
+        rows = np.repeat(np.arange(count), columns.shape[1])
+        shape = (count, bones + 1 if self._agree else len(self._binds))
+        entries = (surface.weights.ravel(), (rows, columns.ravel()))
+        self._weights: Any = sparse.csr_matrix(entries, shape=shape, dtype=np.float32)
+        self._weights.sum_duplicates()
+        self._normals = (surface.normals @ _normal_turn(turn).T).astype(np.float32)
+        self._morphs = [(m.rows, (m.offsets @ turn.T).astype(np.float32)) for m in surface.morphs]
+
+    def pose(self, placements: Array, morphs: Floats) -> tuple[Floats, Floats]:
+        """Vertices and normals (V, 3) in a picture's axes; normals are not of unit length.
+
+        Args:
+            placements: (J + 1, 3, 4) of `Avatar.placements`.
+            morphs: weights (M,) of `Avatar.morph_weights`.
+        """
+        moves = placements.astype(np.float32)
+        if not self._agree:
+            own = placements[self._owners]
+            moves = np.concatenate(
+                [own[:, :, :3] @ self._binds[:, :, :3],
+                 own[:, :, :3] @ self._binds[:, :, 3:] + own[:, :, 3:]], axis=2,
+            ).astype(np.float32)  # fmt: skip
+        blended: NDArray[np.float32] = (self._weights @ moves.reshape(len(moves), 12)).reshape(-1, 3, 4)
+        rest = self._morphed(morphs)
+        vertices = np.einsum("vab,vb->va", blended[:, :, :3], rest) + blended[:, :, 3]
+        return vertices, np.einsum("vab,vb->va", blended[:, :, :3], self._normals)
+
+    def _morphed(self, weights: Floats) -> Floats:
+        active = np.flatnonzero(weights)
+        if not len(active):
+            return self._rest
+        rest = self._rest.copy()
+        for morph in active:
+            rows, offsets = self._morphs[morph]
+            rest[rows] += weights[morph] * offsets
+        return rest
+
+
+def _normal_turn(turn: Array) -> Array:
+    """What turns normals where `turn` (3, 3) turns vertices."""
+    determinant = float(np.linalg.det(turn))
+    return np.linalg.inv(turn).T if abs(determinant) > 1e-12 else turn

@@ -189,7 +189,7 @@ def slerp(a: ArrayLike, b: ArrayLike, amount: ArrayLike) -> Array:
 
 
 def sign_continuous(q: ArrayLike) -> Array:
-    """The same rotations (T, ..., 4) with signs chosen so that neighbours in time never flip."""
+    """Rotations (T, ..., 4) unchanged but with signs chosen so that neighbours in time never flip."""
     q = np.asarray(q, dtype=np.float64)
     if len(q) < 2:
         return q.copy()

@@ -1,4 +1,4 @@
-"""The humanoid skeleton: who hangs from whom, where each bone rests, and where all of it stands.
+"""The humanoid skeleton: hierarchy, rest pose and forward kinematics.
 
 Axes are Unity's (left-handed, Y up, +Z forward, metres), as VMC sends them; the avatar's own left is -X.
 Source: Unity HumanBodyBones; VRM 1.0 humanoid.

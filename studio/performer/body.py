@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from studio.motion import rotation
 from studio.motion.channels import BONES
-from studio.performer import arms, legs
+from studio.performer import limbs
+from studio.performer import limbs as legs
 from studio.performer.curves import Curve, plateau, smoothed, wander
 from studio.performer.script import Line
 from studio.performer.style import Style
@@ -43,9 +44,9 @@ def bones(
     eyes = _eyes(times, gaze, head_yaw, head_pitch, style, found)
     hips, turn = _hips(times, style)
     found["Hips"] = turn
-    pulse = arms.beats(times, lines, _ARM_LAG)
+    pulse = limbs.beats(times, lines, _ARM_LAG)
     for side in ("Left", "Right"):
-        found |= arms.arm(times, lines, style, side, pulse, breath)
+        found |= limbs.arm(times, lines, style, side, pulse, breath)
         found |= legs.leg(hips, turn, side)
     return hips, np.stack([found[name] for name in BONES], axis=1), eyes
 
@@ -79,7 +80,7 @@ def _torso(
 ) -> dict[str, NDArray[np.floating]]:
     pitch, loud = _melody(times, lines, _TORSO_LAG)
     energy, melody = smoothed(loud, 0.25), smoothed(pitch, 0.15)
-    pulse = arms.beats(times, lines, _TORSO_LAG)
+    pulse = limbs.beats(times, lines, _TORSO_LAG)
     forward = style.lean - 1.0 * breath + 2.2 * energy - 0.25 * style.tilt * melody + 0.9 * style.beat * pulse
     forward = forward + style.sway * 1.2 * wander(times, style.seed, "lean", 4.3)
     turn = style.sway * 3.5 * wander(times, style.seed, "turn", 5.7) + _towards(times, lines)
@@ -106,7 +107,7 @@ def _head(
 ) -> tuple[Curve, Curve]:
     """Neck and head into `found`; gives the head's yaw and pitch in degrees (the trunk left out)."""
     pitch, loud = _melody(times, lines, _HEAD_LAG)
-    pulse = arms.beats(times, lines, _HEAD_LAG)
+    pulse = limbs.beats(times, lines, _HEAD_LAG)
     look_yaw, look_pitch = (smoothed(angle, 0.14) for angle in gaze)
     nod = 1.5 + 4.4 * style.nod * pulse - 0.8 * style.tilt * smoothed(pitch, 0.06)
     nod = nod + 2.0 * smoothed(loud, 0.2) + 1.6 * wander(times, style.seed, "nod", 2.1) + 0.35 * look_pitch

@@ -12,13 +12,13 @@ from contextlib import suppress
 
 import numpy as np
 
-from studio.capture.vmc import SendOptions, encode_frame
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, Pose
+from studio.motion.neutral import between, neutral_pose
 from studio.performer.loudspeaker import Loudspeaker
+from studio.performer.performance import ScriptedScene, scenes
 from studio.performer.script import Script
-from studio.performer.stage import Scene, scenes
-from studio.playback.neutral import between, neutral_pose
+from studio.vmc.encode import SendOptions, encode_frame
 
 NO_SOUND = "none"
 """As device: keep silent and go by the clock alone."""
@@ -77,7 +77,7 @@ class Broadcast:
         self._thread: threading.Thread | None = None
         self._speaking = ""
         self._clock = _Clock()
-        self._scenes: queue.Queue[Scene | StudioError] = queue.Queue(maxsize=_AHEAD_SCENES)
+        self._scenes: queue.Queue[ScriptedScene | StudioError] = queue.Queue(maxsize=_AHEAD_SCENES)
         self._dice = np.random.default_rng((seed, 801))
         self._spoken_line = -1
         self._last: tuple[Motion, int] | None = None
@@ -147,7 +147,9 @@ class Broadcast:
     def _write(self) -> None:
         """Prepare scenes ahead. Runs on the script's thread."""
         try:
-            made: Iterator[Scene] = scenes(Script(self.seed, voice_source=self._voice_source), self.fps)
+            made: Iterator[ScriptedScene] = scenes(
+                Script(self.seed, voice_source=self._voice_source), self.fps
+            )
             for scene in made:
                 self._offer(scene)
                 if self._stopping.is_set() or scene.line.end >= self._seconds:
@@ -155,13 +157,13 @@ class Broadcast:
         except StudioError as error:
             self._offer(error)
 
-    def _offer(self, scene: Scene | StudioError) -> None:
+    def _offer(self, scene: ScriptedScene | StudioError) -> None:
         while not self._stopping.is_set():
             with suppress(queue.Full):
                 self._scenes.put(scene, timeout=0.1)
                 return
 
-    def _next_scene(self) -> Scene | None:
+    def _next_scene(self) -> ScriptedScene | None:
         """The next scene, once it is ready; None when asked to stop."""
         while not self._stopping.is_set():
             with suppress(queue.Empty):
@@ -183,7 +185,7 @@ class Broadcast:
             return
         self._clock.speaker = speaker
 
-    def _perform(self, first: Scene | None, channel: socket.socket, address: tuple[str, int]) -> None:
+    def _perform(self, first: ScriptedScene | None, channel: socket.socket, address: tuple[str, int]) -> None:
         """Send scene after scene; the sound of the next is queued before this one is over."""
         if first is None:
             return
@@ -196,7 +198,7 @@ class Broadcast:
                 return
             scene, upcoming = upcoming, self._after(upcoming)
 
-    def _after(self, scene: Scene) -> Scene | None:
+    def _after(self, scene: ScriptedScene) -> ScriptedScene | None:
         """The scene after one, its sound queued; None where that one is the last."""
         if scene.line.end >= self._seconds:
             return None
@@ -205,7 +207,7 @@ class Broadcast:
             self._clock.put(upcoming)
         return upcoming
 
-    def _send_scene(self, scene: Scene, channel: socket.socket, address: tuple[str, int]) -> None:
+    def _send_scene(self, scene: ScriptedScene, channel: socket.socket, address: tuple[str, int]) -> None:
         motion, due = scene.motion, -math.inf
         for i, t in enumerate(motion.times):
             if t >= self._seconds:
@@ -254,7 +256,7 @@ class Broadcast:
             else:
                 self.datagrams_sent += 1
 
-    def _tell(self, scene: Scene, t: float) -> None:
+    def _tell(self, scene: ScriptedScene, t: float) -> None:
         line = scene.line
         sounding = line.voice_start <= t < line.voice_end
         self._speaking = line.text if sounding else ""
@@ -282,7 +284,7 @@ class _Clock:
         self._zero: float | None = None
         self._last = -math.inf
 
-    def put(self, scene: Scene) -> None:
+    def put(self, scene: ScriptedScene) -> None:
         if self.speaker is not None:
             self.speaker.put(scene.samples)
 

@@ -28,7 +28,7 @@ _REMEDY = "Install Saia Studio again."
 
 
 @dataclass(frozen=True)
-class Clip:
+class BundledClip:
     """One bundled sentence: its file, and (seconds, IPA letters) where each phoneme begins."""
 
     sentence: Sentence
@@ -37,7 +37,7 @@ class Clip:
 
 
 @cache
-def clips(folder: Path | None = None) -> tuple[Clip, ...]:
+def clips(folder: Path | None = None) -> tuple[BundledClip, ...]:
     """All bundled clips.
 
     Raises:
@@ -47,7 +47,7 @@ def clips(folder: Path | None = None) -> tuple[Clip, ...]:
     try:
         known = json.loads((folder / "clips.json").read_text(encoding="utf-8"))
         found = tuple(
-            Clip(
+            BundledClip(
                 Sentence(entry["text"], entry["mood"], entry["language"]),
                 folder / entry["file"],
                 tuple((float(t), str(name)) for t, name in entry["phones"]),
@@ -61,7 +61,7 @@ def clips(folder: Path | None = None) -> tuple[Clip, ...]:
     return found
 
 
-def read_sound(clip: Clip) -> tuple[NDArray[np.float32], int]:
+def read_sound(clip: BundledClip) -> tuple[NDArray[np.float32], int]:
     """Samples (N,) mono and their rate.
 
     Raises:

@@ -24,11 +24,12 @@ from typing import Any
 SETTING = "SAIA_ESPEAK"
 """Environment variable: the library's file, or "none" to do without it."""
 
-_NAMES = (
-    "libespeak-ng.so.1", "libespeak-ng.so", "libespeak-ng.1.dylib", "libespeak-ng.dylib",
-    "/opt/homebrew/lib/libespeak-ng.dylib", "/usr/local/lib/libespeak-ng.dylib",
-    "libespeak-ng.dll", r"C:\Program Files\eSpeak NG\libespeak-ng.dll",
-)  # fmt: skip
+_NAMES = {
+    # Whole paths: for a bare name macOS looks into the current folder as well.
+    "darwin": ("/opt/homebrew/lib/libespeak-ng.dylib", "/usr/local/lib/libespeak-ng.dylib",
+               "/opt/local/lib/libespeak-ng.dylib"),
+    "win32": ("libespeak-ng.dll", r"C:\Program Files\eSpeak NG\libespeak-ng.dll"),
+}.get(sys.platform, ("libespeak-ng.so.1", "libespeak-ng.so"))  # fmt: skip
 _SYNCHRONOUS, _PHONEME_EVENTS, _IPA, _DONT_EXIT = 2, 1, 2, 0x8000
 _UTF8, _END_PAUSE = 1, 0x1000
 _RATE, _VOLUME, _PITCH, _RANGE = 1, 2, 3, 4
@@ -122,10 +123,12 @@ def _library() -> str | None:
 
 
 def _speak_in_child(library: str, request: Request) -> Reply | None:
+    from studio import launch  # not above: the child knows nothing of the studio
+
     asked = json.dumps({"library": library, "request": asdict(request)}).encode()
     try:
         child = subprocess.run(
-            [sys.executable, "-I", "-S", str(Path(__file__).resolve())],
+            launch.python("-I", "-S", str(Path(__file__).resolve())),
             input=asked,
             capture_output=True,
             timeout=_CHILD_SECONDS,

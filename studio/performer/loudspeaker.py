@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.performer.speech import SAMPLE_RATE
-from studio.playback.heard import StreamClock
+from studio.playback.sound_output import StreamClock
 
 SILENT_SECONDS = 1.0
 """Without a callback for this long the device counts as gone (a suspended one never says so)."""

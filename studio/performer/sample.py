@@ -12,8 +12,9 @@ import numpy as np
 
 from studio.dataset.dataset import Label, Selection
 from studio.errors import StudioError
+from studio.files import leftovers
+from studio.performer.performance import ScriptedPerformance, perform_script
 from studio.performer.script import Script
-from studio.performer.stage import Performance, perform_script
 from studio.project import Project
 from studio.take.take import TakeInfo
 
@@ -53,13 +54,12 @@ def make_sample(folder: Path, on_take: Callable[[str, int, int], None] | None = 
                 on_take(take_id, number + 1, len(TAKES))
         dataset = project.dataset
         selections = tuple(_chosen(selection, chosen) for selection in dataset.selections)
-        project.edit("Divide and label the sample takes", replace(dataset, selections=selections))
-        project.save()
+        project.begin_with(replace(dataset, selections=selections))
     finally:
         project.close()
 
 
-def sentence_labels(performance: Performance) -> tuple[Label, ...]:
+def sentence_labels(performance: ScriptedPerformance) -> tuple[Label, ...]:
     """Where each sentence is spoken, and the mood of those that have one."""
     found: list[Label] = []
     for line in performance.lines:
@@ -76,7 +76,7 @@ def _chosen(selection: Selection, chosen: dict[str, tuple[str, tuple[Label, ...]
     return replace(selection, split=split, labels=labels, performer=PERFORMER_NAME, locked=split == "test")
 
 
-def _info(slate: str, number: int, performance: Performance, bundled: bool) -> TakeInfo:
+def _info(slate: str, number: int, performance: ScriptedPerformance, bundled: bool) -> TakeInfo:
     return TakeInfo(
         slate=slate,
         number=number,
@@ -89,10 +89,11 @@ def _info(slate: str, number: int, performance: Performance, bundled: bool) -> T
     )
 
 
-def _save(project: Project, info: TakeInfo, performance: Performance) -> str:
+def _save(project: Project, info: TakeInfo, performance: ScriptedPerformance) -> str:
     import soundfile
 
-    with TemporaryDirectory(dir=project.folder, prefix=".sample-") as folder:
+    prefix = f".{leftovers.scratch_prefix('sample', project.folder)}"
+    with TemporaryDirectory(dir=project.folder, prefix=prefix) as folder:
         sound = Path(folder) / "audio.wav"
         pcm = np.clip(np.round(performance.samples * 32767.0), -32768, 32767).astype(np.int16)
         try:

@@ -11,7 +11,7 @@ from studio.errors import StudioError
 from studio.performer import espeak, prosody, speech
 from studio.performer.prosody import Prosody
 from studio.performer.sentences import Sentence, sentence
-from studio.performer.speech import SAMPLE_RATE, Phone, Samples, Speech, Voice
+from studio.performer.speech import SAMPLE_RATE, Phone, Samples, SpeakerVoice, Speech
 from studio.performer.style import Style
 
 REACH = 1.6
@@ -75,7 +75,7 @@ class Line:
 
     @property
     def text(self) -> str:
-        """What is said."""
+        """The sentence of this line."""
         return self.speech.sentence.text
 
     def phones(self) -> tuple[Phone, ...]:
@@ -109,7 +109,7 @@ class Script:
     def __init__(
         self, performer: int = 0, script: int = 0, texts: Sequence[str] = (), voice_source: str = "auto"
     ) -> None:
-        self.style, self.voice = Style.of(performer), Voice.of(performer)
+        self.style, self.voice = Style.of(performer), SpeakerVoice.of(performer)
         self._seed = (performer, script)
         self._texts = tuple(texts)
         self.bundled = voice_source == "bundled" or not espeak.available()

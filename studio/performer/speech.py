@@ -55,7 +55,7 @@ class Speech:
 
 
 @dataclass(frozen=True)
-class Voice:
+class SpeakerVoice:
     """How one performer sounds.
 
     Args:
@@ -72,7 +72,7 @@ class Voice:
     speed: float
 
     @classmethod
-    def of(cls, performer: int) -> Voice:
+    def of(cls, performer: int) -> SpeakerVoice:
         """The voice of a performer, by number."""
         rng = np.random.default_rng((performer, 201))
         female = bool(rng.integers(4))  # three in four: the first voice people meet is Mia
@@ -86,7 +86,7 @@ class Voice:
         )
 
 
-def from_text(sentence: Sentence, voice: Voice, take: tuple[int, ...] = ()) -> Speech | None:
+def from_text(sentence: Sentence, voice: SpeakerVoice, take: tuple[int, ...] = ()) -> Speech | None:
     """A sentence spoken by espeak-ng; None where it is not installed.
 
     Args:
@@ -110,7 +110,7 @@ def from_text(sentence: Sentence, voice: Voice, take: tuple[int, ...] = ()) -> S
     return finished(sentence, samples, reply.sample_rate, _joined(starts, len(samples) / reply.sample_rate))
 
 
-def from_bundle(index: int, voice: Voice, order_seed: int = 0) -> Speech:
+def from_bundle(index: int, voice: SpeakerVoice, order_seed: int = 0) -> Speech:
     """Sentence number `index` of the bundled clips, in an order of the performer's own.
 
     Raises:

@@ -13,7 +13,7 @@ MINDED_EARLY_MS, MINDED_LATE_MS = 90.0, 185.0
 _STEP_MS = 5
 
 
-class Seen(StrEnum):
+class SyncPerception(StrEnum):
     """What viewers make of motion that lags its sound."""
 
     UNSEEN = "unseen"
@@ -21,16 +21,16 @@ class Seen(StrEnum):
     MINDED = "minded"
 
 
-def seen(motion_late_ms: float) -> Seen:
+def sync_perception(motion_late_ms: float) -> SyncPerception:
     """What viewers make of motion so many milliseconds after its sound; negative where it is before it."""
     early, late = motion_late_ms, -motion_late_ms  # of the sound
     if early >= MINDED_EARLY_MS or late >= MINDED_LATE_MS:
-        return Seen.MINDED
-    return Seen.SEEN if early >= EARLY_MS or late >= LATE_MS else Seen.UNSEEN
+        return SyncPerception.MINDED
+    return SyncPerception.SEEN if early >= EARLY_MS or late >= LATE_MS else SyncPerception.UNSEEN
 
 
 def sound_delay_ms(motion_late_ms: float) -> int:
     """How much to delay the sound so that it meets the lips; 0 where nobody notices."""
-    if seen(motion_late_ms) is Seen.UNSEEN:
+    if sync_perception(motion_late_ms) is SyncPerception.UNSEEN:
         return 0
     return max(_STEP_MS * round(motion_late_ms / _STEP_MS), 0)

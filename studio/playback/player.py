@@ -11,10 +11,10 @@ import time
 from pathlib import Path
 
 from studio.errors import StudioError
-from studio.playback.audio_out import SoundOutput
-from studio.playback.source import SoundSource
-from studio.playback.stretch import SLOWEST
-from studio.playback.transport import MOVING, Event, State, after
+from studio.playback.sound_output import SoundOutput
+from studio.playback.transport import MOVING, Event, TransportState, after
+from studio.sound.resample import SLOWEST
+from studio.sound.stream import SoundSource
 
 
 class Player:
@@ -34,7 +34,7 @@ class Player:
     ) -> None:
         self._lock = threading.RLock()
         self._path, self._device = sound, device
-        self._state = State.STOPPED
+        self._state = TransportState.STOPPED
         self._position = 0.0
         self._loop: tuple[float, float] | None = None
         self._speed = 1.0
@@ -51,7 +51,7 @@ class Player:
             source.close()
 
     @property
-    def state(self) -> State:
+    def state(self) -> TransportState:
         """Where the transport stands."""
         with self._lock:
             self._settle()
@@ -97,9 +97,9 @@ class Player:
         """Roll from where it stands; from the start after the end."""
         with self._lock:
             self._settle()
-            if self._state in MOVING or self._state is State.CLOSED:
+            if self._state in MOVING or self._state is TransportState.CLOSED:
                 return
-            if self._state is State.ENDED:
+            if self._state is TransportState.ENDED:
                 self._position = self._loop[0] if self._loop else 0.0
             self._state = after(self._state, Event.PLAY)
             self._open_output()
@@ -125,7 +125,7 @@ class Player:
         with self._lock:
             self._settle()
             self._state = after(self._state, Event.SEEK)
-            if self._state is State.CLOSED:
+            if self._state is TransportState.CLOSED:
                 return
             self._position = min(max(t, 0.0), self.duration)
             if self._state in MOVING:
@@ -188,8 +188,9 @@ class Player:
         heard = self._output.heard() if self._output is not None else self._clock_position()
         if heard is None:
             return
-        self._state = after(self._state, Event.HEARD)
+        self._state = after(self._state, Event.PLAYED)
         self._position = min(heard, self.duration)
+        # A loop up to the very end comes around by itself; everything else ends here.
         if self._position >= self.duration - 1e-4 and not self._loops_at_end():
             self._state = after(self._state, Event.END)
             self._position = self.duration
@@ -216,4 +217,5 @@ class Player:
         )
         self._clock_start = time.monotonic() - self._position / self._speed
         if output is not None:
+            # On a thread of its own: closing a device that is gone can take seconds.
             threading.Thread(target=output.close, name="close lost device", daemon=True).start()

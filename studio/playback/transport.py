@@ -1,4 +1,4 @@
-"""The transport as a table: what playing does next, given where it stands and what happened.
+"""The transport's state machine as a table of (state, event) to the next state.
 
 The position of the sound that is heard leads; this table only says whether it moves.
 Source: the form is Ardour's (transport_fsm.h): states, events, one table, nothing implied.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 
-class State(StrEnum):
+class TransportState(StrEnum):
     """Where the transport stands."""
 
     STOPPED = "stopped"
@@ -30,44 +30,44 @@ class Event(StrEnum):
     PLAY = "play"
     PAUSE = "pause"
     SEEK = "seek"
-    HEARD = "heard"
+    PLAYED = "heard"
     """The first sample after a start or a seek reached the ear."""
     END = "end"
     CLOSE = "close"
 
 
-_S, _E = State, Event
+_S, _E = TransportState, Event
 
-TABLE: dict[tuple[State, Event], State] = {
+TABLE: dict[tuple[TransportState, Event], TransportState] = {
     (_S.STOPPED, _E.PLAY): _S.STARTING,
     (_S.STOPPED, _E.PAUSE): _S.STOPPED,
     (_S.STOPPED, _E.SEEK): _S.STOPPED,
-    (_S.STOPPED, _E.HEARD): _S.STOPPED,  # a last block arriving after the pause
+    (_S.STOPPED, _E.PLAYED): _S.STOPPED,  # a last block arriving after the pause
     (_S.STOPPED, _E.END): _S.STOPPED,
     (_S.STARTING, _E.PLAY): _S.STARTING,
     (_S.STARTING, _E.PAUSE): _S.STOPPED,
     (_S.STARTING, _E.SEEK): _S.STARTING,
-    (_S.STARTING, _E.HEARD): _S.ROLLING,
+    (_S.STARTING, _E.PLAYED): _S.ROLLING,
     (_S.STARTING, _E.END): _S.ENDED,
     (_S.ROLLING, _E.PLAY): _S.ROLLING,
     (_S.ROLLING, _E.PAUSE): _S.STOPPED,
     (_S.ROLLING, _E.SEEK): _S.STARTING,
-    (_S.ROLLING, _E.HEARD): _S.ROLLING,
+    (_S.ROLLING, _E.PLAYED): _S.ROLLING,
     (_S.ROLLING, _E.END): _S.ENDED,
     (_S.ENDED, _E.PLAY): _S.STARTING,
     (_S.ENDED, _E.PAUSE): _S.ENDED,
     (_S.ENDED, _E.SEEK): _S.STOPPED,
-    (_S.ENDED, _E.HEARD): _S.ENDED,
+    (_S.ENDED, _E.PLAYED): _S.ENDED,
     (_S.ENDED, _E.END): _S.ENDED,
     **{(state, _E.CLOSE): _S.CLOSED for state in _S},
     **{(_S.CLOSED, event): _S.CLOSED for event in _E},
 }
 """Every state with every event; a pair that is missing is a fault of this file (a test counts them)."""
 
-MOVING = frozenset({State.STARTING, State.ROLLING})
+MOVING = frozenset({TransportState.STARTING, TransportState.ROLLING})
 """States in which sound is on its way or heard."""
 
 
-def after(state: State, event: Event) -> State:
+def after(state: TransportState, event: Event) -> TransportState:
     """The state that follows."""
     return TABLE[state, event]

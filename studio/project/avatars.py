@@ -6,7 +6,7 @@ import filecmp
 from pathlib import Path
 
 from studio.errors import StudioError
-from studio.take import safe_file
+from studio.files import atomic
 
 FOLDER = "avatars"
 SUFFIX = ".vrm"
@@ -26,7 +26,7 @@ def kept(project: Path) -> tuple[Path, ...]:
 def chosen(project: Path) -> Path | None:
     """The avatar that is worn in a project; None for the stick figure, and where the file is gone."""
     try:
-        name = safe_file.read_json(project / FOLDER / _CHOICE).get("avatar")
+        name = atomic.read_json(project / FOLDER / _CHOICE).get("avatar")
     except (OSError, StudioError):
         return None
     return next((path for path in kept(project) if path.name == name), None)
@@ -39,7 +39,7 @@ def choose(project: Path, avatar: Path | None) -> None:
         StudioError: the folder cannot be written.
     """
     name = avatar.name if avatar is not None else None
-    safe_file.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, "avatar": name})
+    atomic.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, "avatar": name})
 
 
 def adopt(project: Path, source: Path) -> Path:
@@ -51,12 +51,12 @@ def adopt(project: Path, source: Path) -> Path:
     Raises:
         StudioError: it cannot be read, or the folder cannot be written.
     """
-    stem, number = safe_file.safe_name(source.stem), 1
+    stem, number = atomic.safe_name(source.stem), 1
     if source.parent == project / FOLDER:
         return source
     while (target := project / FOLDER / f"{stem}{'' if number == 1 else f' {number}'}{SUFFIX}").exists():
         if filecmp.cmp(source, target, shallow=False):
             return target
         number += 1
-    safe_file.copied(source, target)
+    atomic.copied(source, target)
     return target

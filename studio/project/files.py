@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from studio.take import safe_file
+from studio.files import atomic
 
 FORMAT_VERSION = 1
 PROJECT_FILE = "project.json"
@@ -28,7 +28,7 @@ def write_project_file(folder: Path, name: str) -> None:
     """Make the project.json of a new project, or of one that lost its own."""
     created = datetime.now().astimezone().isoformat(timespec="seconds")
     content = {"version": FORMAT_VERSION, "name": name, "created": created, "defaults": {}}
-    safe_file.write_json(folder / PROJECT_FILE, content)
+    atomic.write_json(folder / PROJECT_FILE, content)
 
 
 def fingerprint(plain: dict[str, Any]) -> int:

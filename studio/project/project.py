@@ -8,10 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.dataset import edits, lock, relink, store
+from studio.dataset import edits, relink
+from studio.dataset import history as store
 from studio.dataset.dataset import Dataset, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError
+from studio.files import atomic, leftovers, lock
 from studio.motion import Motion
 from studio.project.files import (
     DATASET_FILE,
@@ -24,7 +26,6 @@ from studio.project.files import (
 )
 from studio.project.run import Run, list_runs, new_run_folder
 from studio.project.trash import bring_back, put_away
-from studio.take import safe_file
 from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
 from studio.take.take import Take, TakeInfo
 
@@ -46,7 +47,7 @@ class Project:
         self.defaults: dict[str, Any] = {}
         self.problems: list[tuple[str, str]] = []
         self._lock = held
-        self._wish_read_only = wish_read_only
+        self._requested_read_only = wish_read_only
         self._takes: dict[str, Take] = {}
         self._seen: set[str] = set()
         self._history: History[Dataset] = History(Dataset())
@@ -72,9 +73,9 @@ class Project:
             for part in ("takes", "runs", "exports"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise safe_file.cannot_write(folder, error) from error
+            raise atomic.cannot_write(folder, error) from error
         write_project_file(folder, name or folder.name)
-        safe_file.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
+        atomic.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
         return cls.open(folder)
 
     @classmethod
@@ -95,6 +96,9 @@ class Project:
             what = f"There is no project at {folder}."
             raise RequestError(what, "Choose a folder with a project.json, or create a project there.")
         project = cls(folder, None if read_only else lock.acquire(folder), read_only)
+        if not project.read_only:  # a command that has nothing to write would leave them
+            leftovers.sweep(folder)
+            leftovers.sweep(project.runs_folder, within=True)
         project._load_project_file()
         project._load_takes()
         project._load_dataset()
@@ -126,7 +130,7 @@ class Project:
         if not self.read_only:
             return "", ""
         elsewhere = "Change it there, or close it there and open it here again."
-        if self._wish_read_only:
+        if self._requested_read_only:
             return f"{self.name} was opened for looking only.", "Open it again to change it."
         if lock.is_held(self.folder):
             pid = lock.holder(self.folder)
@@ -138,7 +142,7 @@ class Project:
     def close(self) -> None:
         """Let another window change it."""
         self._lock = None
-        self._wish_read_only = True
+        self._requested_read_only = True
 
     @property
     def takes_folder(self) -> Path:
@@ -188,7 +192,7 @@ class Project:
         move_audio: bool = False,
     ) -> Take:
         """Save a take under a free id near `name` and select it; works beside an open window too."""
-        base, number = safe_file.safe_name(name), 1
+        base, number = atomic.safe_name(name), 1
         while True:
             take_id = base if number == 1 else f"{base}_{number}"
             folder = self.takes_folder / take_id
@@ -205,16 +209,19 @@ class Project:
         self._takes[take.id] = take
         self._select_new(performer)
 
-    def remove_take(self, take_id: str) -> None:
+    def remove_take(self, take_id: str, origin: str = "") -> None:
         """Move a take to the project's .trash folder and drop its selections; undo brings it back."""
-        self.remove_takes([take_id])
+        self.remove_takes([take_id], origin=origin)
 
-    def remove_takes(self, take_ids: Sequence[str], selections: Collection[str] = ()) -> None:
-        """The same for several, and for parts of others, as one step of undo.
+    def remove_takes(
+        self, take_ids: Sequence[str], selections: Collection[str] = (), origin: str = ""
+    ) -> None:
+        """Remove several takes, and single selections of others, as one step of undo.
 
         Args:
             take_ids: takes to put away.
             selections: ids of further selections to drop, of takes that stay.
+            origin: the tab where it is done, as for `edit`.
 
         Raises:
             StudioError: the project is read-only or a take cannot be moved; those before it are gone.
@@ -230,7 +237,7 @@ class Project:
                 gone.append(take.id)
         finally:
             if gone:
-                self.edit(f"Remove {', '.join(sorted(gone))}", dataset)
+                self.edit(f"Remove {', '.join(sorted(gone))}", dataset, origin)
 
     def selected(self, split: str | None = None) -> tuple[tuple[Selection, Take], ...]:
         """Selections with their takes, of one split or all; one whose take is missing is left out."""
@@ -251,19 +258,39 @@ class Project:
         return self._history.undo_name
 
     @property
+    def undo_origin(self) -> str:
+        """The tab where that was done since the project was opened; "" where it was elsewhere or before."""
+        return self._history.undo_origin
+
+    @property
     def redo_name(self) -> str:
         """What redo would make again; "" for nothing."""
         return self._history.redo_name
 
-    def edit(self, name: str, dataset: Dataset) -> None:
+    @property
+    def redo_origin(self) -> str:
+        """The tab where that was done first, as for undo."""
+        return self._history.redo_origin
+
+    def edit(self, name: str, dataset: Dataset, origin: str = "") -> None:
         """Take new choices, as one step of undo, and save them.
+
+        Args:
+            name: what undo calls it.
+            dataset: the choices.
+            origin: the tab where it is done; "" where any may take it back that shows all choices.
 
         Raises:
             StudioError: the project is read-only, or cannot be written (the choices stay changed here).
         """
         self._must_be_writable()
-        if self._history.do(name, dataset):
+        if self._history.do(name, dataset, origin):
             self.save()
+
+    def begin_with(self, dataset: Dataset) -> None:
+        """Prepare a project that is being made: undo never goes back before these choices."""
+        self._history = History(dataset)
+        self.save()
 
     def undo(self) -> str:
         """Take the last edit back and save; gives its name, "" where there is none."""
@@ -294,9 +321,9 @@ class Project:
         """Write the choices and the steps undo can take; every edit does this already."""
         self._must_be_writable()
         plain = {**store.to_plain(self.dataset), "seen": sorted(self._seen)}
-        safe_file.write_json(self.folder / DATASET_FILE, plain)
+        atomic.write_json(self.folder / DATASET_FILE, plain)
         steps = {"dataset": fingerprint(plain), **store.history_to_plain(self._history)}
-        safe_file.write_json(self.folder / HISTORY_FILE, steps)
+        atomic.write_json(self.folder / HISTORY_FILE, steps)
 
     @property
     def runs(self) -> tuple[Run, ...]:
@@ -322,9 +349,11 @@ class Project:
     def _load_project_file(self) -> None:
         path = self.folder / PROJECT_FILE
         content = self._read(path, FORMAT_VERSION)
-        self.name = str(content.get("name") or self.folder.name)
-        defaults = content.get("defaults")
-        self.defaults = defaults if isinstance(defaults, dict) else {}
+        name, defaults = content.get("name") or "", content.get("defaults") or {}
+        if not (isinstance(name, str) and isinstance(defaults, dict)):
+            self._tell_damaged(path, atomic.damaged(path))
+            name, defaults = "", {}
+        self.name, self.defaults = name or self.folder.name, defaults
         if not path.exists() and not self.read_only:
             write_project_file(self.folder, self.name)
 
@@ -332,7 +361,7 @@ class Project:
         self._takes = {take.id: take for take in list_takes(self.takes_folder, self._repair)}
 
     def _repair(self, folder: Path, error: StudioError) -> Take | None:
-        if self.read_only or isinstance(error, safe_file.NewerVersionError):
+        if self.read_only or isinstance(error, atomic.NewerVersionError):
             self.problems.append((error.what, error.remedy))
             return None
         try:
@@ -350,13 +379,13 @@ class Project:
             return
         dataset, lost = store.from_plain(content)
         if lost:
-            self._tell_damaged(path, safe_file.damaged(path))
+            self._tell_damaged(path, atomic.damaged(path))
         seen = content.get("seen")
         self._seen = {str(take) for take in seen} if isinstance(seen, list) else set()
         self._seen |= {s.take for s in dataset.selections}
         self._history = History(dataset)
         with suppress(OSError, StudioError):
-            steps = safe_file.read_json(self.folder / HISTORY_FILE)
+            steps = atomic.read_json(self.folder / HISTORY_FILE)
             if steps.get("dataset") == fingerprint(content):
                 self._history = store.history_from_plain(dataset, steps)
         self._tell_missing()
@@ -364,11 +393,11 @@ class Project:
     def _read(self, path: Path, newest: int) -> dict[str, Any]:
         """The content of one of the project's files; empty where it is missing or was damaged."""
         try:
-            content = safe_file.read_json(path)
-            safe_file.check_version(path, content, newest)
+            content = atomic.read_json(path)
+            atomic.check_version(path, content, newest)
         except FileNotFoundError:
             return {}
-        except safe_file.NewerVersionError:
+        except atomic.NewerVersionError:
             raise
         except StudioError as error:
             self._tell_damaged(path, error)
@@ -415,7 +444,7 @@ class Project:
     def _tell_damaged(self, path: Path, error: StudioError) -> None:
         remedy = error.remedy
         if not self.read_only:
-            kept = safe_file.set_aside(path)
+            kept = atomic.set_aside(path)
             remedy = f"It was kept as {kept.name}, and the project goes on without it."
         self.problems.append((error.what, remedy))
 

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from studio.dataset import lock
 from studio.errors import StudioError
-from studio.take import safe_file
+from studio.files import atomic, process
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Run:
         """The run in a folder; a damaged report counts as none."""
         report = None
         with suppress(OSError, StudioError):
-            report = _understood(safe_file.read_json(folder / "report.json"))
+            report = _understood(atomic.read_json(folder / "report.json"))
         weights = (folder / "best.safetensors").is_file()
         status = "done" if report is not None else "stopped" if weights else "unfinished"
         if report is not None and isinstance(report.get("status"), str):
@@ -63,7 +62,7 @@ class Run:
         for line in lines:
             try:
                 event = json.loads(line)
-            except ValueError:
+            except (ValueError, RecursionError):  # the latter: brackets nested deeper than Python reads
                 continue
             if isinstance(event, dict) and _is_epoch(event):
                 events.append(event)
@@ -95,7 +94,7 @@ def _goes_on(report: dict[str, Any]) -> bool:
     pid, host = report.get("pid"), report.get("host")
     if not isinstance(pid, int) or pid <= 0:
         return False
-    return host != platform.node() or lock.is_alive(pid)
+    return host != platform.node() or process.is_alive(pid)
 
 
 def list_runs(folder: Path) -> tuple[Run, ...]:
@@ -116,7 +115,7 @@ def new_run_folder(folder: Path, recipe: str) -> Path:
     Raises:
         StudioError: it cannot be made.
     """
-    name = safe_file.safe_name(recipe)
+    name = atomic.safe_name(recipe)
     pattern = re.compile(rf"{re.escape(name)}_(\d+)")
     numbers = (int(found[1]) for run in list_runs(folder) if (found := pattern.fullmatch(run.id)))
     number = 1 + max(numbers, default=0)
@@ -127,6 +126,6 @@ def new_run_folder(folder: Path, recipe: str) -> Path:
         except FileExistsError:
             number += 1
         except OSError as error:
-            raise safe_file.cannot_write(new, error) from error
+            raise atomic.cannot_write(new, error) from error
         else:
             return new

@@ -8,13 +8,12 @@ from typing import Any
 
 from studio.errors import StudioError
 from studio.motion import Motion
-from studio.motion.mend import mended
+from studio.motion.sanitize import sanitized
 from studio.take import lag
-from studio.take._check_motion import motion_findings, value_findings
-from studio.take._check_sound import Heard, listen, sound_findings
-from studio.take._finding import SEVERITIES, Finding
+from studio.take.check_motion import motion_findings, value_findings
+from studio.take.check_sound import SoundStats, measure_sound, sound_findings
 from studio.take.motion_file import read_motion
-from studio.take.take import Take, TakeInfo
+from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
 
 __all__ = ["SEVERITIES", "Finding", "Report", "check_take"]
 
@@ -68,22 +67,22 @@ def check_take(take: Take) -> Report:
     """
     findings: list[Finding] = []
     motion = _motion(take, findings)
-    heard = _heard(take, findings)
+    stats = _sound_stats(take, findings)
     report = Report("A", "", (), duration=take.info.duration)
     if motion is not None:
         found, jitter = motion_findings(motion)
         findings += found
         report = replace(report, fps=round(motion.fps, 3), jitter_ms=round(jitter * 1000, 3))
-    if heard is not None:
-        findings += sound_findings(heard)
+    if stats is not None:
+        findings += sound_findings(stats)
         report = replace(
             report,
-            peak_dbfs=round(heard.peak_dbfs, 2),
-            noise_dbfs=round(heard.noise_dbfs, 2),
-            speech=round(heard.speech, 4),
+            peak_dbfs=round(stats.peak_dbfs, 2),
+            noise_dbfs=round(stats.noise_dbfs, 2),
+            speech=round(stats.speech, 4),
         )
-    if motion is not None and heard is not None:
-        found, report = _together(motion, heard, report)
+    if motion is not None and stats is not None:
+        found, report = _together(motion, stats, report)
         findings += found
     findings += _recording(take.info)
     if take.info.duration < 1.0:
@@ -105,7 +104,7 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     findings += value_findings(motion) if len(motion) else ()
-    motion, _ = mended(motion)
+    motion, _ = sanitized(motion)
     if len(motion) < 2:
         findings.append(_nothing_of("motion", take.info, "fatal", _VOICE_ONLY))
         return None
@@ -120,34 +119,34 @@ def _nothing_of(part: str, info: TakeInfo, imported: str, use: str) -> Finding:
     return Finding(f"no_{part}", "fatal", f"No {part} was recorded.", f"{again} and record it again. {use}")
 
 
-def _heard(take: Take, findings: list[Finding]) -> Heard | None:
+def _sound_stats(take: Take, findings: list[Finding]) -> SoundStats | None:
     if take.audio_path is None:
         findings.append(_nothing_of("sound", take.info, "fatal", "Nothing can be learnt from it."))
         return None
     try:
-        return listen(take.audio_path)
+        return measure_sound(take.audio_path)
     except StudioError as error:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
 
 
-def _together(motion: Motion, heard: Heard, report: Report) -> tuple[list[Finding], Report]:
+def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[Finding], Report]:
     findings = []
     start, end = float(motion.times[0]), float(motion.times[-1])
-    if heard.duration - end > 0.5:
-        what = f"The motion ends {heard.duration - end:.1f} s before the sound."
+    if stats.duration - end > 0.5:
+        what = f"The motion ends {stats.duration - end:.1f} s before the sound."
         findings.append(Finding("ends", "minor", what, "Trim the take to where both are there.", end))
-    if end - heard.duration > 0.5:
-        what = f"The sound ends {end - heard.duration:.1f} s before the motion."
+    if end - stats.duration > 0.5:
+        what = f"The sound ends {end - stats.duration:.1f} s before the motion."
         findings.append(
-            Finding("ends", "minor", what, "Trim the take to where both are there.", heard.duration)
+            Finding("ends", "minor", what, "Trim the take to where both are there.", stats.duration)
         )
     if start > 0.5:
         what = f"The motion starts {start:.1f} s after the sound."
         findings.append(Finding("starts", "minor", what, "Trim the take to where both are there.", 0.0))
-    if heard.speech < 0.02 or not motion.shape_names:
+    if stats.speech < 0.02 or not motion.shape_names:
         return findings, report
-    alignment = lag.voice_offset(lag.level_of(heard.power), motion)
+    alignment = lag.voice_offset(lag.level_of(stats.power), motion)
     report = replace(
         report,
         offset_ms=round(alignment.offset * 1000, 1) if alignment.confidence > 0 else None,
@@ -171,10 +170,18 @@ def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]
 
 
 def _recording(info: TakeInfo) -> Iterator[Finding]:
-    """What the recorder counted."""
+    """What the recorder counted, and what of its journal could not be read."""
+    if damage := info.extra.get("damage", ""):
+        # Said at every check: the sentence at the recovery passes, and the take looks like any other.
+        remedy = "The damaged file is kept in the take's folder; listen to the place before you train on it."
+        yield Finding("journal", "minor", damage, remedy)
     part = info.frames_lost / max(info.frames + info.frames_lost, 1)
     if part > 0.001:
-        what = f"{info.frames_lost} frames of motion were lost ({part:.1%})."
+        what = (
+            f"{info.frames_lost} frames of motion were lost ({part:.1%})."
+            if info.frames_lost != 1
+            else f"One frame of motion was lost ({part:.1%})."
+        )
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
     dropped = info.extra.get("packets_lost", "")

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import StudioError
-from studio.take import kept
-from studio.take.sound import Samples, SoundInfo, read_span, sound_info
-from studio.take.voice_activity import HOP, Chances, voice
+from studio.files import cache
+from studio.sound.sound_file import Samples, SoundInfo, read_span, sound_info
+from studio.sound.voice_activity import HOP, Chances, voice
 
 WAYS = ("noise", "voice")
 """How a sound can be cleaned; "" is as recorded."""
@@ -36,14 +36,14 @@ RNNOISE_RATE, RNNOISE_FRAME, RNNOISE_LATE = 48_000, 480, 960
 Progress = Callable[[float], None]
 
 
-def kept_clean(sound: Path, way: str) -> Path | None:
+def cached_clean(sound: Path, way: str) -> Path | None:
     """The cleaned sound if it was made before; None where it was not, or where nothing is chosen."""
-    return kept.find(sound, _name(way)) if way in WAYS else None
+    return cache.find(sound, _name(way)) if way in WAYS else None
 
 
-def heard(sound: Path, way: str) -> Path:
-    """What is heard of a recording: its cleaned sound where that is chosen and there, else itself."""
-    return kept_clean(sound, way) or sound
+def sound_path(sound: Path, way: str) -> Path:
+    """The sound to use of a recording: its cleaned one where that is chosen and there, else itself."""
+    return cached_clean(sound, way) or sound
 
 
 def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s: float = BLOCK_S) -> Path:
@@ -62,7 +62,7 @@ def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s
         return sound
     if way not in WAYS:
         raise StudioError(f"There is no way to clean sound called {way}.", f"Choose {' or '.join(WAYS)}.")
-    found = kept_clean(sound, way)
+    found = cached_clean(sound, way)
     if found is None:
         info = sound_info(sound)
         if info.duration <= 0:
@@ -72,7 +72,7 @@ def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s
         else:
             blocks = _voice_alone(sound, info, block_s)
         _write(sound, way, info, blocks, on_progress)
-        found = kept_clean(sound, way)
+        found = cached_clean(sound, way)
         assert found is not None
     on_progress(1.0)
     return found
@@ -87,7 +87,7 @@ def _write(sound: Path, way: str, info: SoundInfo, blocks: Iterator[Samples], on
 
     total, done = round(info.duration * info.sample_rate), 0
     with (
-        kept.keeping(sound, _name(way)) as beside,
+        cache.keeping(sound, _name(way)) as beside,
         soundfile.SoundFile(
             str(beside), "w", info.sample_rate, info.channels, "PCM_24", format="FLAC"
         ) as file,

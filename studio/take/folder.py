@@ -5,6 +5,7 @@ take.json is written last: a folder without one is not a take yet, and nothing h
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -15,15 +16,18 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import StudioError
+from studio.files import atomic, leftovers
 from studio.motion import Motion
-from studio.take import motion_file, safe_file
-from studio.take.sound import sound_info
+from studio.sound.sound_file import sound_info
+from studio.take import motion_file
 from studio.take.take import FORMAT_VERSION, Take, TakeInfo
 
 INFO_FILE = "take.json"
 TRASH_FOLDER = ".trash"
 """Beside the takes folder: takes that were removed, until a person deletes them for good."""
 SOUND_SUFFIXES = (".wav", ".flac", ".ogg", ".mp3")
+_MOST_SECONDS, _MOST_COUNTED = 1e7, 1e15
+"""What no take reaches."""
 
 
 def save_take(
@@ -50,7 +54,7 @@ def save_take(
     if (folder / INFO_FILE).exists():
         raise StudioError(f"There is a take {folder.name} already.", "Choose another slate or number.")
     in_place = folder.is_dir()
-    work = folder if in_place else folder.with_name(f".{folder.name}.{os.getpid()}.partial")
+    work = folder if in_place else leftovers.beside(folder)
     try:
         work.mkdir(parents=True, exist_ok=True)
         info = _with_audio(work, info, audio, move_audio)
@@ -60,7 +64,7 @@ def save_take(
             _flush_folder(work)
             work.rename(folder)
     except OSError as error:
-        raise safe_file.cannot_write(folder, error) from error
+        raise atomic.cannot_write(folder, error) from error
     finally:
         if not in_place and work.exists():
             shutil.rmtree(work, ignore_errors=True)
@@ -75,16 +79,16 @@ def load_take(folder: Path) -> Take:
     """
     path = folder / INFO_FILE
     try:
-        content = safe_file.read_json(path)
+        content = atomic.read_json(path)
     except FileNotFoundError as error:
         raise StudioError(f"{folder.name} holds no take.", "Choose a folder with a take.json.") from error
     except OSError as error:
         raise StudioError(f"{path} cannot be read.", "Check the folder's permissions.") from error
-    safe_file.check_version(path, content, FORMAT_VERSION)
+    atomic.check_version(path, content, FORMAT_VERSION)
     try:
         return Take(folder.name, folder, _parse_info(content))
     except (TypeError, ValueError, OverflowError) as error:  # the last is int(infinity)
-        raise safe_file.damaged(path) from error
+        raise atomic.damaged(path) from error
 
 
 def list_takes(
@@ -116,7 +120,7 @@ def next_number(takes_folder: Path, slate: str) -> int:
 
     Those in the trash count too, or a new take would stand in the way of one that undo brings back.
     """
-    pattern = re.compile(rf"\.?{re.escape(safe_file.safe_name(slate))}_(\d+)(\..*)?$")
+    pattern = re.compile(rf"\.?{re.escape(atomic.safe_name(slate))}_(\d+)(\..*)?$")
     places = (takes_folder, takes_folder.parent / TRASH_FOLDER)
     names = (path.name for place in places if place.is_dir() for path in place.iterdir())
     return max((int(found[1]) for name in names if (found := pattern.match(name))), default=0) + 1
@@ -124,7 +128,7 @@ def next_number(takes_folder: Path, slate: str) -> int:
 
 def repair_take(folder: Path) -> Take:
     """A take whose take.json is damaged, known again from its sound and motion; the old file is set aside."""
-    safe_file.set_aside(folder / INFO_FILE)
+    atomic.set_aside(folder / INFO_FILE)
     stamp = datetime.fromtimestamp(folder.stat().st_mtime).isoformat(timespec="seconds")
     slate, _, number = folder.name.rpartition("_")
     notes: tuple[str, ...] = (
@@ -145,7 +149,7 @@ def repair_take(folder: Path) -> Take:
 
 def write_info(folder: Path, info: TakeInfo) -> None:
     """Write take.json."""
-    safe_file.write_json(folder / INFO_FILE, asdict(info))
+    atomic.write_json(folder / INFO_FILE, asdict(info))
 
 
 def _with_audio(folder: Path, info: TakeInfo, audio: Path | None, move: bool) -> TakeInfo:
@@ -187,24 +191,51 @@ def _with_motion(folder: Path, info: TakeInfo, motion: Motion | None) -> TakeInf
 
 
 def _parse_info(content: dict[str, Any]) -> TakeInfo:
+    """The facts of a take.json; TypeError or ValueError where one is of another type, or cannot be."""
     known = {field.name for field in fields(TakeInfo)}
     values: dict[str, Any] = {key: value for key, value in content.items() if key in known}
-    for name in ("shape_names", "bone_names", "notes"):
-        values[name] = tuple(str(one) for one in values.get(name, ()))
-    for name in ("slate", "created", "source", "device"):
-        if not isinstance(values.get(name, ""), str):
-            raise TypeError(name)
-    for name in ("duration", "audio_seconds", "fps", "offset", "drift_ppm"):
-        values[name] = float(values.get(name, 0.0))
-    for name in ("sample_rate", "audio_channels", "frames", "frames_lost", "packets", "packets_bad"):
-        values[name] = int(values.get(name, 0))
-    values["number"] = int(values.get("number", 1))
+    for name in values.keys() & {"slate", "created", "source", "device"}:
+        values[name] = _of_type(values[name], str)
+    for name in values.keys() & {"shape_names", "bone_names", "notes"}:
+        values[name] = tuple(_of_type(one, str) for one in _of_type(values[name], list))
+    for name in values.keys() & {"duration", "audio_seconds"}:
+        values[name] = _within(values[name], _MOST_SECONDS)
+    for name in values.keys() & {"fps", "offset", "drift_ppm"}:  # nothing hangs on these
+        number = float(_of_type(values[name], float))
+        values[name] = number if math.isfinite(number) else 0.0
+    whole = {"number", "sample_rate", "audio_channels", "frames", "frames_lost", "packets", "packets_bad"}
+    for name in values.keys() & whole:
+        values[name] = int(_within(values[name], _MOST_COUNTED))
     for name in ("audio_file", "motion_file"):
         if values.get(name) is not None:
-            # Only a name: a take.json from elsewhere must not reach outside its folder.
-            values[name] = Path(str(values[name]).replace("\\", "/")).name
-    values["extra"] = {str(key): str(value) for key, value in dict(values.get("extra", {})).items()}
+            values[name] = _file_name(_of_type(values[name], str))
+    extra = _of_type(values.get("extra", {}), dict)
+    values["extra"] = {str(key): str(value) for key, value in extra.items()}
     return TakeInfo(**values)
+
+
+def _file_name(text: str) -> str:
+    """Only a name: a take.json from elsewhere must not reach outside its folder."""
+    name = Path(text.replace("\\", "/")).name
+    if name == ".." or "\0" in name:
+        raise ValueError(text)
+    return name
+
+
+def _of_type(value: Any, kind: type) -> Any:
+    """A value of JSON; TypeError where it is of another type. True and false are no numbers."""
+    fits = isinstance(value, (int, float) if kind is float else kind) and not isinstance(value, bool)
+    if not fits:
+        raise TypeError(value)
+    return value
+
+
+def _within(value: Any, most: float) -> float:
+    """A number from 0 to `most`."""
+    number = float(_of_type(value, float))
+    if not 0 <= number <= most:
+        raise ValueError(value)
+    return number
 
 
 def _flush_folder(folder: Path) -> None:

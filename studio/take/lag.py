@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
-from studio.take.sound import Sound
+from studio.sound.sound_file import Sound
 
 RATE = 100.0
 """Both curves are compared at this many points a second."""
@@ -55,7 +55,7 @@ def find_offset(sound: Sound, motion: Motion) -> Alignment:
 
 
 def voice_offset(level: Array, motion: Motion) -> Alignment:
-    """The same from the loudness alone, RATE values a second (K,), for sound too long for the memory."""
+    """Offset of voice and motion from loudness (K,), RATE values a second, for sound too long for memory."""
     end = float(motion.times[-1]) if len(motion) else 0.0
     voice = level[: min(len(level), int(end * RATE))]
     if len(voice) < 4 * REACH * RATE:

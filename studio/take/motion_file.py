@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from studio.errors import StudioError
+from studio.files import atomic
 from studio.motion import Motion
-from studio.take import safe_file
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -26,7 +26,7 @@ ROWS_PER_BATCH = 4096
 
 def write_motion(path: Path, motion: Motion) -> None:
     """Write a motion in one piece; the values come back exactly."""
-    with safe_file.written(path) as beside:
+    with atomic.written(path) as beside:
         put_motion(beside, motion)
 
 
@@ -69,18 +69,18 @@ def read_motion(path: Path) -> Motion:
     except FileNotFoundError as error:
         raise StudioError(f"{path.name} is missing in {path.parent.name}.", "Restore it.") from error
     except (pa.ArrowException, OSError) as error:
-        raise safe_file.damaged(path) from error
+        raise atomic.damaged(path) from error
     try:
         facts = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     except UnicodeDecodeError as error:
-        raise safe_file.damaged(path) from error
+        raise atomic.damaged(path) from error
     version = facts.get("saia_motion_version", "")
     if version.isdigit() and int(version) > FORMAT_VERSION:
-        raise safe_file.newer(path)
+        raise atomic.newer(path)
     try:
         return _motion(table, tuple(json.loads(facts["shape_names"])), tuple(json.loads(facts["bone_names"])))
-    except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise safe_file.damaged(path) from error
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise atomic.damaged(path) from error
 
 
 def _columns(motion: Motion) -> dict[str, Any]:
@@ -101,7 +101,9 @@ def _motion(table: pa.Table, shape_names: tuple[str, ...], bone_names: tuple[str
             return np.zeros((frames, *shape), dtype=np.float32)
         lists: list[Any] = table.column(name).chunks
         flat = [part.flatten().to_numpy(zero_copy_only=False) for part in lists] or [np.zeros(0)]
-        return np.concatenate(flat).astype(np.float32, copy=False).reshape(frames, *shape)
+        values = np.concatenate(flat).astype(np.float32, copy=False)
+        values[np.isnan(values)] = np.nan  # a damaged file may hold NaNs that signal on every later use
+        return values.reshape(frames, *shape)
 
     return Motion(
         table.column("time").to_numpy().astype(np.float64),

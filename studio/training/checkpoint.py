@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,16 +19,34 @@ from torch import Tensor
 from studio import model, registry
 from studio.errors import RequestError, StudioError
 from studio.features.motion import Layout
+from studio.files import atomic
 from studio.model._network import Network, Sizes
-from studio.take import safe_file
 from studio.training import recipe as recipes
-from studio.training.recipe import Recipe
+from studio.training.recipe import Recipe, UnusableRunError
+from studio.training.recipe_values import check_kind
 
-FORMAT_VERSION = 2
-"""2 added styles; files of version 1 have none and are read as they are."""
+FORMAT_VERSION = 3
+"""2 added styles; files of version 1 have none and are read as they are. 3 gave FaceFormer's weights the
+names that transformers have elsewhere; older ones are renamed while they are read."""
 BEST, LAST = "best.safetensors", "last.safetensors"
 _KEY = "saia"
+_OLD_NAMES = (
+    (re.compile(r"(^|\.)ear\.widen\."), r"\1encoder.project."),
+    (re.compile(r"(^|\.)ear\."), r"\1encoder."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)look\."), r"\1\2self_qkv."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)looked\."), r"\1\2self_out."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)ask\."), r"\1\2cross_q."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)sound\."), r"\1\2cross_kv."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)listened\."), r"\1\2cross_out."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)widen\."), r"\1\2ffn_in."),
+    (re.compile(r"(^|\.)(layers\.\d+\.)narrow\."), r"\1\2ffn_out."),
+)
+"""Names of weights up to version 2 and since; in a training's state, "network." or "average." leads."""
 _MOST_PARAMETERS = 500_000_000
+_LARGEST_WEIGHT = 1e12
+"""No training ever comes near to it."""
+_SLOWEST, _FASTEST, _FINEST = 0.5, 250, 250_000
+"""Frames a second that can have been learnt, and the largest denominator of them as a fraction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +86,22 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
     """A fresh network for a recipe, telling a number of styles apart.
 
     Raises:
-        RequestError: the recipe names no model there is, or gives it settings it does not have.
+        RequestError: the recipe names no model there is, gives it settings it does not have, or asks for more
+            than a computer can hold.
     """
     module = registry.load(model, recipe.model, "model")
+    for name, parameter in inspect.signature(module.build).parameters.items():
+        if parameter.default is not parameter.empty and name in recipe.network:
+            check_kind(f"network.{name}", recipe.network[name], parameter.default)
     sound = recipe.sound
     faces = len(layout.learnt_shapes)
     sizes = Sizes(sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles, faces)
     try:
+        with torch.device("meta"):  # its sizes alone, without the memory
+            large = sum(t.numel() for t in module.build(sizes, **recipe.network).state_dict().values())
+        if large > _MOST_PARAMETERS:
+            what = f"The network {recipe.model} would have {large / 1e9:.1f} billion weights."
+            raise RequestError(what, "Lower its sizes in the recipe's network settings.")
         return module.build(sizes, **recipe.network)
     except (TypeError, ValueError, RuntimeError, MemoryError) as error:
         what = f"The network {recipe.model} cannot be built as asked: {error}."
@@ -103,21 +132,26 @@ def load_model(path: Path) -> Model:
     """A model from a file; nothing in the file is executed.
 
     Raises:
+        UnusableRunError: it asks for what is not possible.
         StudioError: it is missing, damaged, cut short, or of a newer version.
     """
     tensors, facts = _read(path)
     try:
         recipe, layout = recipes.from_dict(facts["recipe"]), Layout.from_dict(facts["layout"])
-        fps = Fraction(*map(int, facts["fps"]))
+        fps = frame_rate_of(facts)
         styles, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
         if style and style not in styles:
             raise ValueError("the default style is not among the styles")
-        if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS or not 0 < fps <= 1000:
+        if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
         with torch.device("meta"):  # a hostile header must not make us fill the memory first
             network = build_network(recipe, layout, fps, len(styles))
         network.load_state_dict(tensors, assign=True)
+        if not all(map(_is_learnt, network.parameters())):
+            raise ValueError("weights that no training arrives at")
         epoch = int(facts.get("epoch", 0))
+    except RequestError as error:
+        raise UnusableRunError(path.parent.name, error.what) from error
     except (
         KeyError,
         TypeError,
@@ -131,6 +165,25 @@ def load_model(path: Path) -> Model:
     for parameter in network.parameters():
         parameter.requires_grad_(False)
     return Model(network.eval(), recipe, layout, fps, epoch, styles, style)
+
+
+def _is_learnt(weights: Tensor) -> bool:
+    """Whether numbers may have been learnt: one damaged byte can make 1e37 of a weight."""
+    return bool((weights.abs() < _LARGEST_WEIGHT).all())  # False for NaN
+
+
+def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
+    """The frames a second in a file's facts.
+
+    Raises:
+        RequestError: nobody learns at that rate.
+        KeyError, TypeError, ValueError, ArithmeticError: there is none.
+    """
+    fps = Fraction(*map(int, facts["fps"]))
+    if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
+        what = f"{min(float(fps), 1e9):g} frames a second are not possible."
+        raise RequestError(what, f"Choose {_SLOWEST:g} to {_FASTEST}.")
+    return fps
 
 
 def save_state(path: Path, state: TrainingState) -> None:
@@ -180,7 +233,7 @@ def restore_optimiser(optimiser: torch.optim.Optimizer, tensors: Mapping[str, Te
 def _write(path: Path, tensors: dict[str, Tensor], facts: dict[str, Any]) -> None:
     # Cloned: safetensors refuses tensors that share memory, and "best" must never alias live weights.
     plain = {name: tensor.detach().to("cpu", copy=True).contiguous() for name, tensor in tensors.items()}
-    with safe_file.written(path) as beside:
+    with atomic.written(path) as beside:
         save_file(plain, str(beside), metadata={_KEY: json.dumps(facts, ensure_ascii=False)})
 
 
@@ -193,12 +246,22 @@ def _read(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
         with safe_open(str(path), framework="pt", device="cpu") as file:
             facts = json.loads((file.metadata() or {})[_KEY])
             version = facts["version"]
-            if isinstance(version, int) and version > FORMAT_VERSION:
-                raise safe_file.newer(path)
+            if isinstance(version, bool) or not isinstance(version, int) or version < 1:
+                raise ValueError("no version")
+            if version > FORMAT_VERSION:
+                raise atomic.newer(path)
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
+            if version < 3:
+                tensors = {_current_name(name): tensor for name, tensor in tensors.items()}
     except (SafetensorError, OSError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise _damaged(path) from error
     return tensors, facts
+
+
+def _current_name(name: str) -> str:
+    for old, new in _OLD_NAMES:
+        name = old.sub(new, name)
+    return name
 
 
 def _damaged(path: Path) -> StudioError:

@@ -56,6 +56,8 @@ def _driver() -> int | None:
 
     Source: CUDA driver API, cuInit and cuDeviceGetCount.
     """
+    if sys.platform == "darwin":  # there is none, and for a bare name it would look into the current folder
+        return None
     try:
         library = ctypes.CDLL("nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1")
         count = ctypes.c_int(0)

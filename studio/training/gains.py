@@ -1,4 +1,4 @@
-"""How lively each region comes out, matched to the capture on the validation takes (no torch).
+"""Gains that match the liveliness of each region to the capture on validation takes (no torch).
 
 A network that errs least stands too still where sound says little, and one that is told to be lively may
 tremble where the body only sways. A gain about the mean pose for each region of the body mends both. The face
@@ -12,11 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.features.audio import Floats
+from studio.features.audio_spec import Floats
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
+from studio.metrics.scores import REGIONS, in_region
 from studio.motion import rotation
-from studio.training.metrics import REGIONS, in_region
 
 CALMEST, LIVELIEST = 0.3, 3.0
 """No region's motion is scaled further than this: what is more wrong than that, a gain cannot mend."""
@@ -58,13 +58,13 @@ def region_gains(
         chosen = np.flatnonzero(of == region)
         found = _total(predicted, examples, layout, chosen)
         captured = _total([e.values for e in examples], examples, layout, chosen)
-        wanted = captured * [CALM, 1.0]
+        target = captured * [CALM, 1.0]
         if around is not None:
             still = _total(around, examples, layout, chosen)
-            found, wanted = _beside(found, still), _beside(wanted, still)
+            found, target = _beside(found, still), _beside(target, still)
         if min(*found, *captured) > _TINY:
-            widest = max(1.0, wanted[1] / found[1])
-            gains[chosen] = np.clip(min(wanted[0] / found[0], widest), CALMEST, LIVELIEST)
+            widest = max(1.0, target[1] / found[1])
+            gains[chosen] = np.clip(min(target[0] / found[0], widest), CALMEST, LIVELIEST)
     return gains
 
 

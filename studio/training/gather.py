@@ -1,4 +1,4 @@
-"""From a project's choices to examples: which selections, on which frames, and what had to be decided."""
+"""Gathers training examples from a project's selections: frame rate, layout, splits and notes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
-from studio.dataset.material import Material, load_material
+from studio.dataset.material import TrainingMaterial, load_material
 from studio.errors import RequestError, StudioError
 from studio.features import motion as columns
-from studio.features.audio import AudioSpec, frame_rate
+from studio.features.audio_spec import AudioSpec, frame_rate
 from studio.features.examples import Example, Grid, learnt_rate, make_example, nominal_rate, on_grid
 from studio.features.motion import Layout
 from studio.motion import Motion
@@ -109,7 +109,7 @@ def gather(
     indices = {name: i for i, name in enumerate(styles, 1)}
     numbers = {m.selection.id: i for i, m in enumerate((*train, *val), 1)}
 
-    def example(material: Material) -> Example:
+    def example(material: TrainingMaterial) -> Example:
         on_listening(material.selection.id, numbers[material.selection.id], len(numbers))
         grid = grids[material.selection.id]
         return make_example(material.selection.id, material.samples, grid, layout, recipe.sound, fps, cache)
@@ -124,7 +124,7 @@ def gather(
 
 def _materials(
     project: Project, recipe: Recipe, notes: list[str], on_cleaning: OnCleaning
-) -> tuple[list[Material], list[Material]]:
+) -> tuple[list[TrainingMaterial], list[TrainingMaterial]]:
     """What is learnt from and what it is checked on."""
     train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
     if not train:
@@ -150,7 +150,7 @@ _LEFT_OUT = " and is left out."
 _MARK = "Mark at least one as train in Curate, or with `saia split PROJECT --train TAKE`."
 
 
-def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[Material], list[str]]:
+def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[TrainingMaterial], list[str]]:
     """Material of selections that have sound and motion, and a sentence for each that has not."""
     notes: list[str] = []
     return _usable(chosen, sound, notes), notes
@@ -161,7 +161,7 @@ def _usable(
     sound: AudioSpec,
     notes: list[str],
     on_cleaning: OnCleaning = lambda take, done: None,
-) -> list[Material]:
+) -> list[TrainingMaterial]:
     found = []
     for selection, take in chosen:
         material = load_material(selection, take, sound.sample_rate, partial(on_cleaning, selection.id))
@@ -177,7 +177,7 @@ def _usable(
     return found
 
 
-def _is_silent(material: Material) -> bool:
+def _is_silent(material: TrainingMaterial) -> bool:
     return float(np.abs(material.samples).max()) < _SILENCE
 
 
@@ -189,7 +189,7 @@ def _too_little(seconds: float) -> RequestError:
     )
 
 
-def _must_be_finite(material: Material) -> None:
+def _must_be_finite(material: TrainingMaterial) -> None:
     motion = material.motion
     values = (material.samples, motion.times, motion.shapes, motion.positions, motion.rotations)
     if not all(np.isfinite(v).all() for v in values):
@@ -199,7 +199,9 @@ def _must_be_finite(material: Material) -> None:
         )
 
 
-def _hold_back(train: list[Material], notes: list[str]) -> tuple[list[Material], list[Material]]:
+def _hold_back(
+    train: list[TrainingMaterial], notes: list[str]
+) -> tuple[list[TrainingMaterial], list[TrainingMaterial]]:
     """The end of the longest training take becomes validation."""
     longest = max(train, key=lambda m: m.duration)
     end = min(longest.duration, len(longest.samples) / longest.sample_rate, float(longest.motion.times[-1]))
@@ -213,7 +215,7 @@ def _hold_back(train: list[Material], notes: list[str]) -> tuple[list[Material],
     return [head if m is longest else m for m in train], [tail]
 
 
-def _part(material: Material, start: float, end: float, suffix: str) -> Material:
+def _part(material: TrainingMaterial, start: float, end: float, suffix: str) -> TrainingMaterial:
     rate = material.sample_rate
     return replace(
         material,
@@ -225,7 +227,7 @@ def _part(material: Material, start: float, end: float, suffix: str) -> Material
     )
 
 
-def _rate(recipe: Recipe, train: list[Material]) -> Fraction:
+def _rate(recipe: Recipe, train: list[TrainingMaterial]) -> Fraction:
     if recipe.channels.fps:
         return frame_rate(recipe.channels.fps)
     lasting = [m.motion for m in train if m.motion.fps > 0]
@@ -236,7 +238,7 @@ def _rate(recipe: Recipe, train: list[Material]) -> Fraction:
     return learnt_rate(float(np.median(rates)), recipe.channels.most_fps)
 
 
-def _grid(material: Material, fps: Fraction) -> Grid:
+def _grid(material: TrainingMaterial, fps: Fraction) -> Grid:
     return on_grid(material.motion, len(material.samples) / material.sample_rate, fps, material.excluded)
 
 

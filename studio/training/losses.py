@@ -1,4 +1,4 @@
-"""What a prediction is held against; all losses work on scaled columns, by groups of channels.
+"""Loss functions on scaled columns, by groups of channels.
 
 Groups are channels (face, body), never slices of the batch, and channels a take lacks do not count.
 """
@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from studio.features.motion import FACE, Layout
-from studio.training.recipe_settings import LossSettings
+from studio.training.recipe import LossSettings
 
 _TINY = 1e-8
 _QUIET_SHAPE, _QUIET_BODY = 0.02, 0.002
@@ -88,7 +88,7 @@ class Loss:
         return total
 
     def shared(self, averaged: Callable[[Tensor], Tensor]) -> Loss:
-        """The same for one of several processes, each with its own part of the crops.
+        """This loss for one of several processes, each with its own part of the crops.
 
         The mean of their losses is then the loss of all the crops, however much counts in each part, and the
         mean of their gradients its gradient.

@@ -14,8 +14,8 @@ from typing import Any
 
 from studio import __version__
 from studio.errors import StudioError
+from studio.files import atomic
 from studio.project import Run
-from studio.take import safe_file
 
 CARD_FILE, LICENCE_FILE, EVALUATION_FILE = "card.html", "licence.txt", "evaluation.json"
 NO_LICENCE = "Nobody has said yet what may be done with this model, and whether the performers agreed."
@@ -49,7 +49,7 @@ def keep_licence(run: Path, text: str) -> None:
     Raises:
         StudioError: the folder cannot be written.
     """
-    with safe_file.written(run / LICENCE_FILE) as beside:
+    with atomic.written(run / LICENCE_FILE) as beside:
         beside.write_text(text.strip()[:LONGEST_LICENCE], encoding="utf-8")
     write_card(run)
 
@@ -61,7 +61,7 @@ def write_card(run: Path) -> Path:
         StudioError: the folder cannot be written.
     """
     path = run / CARD_FILE
-    with safe_file.written(path) as beside:
+    with atomic.written(path) as beside:
         beside.write_text(card_html(run), encoding="utf-8", newline="\n")
     return path
 
@@ -71,7 +71,7 @@ def card_html(run: Path) -> str:
     report = Run.load(run).report or {}
     evaluation: dict[str, Any] = {}
     with suppress(OSError, StudioError):
-        evaluation = safe_file.read_json(run / EVALUATION_FILE)
+        evaluation = atomic.read_json(run / EVALUATION_FILE)
     licence = licence_of(run) or NO_LICENCE
     paragraphs = "".join(f"<p>{escape(line)}</p>" for line in licence.splitlines() if line.strip())
     parts = [

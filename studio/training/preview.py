@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from studio.errors import StudioError
+from studio.files import atomic
 from studio.motion import Motion
-from studio.take import safe_file
 from studio.take.motion_file import read_motion, write_motion
 
 FOLDER, FACTS = "preview", "preview.json"
@@ -61,13 +61,13 @@ def read_preview(run: Path) -> Preview | None:
     """The preview in a run's folder; None where there is none that can be used."""
     folder = run / FOLDER
     with suppress(OSError, StudioError, KeyError, TypeError, ValueError):
-        facts = safe_file.read_json(folder / FACTS)
+        facts = atomic.read_json(folder / FACTS)
         epochs = {which: int(facts["epochs"].get(which, 0)) for which in (LATEST, BEST)}
         return Preview(folder, str(facts["take"]), float(facts["start"]), epochs)
     return None
 
 
-class Previewing:
+class PreviewWriter:
     """Keeps a run's preview up to date.
 
     Args:
@@ -97,7 +97,7 @@ class Previewing:
                 self._write(which, predicted)
                 self._epochs[which] = epoch
             facts = {"version": 1, "take": take, "start": self._span[0], "epochs": self._epochs}
-            safe_file.write_json(self._folder / FACTS, facts)
+            atomic.write_json(self._folder / FACTS, facts)
 
     def _write(self, which: str, motion: Motion) -> None:
         assert self._span is not None

@@ -1,7 +1,4 @@
-"""Recipes: how a network is built and trained, as values anyone can read and change (no torch).
-
-A recipe is one file in resources/recipes; it may extend another and may offer named forms of itself.
-"""
+"""Recipes: how a network is built and trained, as values anyone can read and change (no torch)."""
 
 from __future__ import annotations
 
@@ -12,11 +9,118 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio import AudioSpec
-from studio.features.variation import Variation
+from studio.features.audio_spec import AudioSpec
+from studio.features.augment import Variation
 from studio.paths import resource
-from studio.training.recipe_settings import ChannelSettings, LossSettings, TrainingSettings
-from studio.training.recipe_values import Scalar, check, converted, full_key, pair, toml
+from studio.training.recipe_values import Scalar, check, check_kind, converted, full_key, pair, toml
+
+
+@dataclass(frozen=True)
+class ChannelSettings:
+    """How motion becomes columns.
+
+    Args:
+        fps: frames a second that are learnt; 0 takes that of the takes, at most `most_fps`.
+        most_fps: faster takes are learnt at a whole fraction of their rate not above this.
+        scaling: "group", "minmax" or "none" (see features.motion.fit).
+    """
+
+    fps: float = 0.0
+    most_fps: float = 30.0
+    scaling: str = "group"
+
+
+@dataclass(frozen=True)
+class LossSettings:
+    """What is held against a prediction.
+
+    Args:
+        point: "mse", "huber" (delta 1) or "mae", per value.
+        velocity: weight of the same on frame-to-frame changes, times the group's weight.
+        face_variance, body_variance: weights of the squared difference of deviations over a crop, times
+            the group's weight; they keep motion alive.
+        face, body: weights of blend shapes and of bones.
+        face_cosine, body_cosine: weights of |theta - cos(y_{t-1}, y_t)|.
+        face_theta, body_theta: the cosine wanted; 1 asks for no change.
+        theta: "fixed" uses those numbers, "capture" the cosine of the captured neighbours.
+        balance: columns are weighted by 1 / (deviation + a little)^balance before errors are taken, so that
+            small movements count too; 0 leaves them.
+        body_velocity, body_balance: those of bones where they differ; below 0 the same as of shapes. A body
+            sways more slowly than lips move: a high velocity weight keeps it from trembling.
+        variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
+    """
+
+    point: str = "mse"
+    velocity: float = 1.0
+    face_variance: float = 0.0
+    body_variance: float = 0.0
+    face: float = 1.0
+    body: float = 1.0
+    face_cosine: float = 0.0
+    body_cosine: float = 0.0
+    face_theta: float = 1.0
+    body_theta: float = 1.0
+    theta: str = "fixed"
+    balance: float = 0.0
+    body_velocity: float = -1.0
+    body_balance: float = -1.0
+    variance_over: str = "crop"
+
+    def of_body(self, name: str) -> float:
+        """The "velocity" or "balance" that holds for bones."""
+        own = float(getattr(self, f"body_{name}"))
+        return own if own >= 0 else float(getattr(self, name))
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """How weights are found.
+
+    Args:
+        epochs: after this many it ends.
+        steps: optimiser steps an epoch; 0 is one pass over all frames.
+        crops: pieces of takes in a step.
+        crop_frames: motion frames in a piece.
+        optimiser: "adamw" or "adam".
+        learning_rate: its highest value.
+        weight_decay: of AdamW.
+        schedule: "one_cycle" or "constant".
+        clip: gradients are scaled down to this norm; 0 leaves them.
+        average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
+        start_at_mean: the output begins at the training mean.
+        liveliness: 0 leaves predictions as they are, 1 gives each region of the body (head, torso, arms...)
+            the motion captured in the validation takes.
+        validate_every: epochs between validations.
+        style_by: what counts as a style: each "take", each "performer", "none", or "auto": performers
+            where several are named with several takes each, else takes.
+        style_dropout: share of crops learnt as the average style.
+        seed: of everything random.
+        accelerator: "auto", "cpu", "cuda" or "mps".
+        devices: how many of them on this machine; under torchrun its own count is used.
+        precision: of the arithmetic: "auto" mixes in 16 bits on NVIDIA graphics cards and is "32" elsewhere;
+            "bf16" and "fp16" mix anywhere. Weights, losses and validation stay 32 bits wide.
+    """
+
+    epochs: int = 40
+    steps: int = 20
+    crops: int = 8
+    crop_frames: int = 150
+    optimiser: str = "adamw"
+    learning_rate: float = 3e-3
+    weight_decay: float = 0.01
+    schedule: str = "one_cycle"
+    clip: float = 1.0
+    average: float = 0.0
+    start_at_mean: bool = True
+    liveliness: float = 0.0
+    validate_every: int = 1
+    style_by: str = "none"
+    style_dropout: float = 0.3
+    seed: int = 1
+    accelerator: str = "auto"
+    devices: int = 1
+    precision: str = "auto"
+
 
 DEFAULT = "balanced"
 FORMAT_VERSION = 1
@@ -91,7 +195,7 @@ class Recipe:
         for key, value in pairs:
             if key != "form":
                 recipe = recipe._with_value(full_key(key, recipe.settings()), value)
-        check(recipe.settings(), recipe.network)
+        check(recipe.settings(), recipe.network, _USUAL)
         return recipe
 
     def _with_value(self, key: str, text: str) -> Recipe:
@@ -135,6 +239,9 @@ _SECTIONS = {
 }
 _FOUND = ("sound.encoder_width", "sound.encoder_digest")
 """What is found out rather than chosen."""
+_EMPTY = Recipe("")
+_USUAL = _EMPTY.settings()
+"""A possible value of every setting, for its kind."""
 _PRESET_ORDER = ("Quick look", "Balanced", "Best", "")
 
 
@@ -169,13 +276,30 @@ def load_recipe(name: str) -> Recipe:
     return _build(name, _content(path))
 
 
+class UnusableRunError(StudioError):
+    """A run that is whole, but asks for what cannot be: a sample rate of a billion, say.
+
+    Args:
+        name: of the run.
+        why: one sentence that names the value.
+    """
+
+    def __init__(self, name: str, why: str) -> None:
+        super().__init__(f"The run {name} cannot be used: {why}", "Train again, or choose another run.")
+        self.why = why
+
+
 def read_recipe(path: Path) -> Recipe:
     """The recipe in a file, as `Recipe.as_toml` wrote it into a run's folder.
 
     Raises:
+        UnusableRunError: it holds values that are not possible.
         StudioError: it is missing, damaged or of a newer version.
     """
-    return _build(path.stem, _content(path))
+    try:
+        return _build(path.stem, _content(path))
+    except RequestError as error:
+        raise UnusableRunError(path.parent.name, error.what) from error
 
 
 def from_dict(facts: Mapping[str, Any]) -> Recipe:
@@ -200,14 +324,21 @@ def _content(path: Path, depth: int = 0) -> dict[str, Any]:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise StudioError(f"The recipe {path} is missing.", "Choose another run or recipe.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
+    except (ValueError, RecursionError, OSError) as error:  # also numbers of more digits than Python reads
         raise StudioError(f"The recipe {path.name} is damaged: {error}.", "Restore the file.") from error
-    if content.pop("version", FORMAT_VERSION) != FORMAT_VERSION:
+    version, base = content.pop("version", FORMAT_VERSION), content.pop("extends", "")
+    if isinstance(version, int) and version > FORMAT_VERSION:
         raise StudioError(
             f"The recipe {path.name} was written by a newer Saia Studio.", "Update Saia Studio to use it."
         )
+    if (
+        isinstance(version, bool)
+        or version != FORMAT_VERSION
+        or not isinstance(base, str)
+        or Path(base).name != base
+    ):
+        raise StudioError(f"The recipe {path.name} is damaged.", "Restore the file.")
     content.setdefault("forms", {})
-    base = content.pop("extends", "")
     if base and depth < _INHERITED_LEVELS:
         under = _content(path.with_name(f"{base}.toml"), depth + 1)
         content = _merged(under | {"preset": "", "forms": {}}, content)
@@ -223,12 +354,21 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _build(name: str, content: Mapping[str, Any]) -> Recipe:
+    """The recipe of a file's content.
+
+    Raises:
+        RequestError: a value that is not possible.
+        StudioError: what is there is no recipe.
+    """
     facts = {key: value for key, value in content.items() if key not in ("forms", "version", "name")}
     try:
         for section, kind in _SECTIONS.items():
             facts[section] = kind(**facts.get(section, {}))
         recipe = Recipe(name=str(content.get("name", name)), **facts)
-    except TypeError as error:
+        settings = recipe.settings()
+    except (TypeError, ValueError) as error:
         raise StudioError(f"The recipe {name} is damaged: {error}.", "Restore the file.") from error
-    check(recipe.settings(), recipe.network)
+    for key in ("title", "summary", "preset", "minutes", "model", "form"):
+        check_kind(key, getattr(recipe, key), getattr(_EMPTY, key))
+    check(settings, recipe.network, _USUAL)
     return recipe

@@ -8,6 +8,9 @@ from difflib import get_close_matches
 from studio.errors import RequestError
 
 Scalar = bool | int | float | str
+_KINDS = {bool: "yes or no", int: "a whole number", float: "a number", str: "a text"}
+_LARGEST = 1e12
+"""Of numbers without limits of their own; also keeps infinity out."""
 
 
 def pair(text: str) -> tuple[str, str]:
@@ -49,8 +52,7 @@ def converted(key: str, text: str, old: Scalar) -> Scalar:
                 raise ValueError
             return value
     except (ValueError, KeyError) as error:
-        kind = {bool: "yes or no", int: "a whole number", float: "a number"}[type(old)]
-        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {kind}.") from error
+        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {_KINDS[type(old)]}.") from error
     return text
 
 
@@ -79,15 +81,24 @@ _LIMITS = {
     "augment.band_mask_width": (0, 1000), "augment.token_noise": (0, 10), "augment.token_drop": (0, 0.95),
 }  # fmt: skip
 _WIDEST = 8192
+_NETWORK_LIMITS: dict[str, tuple[float, float]] = {
+    "layers": (1, 16), "members": (1, 16), "mixtures": (1, 64), "heads": (1, 64), "kernel": (1, 255),
+    "reach": (1, 1000), "dropout": (0, 1), "told": (0, 1), "reach_s": (0.01, 60),
+    "look_ahead_ms": (0, 10_000),
+}  # fmt: skip
+"""Of numbers whose size no weights in a file bear out, or that cost more than others."""
 
 
-def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar]) -> None:
-    """RequestError for a value outside of what can work.
+def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar], usual: Mapping[str, Scalar]) -> None:
+    """RequestError for a value of another kind, or outside of what can work.
 
     Args:
         known: every changeable value by its dotted name.
         network: those of the network by their own names.
+        usual: a possible value of each but the network's, for its kind.
     """
+    for key, value in usual.items():
+        check_kind(key, known[key], value)
     for key, choices in _CHOICES.items():
         if known[key] not in choices:
             raise RequestError(f"{known[key]!r} is not possible for {key}.", f"Choose {one_of(choices)}.")
@@ -96,8 +107,33 @@ def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar]) -> None:
         if not isinstance(value, int | float) or not low <= value <= high:
             raise RequestError(f"{value} is not possible for {key}.", f"Choose {low:g} to {high:g}.")
     for key, value in network.items():
-        if isinstance(value, int) and not isinstance(value, bool) and not 1 <= value <= _WIDEST:
-            raise RequestError(f"{value} is not possible for network.{key}.", f"Choose 1 to {_WIDEST}.")
+        if isinstance(value, bool | str):
+            continue
+        usually = (1, _WIDEST) if isinstance(value, int) else (-_LARGEST, _LARGEST)
+        least, most = _NETWORK_LIMITS.get(key, usually)
+        if not isinstance(value, int | float) or not least <= value <= most:
+            raise RequestError(
+                f"{value} is not possible for network.{key}.", f"Choose {least:g} to {most:g}."
+            )
+
+
+def check_kind(key: str, value: object, usual: object) -> None:
+    """RequestError for a value of another kind than the usual one: yes or no, a (whole) number, a text.
+
+    A recipe can come from anybody: what is computed with must be a number.
+    """
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if isinstance(usual, bool):
+        fits = isinstance(value, bool)
+    elif isinstance(usual, int):
+        fits = number and isinstance(value, int)
+    elif isinstance(usual, float):
+        fits = number and -_LARGEST <= value <= _LARGEST  # type: ignore[operator]
+    else:
+        fits = isinstance(value, str)
+    if not fits:
+        shown = repr(value) if len(repr(value)) <= 40 else f"{repr(value)[:40]}..."
+        raise RequestError(f"{shown} is not possible for {key}.", f"Give {_KINDS[type(usual)]}.")
 
 
 def one_of(words: tuple[str, ...]) -> str:

@@ -15,13 +15,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from studio.errors import RequestError, StudioError
+from studio.files import atomic, leftovers
 from studio.project import Project, Run
-from studio.take import safe_file
+from studio.project.archive import open_packed
 from studio.training.model_card import EVALUATION_FILE, LICENCE_FILE, write_card
-from studio.training.recipe import read_recipe
+from studio.training.recipe import UnusableRunError, read_recipe
 
 SUFFIX = ".saiarun"
 FORMAT_VERSION = 1
@@ -51,7 +51,7 @@ def pack_run(run: Run, target: Path) -> Path:
         raise RequestError(f"{run.id} has no trained weights yet.", "Train it first, or choose another run.")
     mark = {"version": FORMAT_VERSION, "run": run.id, "recipe": run.recipe}
     with (
-        safe_file.written(target) as beside,
+        atomic.written(target) as beside,
         zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as file,
     ):
         file.writestr(_MARK, json.dumps(mark, ensure_ascii=False))
@@ -80,9 +80,10 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
         check: looks at the weights before they become a run; raises StudioError where they are no good.
 
     Raises:
-        StudioError: the file is missing, damaged, not a run, or of a newer version.
+        StudioError: the file is missing, damaged, not a run, of a newer version, asks for what is not
+            possible, or would fill the disk.
     """
-    beside = project.runs_folder / f".import-{uuid4().hex[:8]}"
+    beside = leftovers.beside(project.runs_folder / "import")
     try:
         beside.mkdir(parents=True)
         mark = _extract(source, beside)
@@ -93,7 +94,7 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
         for path in beside.iterdir():
             path.rename(folder / path.name)
     except OSError as error:
-        raise safe_file.cannot_write(project.runs_folder, error) from error
+        raise atomic.cannot_write(project.runs_folder, error) from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     write_card(folder)
@@ -105,22 +106,35 @@ def _extract(source: Path, folder: Path) -> dict[str, Any]:
     if not source.is_file():
         raise StudioError(f"{source.name} is missing.", "Check how the path is written.")
     try:
-        with zipfile.ZipFile(source) as file:
+        with open_packed(source) as packed, zipfile.ZipFile(packed) as file:
             mark = json.loads(file.read(_MARK) if file.getinfo(_MARK).file_size < 1 << 20 else b"")
             version = mark["version"]
-            if isinstance(version, bool) or not isinstance(version, int):
+            if isinstance(version, bool) or not isinstance(version, int) or version < 1:
                 raise ValueError("no version")
             if version > FORMAT_VERSION:
-                raise safe_file.newer(source)
+                raise atomic.newer(source)
             there = set(file.namelist())
             if not set(_NEEDED) <= there:
                 raise _damaged(source)
+            _must_fit([file.getinfo(name) for name in _MOST_BYTES if name in there], folder, source)
             for name, most in _MOST_BYTES.items():
                 if name in there:
                     _copy(file, name, most, folder / name, source)
             return dict(mark)
-    except (*safe_file.UNREADABLE_ZIP, KeyError, TypeError) as error:
+    except (*atomic.UNREADABLE_ZIP, KeyError, TypeError) as error:
         raise _damaged(source) from error
+
+
+def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> None:
+    """StudioError where a run file is made to fill the disk, or there is no room for it."""
+    needed = sum(member.file_size for member in members)
+    if atomic.is_bomb(needed, source.stat().st_size):
+        raise StudioError(f"{source.name} would fill the disk.", _OTHER)
+    if needed > (room := atomic.room(folder)):
+        what = f"{source.name} needs {needed / 1e6:,.0f} MB, and there is room for {room / 1e6:,.0f} MB."
+        raise StudioError(what, "Make room on the project's disk.")
+    if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
+        raise NotImplementedError("others may ask for any amount of memory")
 
 
 def _copy(file: zipfile.ZipFile, name: str, most: int, target: Path, source: Path) -> None:
@@ -145,6 +159,8 @@ def _look_at(folder: Path, source: Path) -> None:
                 raise ValueError("the header is longer than the file")
             header = json.loads(file.read(length))
         json.loads(header["__metadata__"]["saia"])["version"]
+    except UnusableRunError as error:
+        raise _unusable(source, error) from error
     except (struct.error, ValueError, KeyError, TypeError, RecursionError, StudioError) as error:
         raise _damaged(source) from error
 
@@ -152,8 +168,10 @@ def _look_at(folder: Path, source: Path) -> None:
 def _check(weights: Path, check: Callable[[Path], object], source: Path) -> None:
     try:
         check(weights)
-    except safe_file.NewerVersionError as error:
-        raise safe_file.newer(source) from error
+    except atomic.NewerVersionError as error:
+        raise atomic.newer(source) from error
+    except UnusableRunError as error:
+        raise _unusable(source, error) from error
     except StudioError as error:
         raise _damaged(source) from error
 
@@ -162,20 +180,20 @@ def _tidy(folder: Path, source: Path, mark: dict[str, Any]) -> None:
     """Leave of report and epochs what can be understood, and say where the run comes from."""
     report: dict[str, Any] = {}
     with suppress(OSError, StudioError):
-        report = safe_file.read_json(folder / _REPORT)
+        report = atomic.read_json(folder / _REPORT)
     for key in ("pid", "host"):
         report.pop(key, None)
     styles = report.get("styles")
     report["styles"] = [s for s in styles if isinstance(s, str)] if isinstance(styles, list) else []
     report["status"] = report.get("status") if report.get("status") in ("done", "stopped") else "done"
     report["imported_from"] = {"file": source.name, "run": str(mark.get("run", ""))}
-    safe_file.write_json(folder / _REPORT, report)
+    atomic.write_json(folder / _REPORT, report)
     epochs = [e for e in Run.load(folder).epochs() if _is_epoch(e)]
     lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in epochs)
     (folder / _EPOCHS).write_text(lines, encoding="utf-8")
     with suppress(OSError):
         try:
-            safe_file.read_json(folder / EVALUATION_FILE)
+            atomic.read_json(folder / EVALUATION_FILE)
         except StudioError:
             (folder / EVALUATION_FILE).unlink()
 
@@ -183,6 +201,10 @@ def _tidy(folder: Path, source: Path, mark: dict[str, Any]) -> None:
 def _is_epoch(event: dict[str, Any]) -> bool:
     epoch, val = event.get("epoch"), event.get("val")
     return isinstance(epoch, int) and not isinstance(epoch, bool) and (val is None or isinstance(val, dict))
+
+
+def _unusable(source: Path, error: UnusableRunError) -> StudioError:
+    return StudioError(f"{source.name} cannot be used: {error.why}", _OTHER)
 
 
 def _damaged(source: Path) -> StudioError:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studio.features.examples import Example
-from studio.training.recipe_settings import TrainingSettings
+from studio.training.recipe import TrainingSettings
 
 Pick = tuple[int, int]
 """An example's index and the first frame of the crop."""

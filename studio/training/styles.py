@@ -75,12 +75,12 @@ def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -
     Raises:
         RequestError: the model does not know it.
     """
-    wanted = default if style is None else style
-    if wanted in ("", AVERAGE):
+    chosen = default if style is None else style
+    if chosen in ("", AVERAGE):
         return 0
-    if wanted in styles:
-        return styles.index(wanted) + 1
-    what = f"{run} knows no style called {wanted}."
+    if chosen in styles:
+        return styles.index(chosen) + 1
+    what = f"{run} knows no style called {chosen}."
     if not styles:
         raise RequestError(what, "It was trained without styles; leave --style out.")
     raise RequestError(what, f"Choose one of: {', '.join((AVERAGE, *styles))}.")

@@ -1,19 +1,83 @@
-"""Material brought into the open project by a child process, with its progress in the status strip."""
+"""Dropped and chosen files: what they are, and bringing them into the open project by a child process."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from studio.errors import StudioError
+from studio.ipc.events import BonesEvent, ChildEvent, ImportDone, ProblemEvent, TakeEvent
 from studio.ui import messages
-from studio.ui.bone_fixing import BoneFixing, Skeleton
-from studio.ui.jobs import Job
-from studio.ui.plural import counted
+from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
+from studio.ui.messages import counted
 from studio.ui.session import Session
+from studio.ui.tasks import Job
+
+SOUNDS = frozenset(
+    {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
+)
+
+
+@dataclass(frozen=True)
+class Drop:
+    """What to do with dropped paths; only one of the eight is filled.
+
+    Args:
+        project: a project folder to open.
+        packed: a packed project to open.
+        run: a run that was exported elsewhere.
+        sounds: sounds to generate motion for at once.
+        batch: a folder of nothing but sounds, to make motion files of.
+        performed: sounds to perform live, the first of them.
+        avatar: a .vrm to wear.
+        imports: files and folders to bring into the project.
+    """
+
+    project: Path | None = None
+    packed: Path | None = None
+    run: Path | None = None
+    sounds: tuple[Path, ...] = ()
+    batch: Path | None = None
+    performed: tuple[Path, ...] = ()
+    avatar: Path | None = None
+    imports: tuple[Path, ...] = ()
+
+
+def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
+    """What is meant by dropping paths.
+
+    Args:
+        paths: existing files and folders.
+        room: the name of the room shown, "" for the welcome page.
+    """
+    from studio.training.run_file import SUFFIX as RUN_SUFFIX  # not needed for the window to come up
+
+    first = paths[0] if len(paths) == 1 else None
+    if first is not None and (first.name == "project.json" or (first / "project.json").is_file()):
+        return Drop(project=first.parent if first.name == "project.json" else first)
+    if first is not None and first.suffix.lower() == ".zip":
+        return Drop(packed=first)
+    if first is not None and first.suffix.lower() == RUN_SUFFIX:
+        return Drop(run=first)
+    if first is not None and first.suffix.lower() == ".vrm":
+        return Drop(avatar=first)
+    if room in ("review", "live") and paths and all(path.suffix.lower() in SOUNDS for path in paths):
+        return Drop(sounds=paths) if room == "review" else Drop(performed=paths)
+    if first is not None and room == "review" and _holds_sounds_alone(first):
+        return Drop(batch=first)
+    return Drop(imports=paths)
+
+
+def _holds_sounds_alone(folder: Path) -> bool:
+    """Whether there is nothing in a folder that could be a take's motion."""
+    try:
+        inside = [path for path in folder.iterdir() if not path.name.startswith(".")]
+        return bool(inside) and all(path.suffix.lower() in SOUNDS and path.is_file() for path in inside)
+    except OSError:
+        return False  # a file, or a folder that may not be read: the import says so
 
 
 class Importer(QObject):
@@ -25,11 +89,11 @@ class Importer(QObject):
         self._window = window
         self._folder = Path()
         self._refused: list[tuple[str, str]] = []
-        self._skeleton: Skeleton | None = None
+        self._skeleton: ImportedSkeleton | None = None
         """One whose bones were guessed, or could not be: what the person may correct."""
-        self.bones = BoneFixing(session, window)
+        self.bones = BoneTablePresenter(session, window)
         self._job = Job(self)
-        self._job.event_received.connect(self._on_event)
+        self._job.told.connect(self._on_event)
         self._job.done.connect(self._on_done)
         self._job.failed.connect(self._on_failed)
         self._job.ended.connect(self._on_ended)
@@ -60,21 +124,21 @@ class Importer(QObject):
         """End the child; what it has saved stays."""
         self._job.close()
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        take, kind = event.get("take"), event.get("event")
-        if kind == "bones" and self._skeleton is None:
-            self._skeleton = Skeleton.of_event(event)
-        if kind == "problem":
-            self._refused.append((str(event.get("what", "")), str(event.get("remedy", ""))))
-        if kind in ("take", "problem"):
-            sentence = self.tr("Imported {0}").format(take) if take else self.tr("Importing…")
-            self._tell(sentence, event.get("fraction"))
+    def _on_event(self, event: ChildEvent) -> None:
+        match event:
+            case BonesEvent() if self._skeleton is None:
+                self._skeleton = ImportedSkeleton.of_event(event)
+            case ProblemEvent():
+                self._refused.append((event.what, event.remedy))
+                self._tell(self.tr("Importing…"), event.fraction)
+            case TakeEvent():
+                self._tell(self.tr("Imported {0}").format(event.take), event.fraction)
 
-    def _on_done(self, facts: dict[str, Any]) -> None:
+    def _on_done(self, done: ImportDone) -> None:
         project = self._session.project
         if project is None or project.folder != self._folder:
             return
-        count = len(facts.get("takes", ()))
+        count = len(done.takes)
         if self._refused:
             what, remedy = self._refused[0]
             told = self._told(count)

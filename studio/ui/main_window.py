@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, QUrl
+from PySide6.QtCore import QByteArray, QEvent, QSettings, QSize, Qt, QTimer, QUrl
 from PySide6.QtGui import (
     QCloseEvent,
     QDesktopServices,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QMainWindow,
+    QSplitter,
     QStackedWidget,
     QTabBar,
     QToolButton,
@@ -30,17 +31,18 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.paths import resource
-from studio.ui import messages, rooms, theme, window_state
-from studio.ui.drops import sort_drop
-from studio.ui.imports import Importer
+from studio.settings import settings_folder
+from studio.ui import messages, tabs, theme
+from studio.ui.imports import Importer, sort_drop
 from studio.ui.menus import Menus
-from studio.ui.packing import Packing
-from studio.ui.rooms import Presenter
+from studio.ui.packing import PackTask
 from studio.ui.session import Session
 from studio.ui.shortcuts import ShortcutsDialog
-from studio.ui.start import StartPresenter
 from studio.ui.status_strip import StatusStrip
-from studio.ui.welcome import WelcomePage
+from studio.ui.tabs import Presenter
+from studio.ui.undo import UndoScope
+from studio.ui.welcome_presenter import StartPresenter
+from studio.ui.welcome_view import WelcomePage
 
 FIRST_SIZE = QSize(1440, 900)
 LEAST_SIZE = QSize(1040, 640)
@@ -66,22 +68,23 @@ class MainWindow(QMainWindow):
         self.stack.addWidget(self.welcome)
         self.start = StartPresenter(self.welcome, session, self)
         self.importer = Importer(session, self)
-        self.packing = Packing(session, self, self.start.open_project)
-        self.menus = Menus(self)
+        self.packing = PackTask(session, self, self.start.open_project)
+        self.menus = Menus(self, self)
         self._build_frame()
         self._connect()
         self._build_ahead = QTimer(self)
         self._build_ahead.setInterval(BUILD_AHEAD_MS)
         self._build_ahead.timeout.connect(self._on_build_ahead)
-        if not window_state.restore_window(self):
+        if not restore_window(self):
             self.resize(FIRST_SIZE)
         self._on_project_opened()
 
     def room(self, name: str) -> tuple[QWidget, Presenter]:
         """The view and presenter of a room, built when first asked for."""
         if name not in self.rooms:
-            view, presenter = rooms.build(name, self.session)
-            window_state.restore_splitters(view)
+            view, presenter = tabs.build(name, self.session)
+            presenter.undo_scope.changed.connect(self.menus.show_undo)
+            restore_splitters(view)
             self.stack.addWidget(view)
             self.rooms[name] = (view, presenter)
         return self.rooms[name]
@@ -90,7 +93,7 @@ class MainWindow(QMainWindow):
         """Show "record", "curate", "train", "review" or "live"; without a project the welcome page stays."""
         if self.session.project is None:
             return
-        self.tabs.setCurrentIndex(rooms.NAMES.index(name))
+        self.tabs.setCurrentIndex(tabs.NAMES.index(name))
         if name == self._active:
             return
         messages.dismiss_error(self)
@@ -100,6 +103,7 @@ class MainWindow(QMainWindow):
         self._active = name
         self.stack.setCurrentWidget(view)
         presenter.activate()
+        self.menus.show_undo()
 
     @property
     def shown_room(self) -> str:
@@ -128,17 +132,10 @@ class MainWindow(QMainWindow):
         if self.session.project is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.session.project.folder)))
 
-    def undo(self) -> None:
-        """Take the last edit back and say which."""
-        name = self.session.undo()
-        if name:
-            messages.show_note(self, self.tr("Undone: {0}").format(name))
-
-    def redo(self) -> None:
-        """Make the last undone edit again and say which."""
-        name = self.session.redo()
-        if name:
-            messages.show_note(self, self.tr("Redone: {0}").format(name))
+    @property
+    def undo_scope(self) -> UndoScope | None:
+        """What Undo and Redo act on now: the shown room's own, None on the welcome page."""
+        return self.rooms[self._active][1].undo_scope if self._active else None
 
     def show_shortcuts(self) -> None:
         """List every key. Not modal: a recording goes on and can be stopped."""
@@ -163,7 +160,7 @@ class MainWindow(QMainWindow):
                 event.ignore()
                 return
         self._build_ahead.stop()
-        window_state.save_window(self)
+        save_window(self)
         for _, presenter in self.rooms.values():
             presenter.close()
         self.start.close()
@@ -301,13 +298,13 @@ class MainWindow(QMainWindow):
         return button
 
     def _style_tabs(self) -> None:
-        for index, name in enumerate(rooms.NAMES):
-            self.tabs.setTabIcon(index, theme.icon(rooms.ICONS[name], "muted", active="accent"))
+        for index, name in enumerate(tabs.NAMES):
+            self.tabs.setTabIcon(index, theme.icon(tabs.ICONS[name], "muted", active="accent"))
         theme.set_icon(self.project_button, "mdi6.chevron-down", "muted")
 
     def _connect(self) -> None:
         session = self.session
-        self.tabs.currentChanged.connect(lambda index: self.show_room(rooms.NAMES[index]))
+        self.tabs.currentChanged.connect(lambda index: self.show_room(tabs.NAMES[index]))
         session.project_opened.connect(self._on_project_opened)
         session.status_changed.connect(self.status.show_fact)
         session.tab_requested.connect(self.show_room)
@@ -330,6 +327,7 @@ class MainWindow(QMainWindow):
                 self.rooms[self._active][1].deactivate()
                 self._active = ""
             self.stack.setCurrentWidget(self.welcome)
+            self.menus.show_undo()
             self.setWindowTitle("Saia Studio")
             self.project_button.setText("Saia Studio")
             self.start.refresh()
@@ -353,7 +351,7 @@ class MainWindow(QMainWindow):
         """Build one unseen room while nobody is waiting, so that switching to it later does not stutter."""
         if self.session.rolling or self.session.project is None:
             return
-        unseen = [name for name in rooms.NAMES if name not in self.rooms]
+        unseen = [name for name in tabs.NAMES if name not in self.rooms]
         if not unseen:
             self._build_ahead.stop()
             gc.freeze()
@@ -390,3 +388,31 @@ class MainWindow(QMainWindow):
         }  # fmt: skip
         if key in home:
             self.show_room(home[key])
+
+
+def _store() -> QSettings:
+    return QSettings(str(settings_folder() / "window.ini"), QSettings.Format.IniFormat)
+
+
+def restore_window(window: QMainWindow) -> bool:
+    """Give the window the size and place it had; whether there were any."""
+    geometry = _store().value("geometry")
+    return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
+
+
+def save_window(window: QMainWindow) -> None:
+    """Remember the window's size and place, and every named splitter in it."""
+    store = _store()
+    store.setValue("geometry", window.saveGeometry())
+    for splitter in window.findChildren(QSplitter):
+        if splitter.objectName():
+            store.setValue(f"splitters/{splitter.objectName()}", splitter.saveState())
+
+
+def restore_splitters(widget: QWidget) -> None:
+    """Put every named splitter in a widget where it stood."""
+    store = _store()
+    for splitter in widget.findChildren(QSplitter):
+        state = store.value(f"splitters/{splitter.objectName()}") if splitter.objectName() else None
+        if isinstance(state, QByteArray):
+            splitter.restoreState(state)

@@ -5,25 +5,56 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
+from PySide6.QtWidgets import QApplication, QMainWindow, QMenu, QMessageBox, QWidget
 
 from studio import __version__
-from studio.ui import messages, rooms, theme
+from studio.ui import messages, tabs, theme, undo
+from studio.ui.packing import PackTask
+from studio.ui.session import Session
+from studio.ui.undo import UndoScope
+from studio.ui.welcome_presenter import StartPresenter
 
-if TYPE_CHECKING:
-    from studio.ui.main_window import MainWindow
+
+class MenuCommands(Protocol):
+    """What the menus ask of whoever has them; the window is one, but menus need not know windows."""
+
+    session: Session
+    start: StartPresenter
+    packing: PackTask
+
+    @property
+    def undo_scope(self) -> UndoScope | None:
+        """What Undo and Redo act on now."""
+
+    def import_files(self) -> None:
+        """Ask for files and import them."""
+
+    def import_folder(self) -> None:
+        """Ask for a folder and import it."""
+
+    def show_project_folder(self) -> None:
+        """Open the project's folder on the desktop."""
+
+    def close_project(self) -> None:
+        """Back to the welcome page."""
+
+    def show_room(self, name: str) -> None:
+        """Show a tab."""
+
+    def show_shortcuts(self) -> None:
+        """List every key."""
 
 
 class Menus(QObject):
     """All actions of the window, gathered in menus: behind a button, on macOS in the menu bar."""
 
-    def __init__(self, window: MainWindow) -> None:
+    def __init__(self, window: QMainWindow, commands: MenuCommands) -> None:
         super().__init__(window)
-        self._window = window
+        self._window, self._commands = window, commands
         self._needs_project: list[QAction] = []
         self.file = QMenu(self.tr("File"), window)
         self.all = QMenu(window)
@@ -47,8 +78,8 @@ class Menus(QObject):
             action.setEnabled(is_open)
 
     def _build_file(self) -> None:
-        window, menu = self._window, self.file
-        start = window.start
+        window, commands, menu = self._window, self._commands, self.file
+        start = commands.start
         self._add(menu, self.tr("New project…"), start.choose_new, "Ctrl+N", "mdi6.plus")
         self._add(
             menu, self.tr("Open a project…"), start.choose_project, "Ctrl+O", "mdi6.folder-open-outline"
@@ -57,35 +88,34 @@ class Menus(QObject):
         self.recent.aboutToShow.connect(self._fill_recent)
         self._add(menu, self.tr("Open the sample project"), start.open_sample, "", "mdi6.human-greeting")
         menu.addSeparator()
-        importing = self._add(menu, self.tr("Import files…"), window.import_files, "Ctrl+I", "mdi6.import")
-        folder = self._add(menu, self.tr("Import a folder…"), window.import_folder)
+        importing = self._add(menu, self.tr("Import files…"), commands.import_files, "Ctrl+I", "mdi6.import")
+        folder = self._add(menu, self.tr("Import a folder…"), commands.import_folder)
         menu.addSeparator()
         pack = self._add(
-            menu, self.tr("Pack the project…"), window.packing.ask_pack, "", "mdi6.zip-box-outline"
+            menu, self.tr("Pack the project…"), commands.packing.ask_pack, "", "mdi6.zip-box-outline"
         )
-        self._add(menu, self.tr("Open a packed project…"), window.packing.ask_unpack)
+        self._add(menu, self.tr("Open a packed project…"), commands.packing.ask_unpack)
         menu.addSeparator()
-        show = self._add(menu, self.tr("Show the project's folder"), window.show_project_folder)
-        close = self._add(menu, self.tr("Close the project"), window.close_project, "Ctrl+W")
+        show = self._add(menu, self.tr("Show the project's folder"), commands.show_project_folder)
+        close = self._add(menu, self.tr("Close the project"), commands.close_project, "Ctrl+W")
         self._needs_project += [importing, folder, pack, show, close]
         self._quit = self._add(menu, self.tr("Quit"), window.close, "Ctrl+Q")
         menu.removeAction(self._quit)  # it stands at the end of the whole menu
         window.addAction(self._quit)
 
     def _build_edit(self, menu: QMenu) -> None:
-        window = self._window
-        self.undo = self._add(menu, self.tr("Undo"), window.undo, "Ctrl+Z", "mdi6.undo")
-        self.redo = self._add(menu, self.tr("Redo"), window.redo, "Ctrl+Shift+Z", "mdi6.redo")
+        step = partial(self._on_step, undo.undo), partial(self._on_step, undo.redo)
+        self.undo = self._add(menu, self.tr("Undo"), step[0], "Ctrl+Z", "mdi6.undo")
+        self.redo = self._add(menu, self.tr("Redo"), step[1], "Ctrl+Shift+Z", "mdi6.redo")
         self.redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        menu.aboutToShow.connect(self._name_undo)
-        self._needs_project += [self.undo, self.redo]
+        self.show_undo()
 
     def _build_view(self, menu: QMenu) -> None:
         first = (self.tr("Record"), self.tr("Curate"), self.tr("Train"))
         names = (*first, self.tr("Review"), self.tr("Live"))
-        for index, (room, text) in enumerate(zip(rooms.NAMES, names, strict=True)):
-            show = partial(self._window.show_room, room)
-            action = self._add(menu, text, show, f"Ctrl+{index + 1}", rooms.ICONS[room])
+        for index, (room, text) in enumerate(zip(tabs.NAMES, names, strict=True)):
+            show = partial(self._commands.show_room, room)
+            action = self._add(menu, text, show, f"Ctrl+{index + 1}", tabs.ICONS[room])
             self._needs_project.append(action)
         menu.addSeparator()
         self._light = self._add(menu, self.tr("Light colours"), self._on_light)
@@ -94,9 +124,9 @@ class Menus(QObject):
         self._add(menu, self.tr("Full screen"), self._on_full_screen, "F11")
 
     def _build_help(self, menu: QMenu) -> None:
-        window = self._window
-        self._add(menu, self.tr("List of keys"), window.show_shortcuts, "Ctrl+/", "mdi6.keyboard-outline")
-        self._add(menu, self.tr("Copy diagnostics"), window.start.copy_report)
+        commands = self._commands
+        self._add(menu, self.tr("List of keys"), commands.show_shortcuts, "Ctrl+/", "mdi6.keyboard-outline")
+        self._add(menu, self.tr("Copy diagnostics"), commands.start.copy_report)
         self._add(menu, self.tr("About Saia Studio"), self._on_about)
 
     def _add(
@@ -117,23 +147,30 @@ class Menus(QObject):
         from pathlib import Path
 
         self.recent.clear()
-        folders = self._window.session.settings.recent_projects
+        folders = self._commands.session.settings.recent_projects
         for folder in folders:
             action = self.recent.addAction(folder)
-            action.triggered.connect(lambda _c=False, f=folder: self._window.start.open_project(Path(f)))
+            action.triggered.connect(lambda _c=False, f=folder: self._commands.start.open_project(Path(f)))
         if not folders:
             self.recent.addAction(self.tr("No projects yet")).setEnabled(False)
 
-    def _name_undo(self) -> None:
-        project = self._window.session.project
+    def show_undo(self) -> None:
+        """Name what undo and redo would do in the tab shown; off where they would do nothing."""
+        scope = self._commands.undo_scope
         for action, name, word in (
-            (self.undo, project.undo_name if project else "", self.tr("Undo")),
-            (self.redo, project.redo_name if project else "", self.tr("Redo")),
+            (self.undo, scope.undo_name if scope else "", self.tr("Undo")),
+            (self.redo, scope.redo_name if scope else "", self.tr("Redo")),
         ):
             action.setText(f"{word}: {name}" if name else word)
+            action.setEnabled(bool(name))
+
+    def _on_step(self, step: Callable[[QWidget, UndoScope], None]) -> None:
+        scope = self._commands.undo_scope
+        if scope is not None:
+            step(self._window, scope)
 
     def _on_light(self) -> None:
-        if self._window.session.rolling:  # restyling everything stalls the window for half a second
+        if self._commands.session.rolling:  # restyling everything stalls the window for half a second
             self._light.setChecked(not self._light.isChecked())
             messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
             return
@@ -141,7 +178,7 @@ class Menus(QObject):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         theme.apply(app, name)
-        self._window.session.change_settings(theme=name)
+        self._commands.session.change_settings(theme=name)
 
     def _on_full_screen(self) -> None:
         window = self._window

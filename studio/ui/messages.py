@@ -1,16 +1,14 @@
-"""The only place that shows an error: a sentence and what to do, over the strip beside the tabs.
-
-A message never takes the keyboard away and never stops a recording. What can't be undone asks first.
-"""
+"""The only place that shows an error: a sentence and what to do, over the strip beside the tabs."""
 
 from __future__ import annotations
 
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from types import TracebackType
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, SignalInstance
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
@@ -44,6 +42,9 @@ PLACE = "message_place"
 """Name of the part of a window that messages may lie over: what it says can wait for some seconds."""
 KEY = "F6"
 """Goes to the message, for those who walk with the keyboard."""
+
+Action = tuple[str, Callable[[], None]]
+"""A button of a message: its words and what it does."""
 
 KINDS = {
     "note": ("mdi6.check-circle", "good"),
@@ -101,6 +102,7 @@ class Toast(QFrame):
         self._close = close
         self.bad = False
         self._on_action: Callable[[], None] | None = None
+        self._until: SignalInstance | None = None
         self.action.clicked.connect(self._run_action)
         for watched in (window, self.text, self.remedy, self.action, close):
             watched.installEventFilter(self)
@@ -112,7 +114,8 @@ class Toast(QFrame):
         text: str,
         remedy: str = "",
         kind: str = "note",
-        action: tuple[str, Callable[[], None]] | None = None,
+        action: Action | None = None,
+        until: SignalInstance | None = None,
     ) -> None:
         """Show a message in place of the one before.
 
@@ -121,6 +124,7 @@ class Toast(QFrame):
             remedy: what to do about it.
             kind: "note" goes soon; "warning" and "error" stay longer, an error until dismiss_error.
             action: a button's words and what it does.
+            until: takes the button away, for what it does is then past; the words stay.
         """
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
@@ -133,6 +137,10 @@ class Toast(QFrame):
         if action is not None:
             self.action.setText(action[0])
         self._on_action = action[1] if action else None
+        self._forget_until()
+        if until is not None:
+            self._until = until
+            until.connect(self._withdraw_action)
         self.show()
         self.raise_()
         self._place()
@@ -176,6 +184,19 @@ class Toast(QFrame):
         if self.isVisible():
             button = self.action if self.action.isVisible() else self._close
             button.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def _withdraw_action(self) -> None:
+        self.action.hide()
+        self._on_action = None
+        self._forget_until()
+        if self.isVisible():
+            self._place()
+
+    def _forget_until(self) -> None:
+        until, self._until = self._until, None
+        if until is not None:
+            with suppress(RuntimeError):  # the tab it came from is gone
+                until.disconnect(self._withdraw_action)
 
     def _run_action(self) -> None:
         self.hide()
@@ -223,17 +244,19 @@ def show_failure(parent: QWidget | None, what: str, remedy: str) -> None:
 
 
 def show_note(
-    parent: QWidget | None, text: str, remedy: str = "", action: tuple[str, Callable[[], None]] | None = None
+    parent: QWidget | None,
+    text: str,
+    remedy: str = "",
+    action: Action | None = None,
+    until: SignalInstance | None = None,
 ) -> None:
-    """Say that something went well; goes by itself."""
+    """Say that something went well; goes by itself, and its button with `until`."""
     toast = _toast(parent)
     if toast is not None:
-        toast.show_message(text, remedy, "note", action)
+        toast.show_message(text, remedy, "note", action, until)
 
 
-def show_warning(
-    parent: QWidget | None, text: str, remedy: str = "", action: tuple[str, Callable[[], None]] | None = None
-) -> None:
+def show_warning(parent: QWidget | None, text: str, remedy: str = "", action: Action | None = None) -> None:
     """Say that something is done, but not as it was probably meant."""
     toast = _toast(parent)
     if toast is not None:
@@ -302,3 +325,8 @@ def _copy(report: str) -> None:
 
 def _tr(text: str) -> str:
     return QCoreApplication.translate("Messages", text)
+
+
+def counted(count: int, one: str, many: str, *more: object) -> str:
+    """The sentence for a number of things; {0} in it is the number, {1} and on are what else it names."""
+    return (one if count == 1 else many).format(count, *more)

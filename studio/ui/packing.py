@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio.errors import StudioError
-from studio.take.safe_file import safe_name
+from studio.files.atomic import safe_name
+from studio.ipc.events import DoneEvent, UnpackDone
 from studio.ui import messages
-from studio.ui.jobs import Job
+from studio.ui.messages import counted
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 
 SUFFIX = ".zip"
 
 
-class Packing(QObject):
+class PackTask(QObject):
     """Runs `saia pack` and `saia unpack`, one at a time.
 
     Args:
@@ -97,13 +98,17 @@ class Packing(QObject):
             messages.show_error(self._window, StudioError(what, self.tr("Wait until it is done.")))
         return self._job.running
 
-    def _on_done(self, _facts: dict[str, Any]) -> None:
+    def _on_done(self, done: DoneEvent) -> None:
         target = self._target
         if self._unpacks:
             if self._session.rolling:
                 messages.show_note(self._window, self.tr("Unpacked into {0}.").format(target.name))
             else:
                 self._open_project(target)
+            if isinstance(done, UnpackDone) and done.left_out:
+                one = self.tr("{0} file of the zip is part of no project and was left out.")
+                many = self.tr("{0} files of the zip are part of no project and were left out.")
+                messages.show_note(self._window, counted(done.left_out, one, many))
             return
 
         def show_it() -> None:

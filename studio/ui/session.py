@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -110,25 +111,34 @@ class Session(QObject):
             self.project = None
             self.project_opened.emit()
 
-    def edit(self, name: str, dataset: Dataset) -> None:
-        """Make a new state of the choices, named for undo."""
+    def edit(self, name: str, dataset: Dataset, tab: str = "") -> None:
+        """Make a new state of the choices, named for undo.
+
+        Args:
+            name: what undo calls it.
+            dataset: the choices.
+            tab: where it is done, for a tab whose undo takes back its own edits alone.
+        """
         assert self.project is not None
-        self.project.edit(name, dataset)
+        self.project.edit(name, dataset, tab)
         self.dataset_changed.emit()
 
     def undo(self) -> str:
         """Take back the last edit; its name, "" where there is none."""
-        name = self.project.undo() if self.project and not self.project.read_only else ""
-        if name:
-            self._tell_edited()
-        return name
+        return self._step(self.project.undo) if self.project and not self.project.read_only else ""
 
     def redo(self) -> str:
         """Make the edit taken back last again; its name, "" where there is none."""
-        name = self.project.redo() if self.project and not self.project.read_only else ""
-        if name:
-            self._tell_edited()
-        return name
+        return self._step(self.project.redo) if self.project and not self.project.read_only else ""
+
+    def _step(self, step: Callable[[], str]) -> str:
+        assert self.project is not None
+        before = self.project.dataset
+        try:
+            return step()
+        finally:  # where it cannot be written it is done all the same, and must be seen
+            if self.project.dataset is not before:
+                self._tell_edited()
 
     def adopt(self, take: Take, performer: str = "") -> None:
         """Tell everyone of a take that was just saved in the open project's folder, and who is seen in it."""
@@ -136,14 +146,18 @@ class Session(QObject):
             self.project.adopt(take, performer)
             self.takes_changed.emit()
 
-    def remove_take(self, take_id: str) -> None:
+    def remove_take(self, take_id: str, tab: str = "") -> None:
         """Move a take to the trash; undo brings it back.
+
+        Args:
+            take_id: the take's.
+            tab: where it is done, as for `edit`.
 
         Raises:
             StudioError: the project is read-only or cannot be written.
         """
         assert self.project is not None
-        self.project.remove_take(take_id)
+        self.project.remove_take(take_id, tab)
         self.takes_changed.emit()
         self.dataset_changed.emit()
 

@@ -19,7 +19,7 @@ def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
                 ("Ctrl+1 … 5", tr("Record, Curate, Train, Review, Live")),
                 ("Ctrl+N, Ctrl+O", tr("New project, open a project")),
                 ("Ctrl+I", tr("Import sound and motion")),
-                ("Ctrl+Z, Ctrl+Y", tr("Undo, redo (or Ctrl+Shift+Z)")),
+                ("Ctrl+Z, Ctrl+Y", tr("Undo, redo (or Ctrl+Shift+Z) in this tab")),
                 ("Ctrl+W, Ctrl+Q", tr("Close the project, quit")),
                 ("F6, Esc", tr("Go to a message, take it away")),
                 ("F10", tr("Menu")),

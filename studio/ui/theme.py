@@ -14,8 +14,8 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QPalette
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from studio.paths import resource
-from studio.picture import palette
-from studio.picture.palette import Palette
+from studio.render import palette
+from studio.render.palette import Palette
 from studio.ui.stylesheet import TEMPLATE
 
 if TYPE_CHECKING:

@@ -78,15 +78,15 @@ def measured(
 ) -> dict[str, Any]:
     """Train without the takes left out and hold everything that can be made against them."""
     from studio.project import Project
-    from studio.training import loop
     from studio.training.checkpoint import BEST, load_model
+    from studio.training.loop import train
     from studio.training.recipe import load_recipe
 
     recipe = load_recipe("balanced").with_overrides(["form=alive", *changes, f"seed={seed}"])
     project = Project.open(folder)
     try:
         divide(project, test, val)
-        trained = loop.train(project, recipe, on_event=lambda event: None)
+        trained = train.train(project, recipe, on_event=lambda event: None)
         epoch = trained.report["best_epoch"] if trained.report else None
         return {"best_epoch": epoch, **held(project, load_model(trained.folder / BEST))}
     finally:
@@ -95,16 +95,16 @@ def measured(
 
 def held(project: Any, model: Any) -> dict[str, Any]:
     """The figures of everything that a model makes of the test takes."""
-    from studio.generate import Predictor
-    from studio.model._network import Chance
+    from studio.inference.offline import Predictor
+    from studio.model._network import SamplingOptions
 
     takes, kept = material(project, "test"), model.network.gain.clone()
 
-    def made(chance: Chance) -> dict[str, Any]:
+    def made(chance: SamplingOptions) -> dict[str, Any]:
         return figures(takes, lambda m: Predictor(model).generate_samples(m.samples, None, chance))
 
-    draws = [{"drawn": made(Chance(number))} for number in DRAWS]
-    expected = made(Chance(liveliness=0.0))
+    draws = [{"drawn": made(SamplingOptions(number))} for number in DRAWS]
+    expected = made(SamplingOptions(liveliness=0.0))
     plain = as_plain(project, model)
     found = {
         "mean_pose": figures(takes, lambda m: mean_pose(model.layout, m)),
@@ -121,10 +121,10 @@ def as_plain(project: Any, model: Any) -> Any:
     """What predicts the expected poses with the gains that the plain form would have."""
     import torch
 
-    from studio.generate import Predictor
+    from studio.inference.offline import Predictor
     from studio.training.gains import region_gains
     from studio.training.gather import gather
-    from studio.training.loop_predict import predict
+    from studio.training.loop.validation import predict
 
     examples = gather(project, model.recipe, model.layout, model.fps, model.styles).val
     style = 0 if not model.style else 1 + model.styles.index(model.style)
@@ -147,7 +147,7 @@ def divide(project: Any, test: tuple[str, ...], val: str) -> None:
 
 def material(project: Any, split: str) -> list[Any]:
     """The takes of a split with sound and motion."""
-    from studio.features.audio import AudioSpec
+    from studio.features.audio_spec import AudioSpec
     from studio.training.gather import load_usable
 
     return load_usable(list(project.selected(split)), AudioSpec())[0]
@@ -161,7 +161,7 @@ def mean_pose(layout: Any, m: Any) -> Any:
 
 def figures(takes: Sequence[Any], predict: Callable[[Any], Any]) -> dict[str, Any]:
     """The body's figures of what a prediction gives for some takes."""
-    from studio.training.metrics_evaluate import evaluate
+    from studio.evaluation.figures import evaluate
 
     def body(m: Any) -> Any:
         made = predict(m)

@@ -24,18 +24,18 @@ import numpy as np
 from pythonosc.dispatcher import Dispatcher
 from pythonosc.osc_packet import OscPacket
 
-from studio import stage
-from studio.capture.assembler import FrameAssembler
-from studio.capture.audio import Block
+from studio import virtual_devices
+from studio.capture.microphone import SoundBlock
 from studio.capture.recorder import Recorder, recover
 from studio.capture.roll import Roll, complete
-from studio.capture.rows import Names, Row
-from studio.capture.vmc import SendOptions, encode_frame
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
+from studio.sound.sound_file import read_sound
 from studio.take.motion_file import read_motion
-from studio.take.sound import read_sound
 from studio.take.take import Take
+from studio.vmc.assemble import FrameAssembler
+from studio.vmc.encode import SendOptions, encode_frame
+from studio.vmc.rows import ChannelLayout, FrameRow
 
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = float(os.environ.get("SAIA_BENCH_SECONDS", "60"))
@@ -45,7 +45,7 @@ SENDER = textwrap.dedent("""
     # Sends frames and plays a click a second; tells when each frame was sent and when each click left.
     import json, socket, sys, time
     import numpy as np
-    from studio.capture.vmc import SendOptions, encode_frame
+    from studio.vmc.encode import SendOptions, encode_frame
     from studio.motion import Pose, Skeleton
     from studio.motion.channels import BONES, VRM0_SHAPES
 
@@ -104,7 +104,7 @@ VICTIM = textwrap.dedent("""
 def run() -> dict[str, Any]:
     """All figures of capture; the recording ones on a sound device of their own."""
     figures: dict[str, Any] = {"recording_seconds": SECONDS}
-    with tempfile.TemporaryDirectory() as name, stage.virtual_sound() as environment:
+    with tempfile.TemporaryDirectory() as name, virtual_devices.virtual_sound() as environment:
         os.environ.update(environment)
         import sounddevice
 
@@ -201,7 +201,7 @@ def killed(takes: Path) -> dict[str, Any]:
 def simulated_ten_minutes(takes: Path) -> dict[str, Any]:
     """Ten minutes at once: a sound device 100 ppm slow whose stamps waver by 3 ms, a clap at both ends."""
     rng, rate, block, minutes = np.random.default_rng(3), 48_000, 480, 10
-    names = Names(VRM0_SHAPES, BONES)
+    names = ChannelLayout(VRM0_SHAPES, BONES)
     total = minutes * 60 * rate
     claps = (int(1.0 * rate), total - rate)
     rolled = Roll(takes / "Long_001", "Long", 1, 1000.0, (rate, 1))
@@ -214,10 +214,10 @@ def simulated_ten_minutes(takes: Path) -> dict[str, Any]:
         for clap in claps:
             if at <= clap < at + block:
                 samples[clap - at] = 0.9
-        rolled.add_block(Block(true_time(at) + rng.normal(0, 0.003), samples, False, 0.0))
+        rolled.add_block(SoundBlock(true_time(at) + rng.normal(0, 0.003), samples, False, 0.0))
         while 1000.0 + k / FPS < true_time(at):
             arrival = 1000.0 + k / FPS
-            rolled.add_row(Row(arrival, k / FPS, names, values[k % 600]))
+            rolled.add_row(FrameRow(arrival, k / FPS, names, values[k % 600]))
             k += 1
         if at % (block * 20) == 0:
             rolled.flush({})

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from studio import stage
+from studio import virtual_devices
 from studio.take.motion_file import read_motion
 from tests.benchmarks.__main__ import machine
 
@@ -41,7 +41,7 @@ SENDER = textwrap.dedent("""
     # Sends frames of 54 bones and 52 shapes; tells when each was due, when it left, and how many datagrams.
     import json, socket, sys, time
     import numpy as np
-    from studio.capture.vmc import SendOptions, encode_frame
+    from studio.vmc.encode import SendOptions, encode_frame
     from studio.motion import Pose, Skeleton
     from studio.motion.channels import ARKIT_SHAPES, BONES
 
@@ -100,10 +100,10 @@ FLOOD = textwrap.dedent("""
 def run(seconds: float = SECONDS, bundles: tuple[bool, ...] = (True, False)) -> dict[str, Any]:
     """Losses, stamps, memory and hold-ups of the window, recording bundled and unbundled motion."""
     with contextlib.ExitStack() as stack:
-        if not stage.has_screen() and stage.screen_available():
-            os.environ["DISPLAY"] = stack.enter_context(stage.virtual_screen())
-        if stage.sound_available():
-            os.environ.update(stack.enter_context(stage.virtual_sound()))
+        if not virtual_devices.has_screen() and virtual_devices.screen_available():
+            os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
+        if virtual_devices.sound_available():
+            os.environ.update(stack.enter_context(virtual_devices.virtual_sound()))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="saia-bench-")))
         os.environ["SAIA_SETTINGS"] = str(folder / "settings")
         return measure(folder, seconds, bundles)

@@ -18,12 +18,12 @@ from PySide6.QtWidgets import QApplication
 from studio.dataset import edits
 from studio.motion import Motion
 from studio.project import Project
+from studio.sound.peaks import Peaks, peaks
+from studio.sound.spectrogram import spectrogram
 from studio.take import TakeInfo
-from studio.take.peaks import Peaks, peaks
-from studio.take.spectrogram import spectrogram
 from studio.ui import theme
-from studio.ui.curate.take_rows import COLUMNS, TakeRow, rows_of
-from studio.ui.widgets.timeline import Timeline
+from studio.ui.curate.take_table import COLUMNS, TakeRow, rows_of
+from studio.ui.widgets.timeline.timeline import Timeline
 
 TAKES, HOURS, RATE = 1_000, 2, 16_000
 
@@ -39,7 +39,7 @@ def run() -> dict[str, Any]:
 
 def library(app: QApplication, folder: Path) -> dict[str, Any]:
     """Opening a project of 1,000 takes, and what people do to its table."""
-    from studio.ui.curate.library import Library
+    from studio.ui.curate.library_view import Library
 
     path = _many_takes(folder)
     open_ms = _median(lambda: Project.open(path, read_only=True), 5)

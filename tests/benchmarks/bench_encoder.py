@@ -29,10 +29,11 @@ import torch
 from torch import nn
 
 from studio.features import encoders
-from studio.features.audio import AudioSpec, rows
+from studio.features.audio import rows
+from studio.features.audio_spec import AudioSpec
+from studio.features.encoders import CachedEncoder, cached_encoder
 from studio.features.motion import fit
-from studio.features.speech import Hearing, hearing_of
-from studio.generate import Predictor
+from studio.inference.offline import Predictor
 from studio.model import _wav2vec2
 from studio.motion import Motion
 from studio.training.checkpoint import Model, build_network
@@ -54,7 +55,7 @@ def run() -> dict[str, Any]:
     """The cost of each encoder, and of FaceFormer with it."""
     torch.set_num_threads(1)
     sound = np.random.default_rng(0).normal(0, 0.05, SECONDS * RATE).astype(np.float32)
-    whisper = hearing_of(SPEC).encoder
+    whisper = cached_encoder(SPEC).encoder
     plain = wav2vec2_base()
     small = in_8_bits(plain)
     found: dict[str, Any] = {"log_mel": cost(lambda: rows(sound, AudioSpec(), FPS, 0, SECONDS * 120))}
@@ -90,7 +91,7 @@ def in_8_bits(encoder: encoders._Wav2Vec2Encoder) -> encoders._Wav2Vec2Encoder:
 def heard(encoder: Any, sound: np.ndarray) -> np.ndarray:
     """Rows of a fresh ear, so that no window is remembered."""
     centres = np.arange(0, len(sound), RATE // 60, dtype=np.int64)
-    return Hearing(encoder).rows(sound, centres, 0)
+    return CachedEncoder(encoder).rows(sound, centres, 0)
 
 
 def tokens(encoder: Any, sound: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from studio import stage
+from studio import virtual_devices
 
 PICTURES = 150
 PLAYED_SECONDS = 6.0
@@ -27,9 +27,9 @@ def run() -> dict[str, Any]:
     """
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # avatars are made by the tests' maker
     with ExitStack() as stack:
-        if not stage.has_screen():
-            os.environ["DISPLAY"] = stack.enter_context(stage.virtual_screen())
-        os.environ |= stack.enter_context(stage.virtual_sound())
+        if not virtual_devices.has_screen():
+            os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
+        os.environ |= stack.enter_context(virtual_devices.virtual_sound())
         import sounddevice
 
         sounddevice._terminate()
@@ -45,7 +45,7 @@ def _measure(folder: Path) -> dict[str, Any]:
     from studio.motion.channels import ARKIT_SHAPES
     from studio.motion.skeleton import Skeleton
     from studio.ui import theme
-    from studio.ui.widgets.figure import StickFigure
+    from studio.ui.widgets.figure.figure import StickFigure
     from studio.ui.widgets.shape_meters import ShapeMeters
 
     app = QApplication.instance() or QApplication([])
@@ -91,7 +91,7 @@ def _measure(folder: Path) -> dict[str, Any]:
 def _avatars(figure: Any, folder: Path) -> dict[str, Any]:
     """The same with a skinned avatar whose face moves."""
     from studio import formats
-    from studio.picture.stance import Stance
+    from studio.render.world_pose import WorldPose
     from tests.formats.avatars import Maker
     from tests.formats.examples import a_motion
 
@@ -101,7 +101,7 @@ def _avatars(figure: Any, folder: Path) -> dict[str, Any]:
         figure.set_avatar(avatar)
 
         def draw(step: int) -> None:
-            figure.show_stance(Stance.of(motion, step % 120 / 60))
+            figure.show_stance(WorldPose.of(motion, step % 120 / 60))
             figure._draw_picture()
             figure.repaint()
 
@@ -120,14 +120,14 @@ def _beside_a_sound(figure: Any, folder: Path, name: str) -> dict[str, Any]:
     from PySide6.QtCore import Qt, QTimer
     from PySide6.QtTest import QTest
 
-    from studio.picture.stance import Stance
     from studio.playback.player import Player
+    from studio.render.world_pose import WorldPose
     from tests.formats.examples import a_motion, a_sound
 
     motion = a_motion(int(PLAYED_SECONDS * 60))
     player = Player(a_sound(folder / "tone.wav", PLAYED_SECONDS + 2.0, 48000))
     timer = QTimer(timerType=Qt.TimerType.PreciseTimer)
-    timer.timeout.connect(lambda: figure.show_stance(Stance.of(motion, player.position)))
+    timer.timeout.connect(lambda: figure.show_stance(WorldPose.of(motion, player.position)))
     timer.start(16)
     player.play()
     QTest.qWait(500)

@@ -52,7 +52,8 @@ def features() -> dict[str, Any]:
     """39 MFCC of ten minutes at 16 kHz, ours beside librosa's, one thread."""
     import librosa
 
-    from studio.features.audio import AudioSpec, rows
+    from studio.features.audio import rows
+    from studio.features.audio_spec import AudioSpec
 
     sound = np.random.default_rng(0).normal(0, 0.1, 600 * 16000).astype(np.float32)
     spec = AudioSpec(kind="mfcc", bands=64, coefficients=39, window_ms=32.0, steps_per_frame=1, window=1)
@@ -69,7 +70,7 @@ def features() -> dict[str, Any]:
 def generating() -> dict[str, Any]:
     """Times real time for ten minutes with the balanced network, and whether memory stays flat."""
     from studio.features.motion import fit
-    from studio.generate import Predictor
+    from studio.inference.offline import Predictor
     from studio.motion import Motion
     from studio.training.checkpoint import Model, build_network
     from studio.training.recipe import load_recipe

@@ -38,9 +38,9 @@ _SO_TIMESTAMPNS = 35
 
 def run() -> dict[str, Any]:
     """Figures over some forty seconds of clicks and vowels, at each look-ahead the run offers."""
-    from studio import stage
+    from studio import virtual_devices
 
-    if not stage.sound_available():
+    if not virtual_devices.sound_available():
         return {"skipped": "pulseaudio is not installed"}
     with tempfile.TemporaryDirectory() as folder, _stage() as output:
         project, run_id = trained(Path(folder))
@@ -56,9 +56,9 @@ def run() -> dict[str, Any]:
 @contextlib.contextmanager
 def _stage() -> Iterator[str]:
     """A sound device of our own, named for PortAudio."""
-    from studio import stage
+    from studio import virtual_devices
 
-    with stage.virtual_sound() as environment:
+    with virtual_devices.virtual_sound() as environment:
         os.environ.update(environment)
         import sounddevice
 
@@ -71,19 +71,19 @@ def trained(folder: Path, steps: str = "training.epochs=8") -> tuple[Path, str]:
     """The sample project with a short training of `balanced`; its folder and the run's id."""
     from studio.performer.sample import make_sample
     from studio.project import Project
-    from studio.training import loop
+    from studio.training.loop import train
     from studio.training.recipe import load_recipe
 
     place = folder / "Live"
     make_sample(place)
     with contextlib.closing(Project.open(place)) as project:
-        made = loop.train(project, load_recipe("balanced").with_overrides([steps]), on_event=lambda _: None)
+        made = train.train(project, load_recipe("balanced").with_overrides([steps]), on_event=lambda _: None)
         return place, made.id
 
 
 def look_aheads(project: Path, run_id: str) -> list[int]:
     """What the run offers, milliseconds."""
-    from studio.live.steps import look_aheads as offered
+    from studio.inference.live.steps import look_aheads as offered
     from studio.training.checkpoint import BEST, load_model
 
     return list(offered(load_model(project / "runs" / run_id / BEST)))
@@ -145,7 +145,7 @@ class _Ear:
 
 @contextlib.contextmanager
 def _second_ear() -> Iterator[_Ear]:
-    from studio.stage import SECOND
+    from studio.virtual_devices import SECOND
 
     ear = _Ear()
     with tempfile.TemporaryDirectory() as folder:
@@ -179,7 +179,7 @@ def behind(first: tuple[np.ndarray, float], second: tuple[np.ndarray, float]) ->
 def speech(project: Path, seconds: float) -> np.ndarray:
     """The voice of the project's first takes, (N,) at RATE: what opens a voice gate."""
     from studio.project import Project
-    from studio.take.sound import sound_blocks
+    from studio.sound.sound_file import sound_blocks
 
     with contextlib.closing(Project.open(project)) as opened:
         paths = [take.audio_path for _, take in opened.selected() if take.audio_path is not None]
@@ -215,7 +215,7 @@ def play_and_hear(sound: np.ndarray, output: str) -> tuple[np.ndarray, float]:
 
 def _heard_until(done: threading.Event, device: str) -> tuple[np.ndarray, float]:
     """What a device hears until an event, (N,), and the moment of its first sample."""
-    from studio.capture.audio import AudioInput
+    from studio.capture.microphone import AudioInput
 
     ear = AudioInput(device, sample_rate=RATE, channels=1)
     ear.start()
@@ -234,14 +234,14 @@ def offline(
     project: Path, run_id: str, look_ahead_ms: int, heard: tuple[np.ndarray, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """When each pose of the sound belongs (T,), and how far the mouth is open in it (T,)."""
-    from studio.live.resample import Resampler
-    from studio.live.steps import Steps, hearing
+    from studio.inference.live.steps import LiveSteps, look_ahead_of
+    from studio.sound.resample import Resampler
     from studio.training.checkpoint import BEST, load_model
 
     samples, began = heard
     model = load_model(project / "runs" / run_id / BEST)
     sound = Resampler(RATE, model.recipe.sound.sample_rate).feed(samples)
-    values = np.concatenate([v for _, v in Steps(model, hearing(model, look_ahead_ms)).feed(sound)])
+    values = np.concatenate([v for _, v in LiveSteps(model, look_ahead_of(model, look_ahead_ms)).feed(sound)])
     times = np.arange(len(values)) / float(model.fps)
     motion = model.layout.motion(values, times)
     return began + times, motion.shapes[:, motion.shape_names.index(SHAPE)]
@@ -283,7 +283,7 @@ class Frames:
         self._thread.start()
 
     def _run(self) -> None:
-        from studio.capture.clock import WallClock
+        from studio.clock import WallClock
 
         wall = WallClock()
         mark = b"/VMC/Ext/Blend/Val\x00\x00,sf\x00" + f"{SHAPE}\x00\x00\x00".encode()
@@ -395,7 +395,7 @@ def _live(project: Path, run_id: str, look_ahead_ms: int, port: int, *more: str)
         sys.executable, "-m", "studio", "live", str(project), run_id, "--to", f"127.0.0.1:{port}",
         "--look-ahead", str(look_ahead_ms), "--json", *more,
     ]  # fmt: skip
-    from studio.stage import SECOND
+    from studio.virtual_devices import SECOND
 
     child = _Child(command, {**os.environ, "PULSE_SINK": SECOND})
     try:

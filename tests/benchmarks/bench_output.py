@@ -50,7 +50,7 @@ def _exports(folder: Path) -> dict[str, Any]:
 
 def _film(folder: Path, seconds: float = 20.0) -> dict[str, Any]:
     from studio.formats import mp4
-    from studio.formats._drawing import Drawing, Painter
+    from studio.render.drawing import Drawing, Painter
 
     motion, sound = _motion(seconds), _sound(folder / "film.wav", seconds)
     drawing = Drawing(fps=30.0)
@@ -65,10 +65,10 @@ def _film(folder: Path, seconds: float = 20.0) -> dict[str, Any]:
 
 
 def _hour(folder: Path) -> dict[str, Any]:
-    from studio.picture.camera import Orbit
-    from studio.picture.scene import BODY, Scene
-    from studio.picture.stance import Stance
     from studio.playback.layers import Tuning, tuned
+    from studio.render.camera import Orbit
+    from studio.render.scene import BODY, RenderScene
+    from studio.render.world_pose import WorldPose
     from studio.take.motion_file import read_motion, write_motion
 
     path = folder / "hour.arrow"
@@ -77,15 +77,15 @@ def _hour(folder: Path) -> dict[str, Any]:
     motion = read_motion(path)
     read = time.perf_counter()
     motion = tuned(motion, Tuning())
-    Stance.of(motion, 0.0)
+    WorldPose.of(motion, 0.0)
     opened = time.perf_counter()
     spots = np.random.default_rng(1).uniform(0, 3600, 60)
     scrub, seek = [], []
-    with Scene() as scene:
-        scene.rehearse(800, 600)
+    with RenderScene() as scene:
+        scene.warm_up(800, 600)
         for t in spots:
             began = time.perf_counter()
-            stance = Stance.of(motion, float(t))
+            stance = WorldPose.of(motion, float(t))
             scrub.append(time.perf_counter() - began)
             scene.place(BODY, stance)
             scene.render(Orbit(), 800, 600)

@@ -25,8 +25,8 @@ def run() -> dict[str, Any]:
 
 
 def _making(source: str) -> dict[str, float]:
+    from studio.performer.performance import frame_times, move
     from studio.performer.script import Script
-    from studio.performer.stage import frame_times, move
 
     script, speaking, moving = Script(0, voice_source=source), [], []
     for _ in range(SENTENCES):
@@ -50,8 +50,8 @@ def _sample() -> dict[str, float]:
 
 def _live() -> dict[str, float]:
     """Frames at 60 Hz over loopback: arrival less the frame's own time, about its median."""
-    from studio.capture.vmc import FrameAssembler
     from studio.performer import Broadcast
+    from studio.vmc.encode import FrameAssembler
 
     arrivals: list[tuple[float, bytes]] = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:

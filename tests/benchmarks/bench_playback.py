@@ -26,12 +26,12 @@ RATE = 48_000
 
 def run() -> dict[str, Any]:
     """Figures at 60 frames a second with 54 bones and 18 shapes."""
-    from studio import stage
+    from studio import virtual_devices
 
     with tempfile.TemporaryDirectory() as folder:
-        if not stage.sound_available():
+        if not virtual_devices.sound_available():
             return {"skipped": "pulseaudio is not installed"}
-        with stage.virtual_sound() as environment:
+        with virtual_devices.virtual_sound() as environment:
             return _measure(Path(folder), environment)
 
 
@@ -42,9 +42,9 @@ def _measure(folder: Path, environment: dict[str, str]) -> dict[str, Any]:
 
     sounddevice._terminate()
     sounddevice._initialize()
-    from studio.playback.heard import StreamClock
     from studio.playback.player import Player
-    from studio.playback.vmc_target import Destination, PoseSource, VmcTarget
+    from studio.playback.sound_output import StreamClock
+    from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
     samples = np.zeros(int(SECONDS * RATE), dtype=np.float32)
     samples[RATE // 2 :: RATE] = 0.9

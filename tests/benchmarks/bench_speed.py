@@ -19,7 +19,7 @@ import torch
 from numpy.typing import NDArray
 
 from studio.features.motion import Layout, fit
-from studio.generate import Predictor
+from studio.inference.offline import Predictor
 from studio.motion import Motion
 from studio.training.checkpoint import Model, build_network
 from studio.training.recipe import load_recipe
@@ -50,7 +50,8 @@ def mfcc() -> dict[str, float]:
     """39 MFCC of ten minutes at 16 kHz, 100 rows a second."""
     import librosa
 
-    from studio.features.audio import AudioSpec, rows
+    from studio.features.audio import rows
+    from studio.features.audio_spec import AudioSpec
 
     sound = speech(600)
     spec = AudioSpec(kind="mfcc", bands=64, coefficients=39, window_ms=32.0, steps_per_frame=1, window=1)
@@ -97,7 +98,7 @@ def audio2face() -> dict[str, float]:
 
 def decoding() -> dict[str, float]:
     """300 frames from what was kept, or by running all frames so far again for every new one."""
-    from studio.model.faceformer import FaceFormer, Offer
+    from studio.model.faceformer import AudioKV, FaceFormer
 
     network = predictor("faceformer").model.network
     assert isinstance(network, FaceFormer)
@@ -114,7 +115,7 @@ def decoding() -> dict[str, float]:
         with torch.inference_mode():
             offers, so_far = network.offers(network.hear(rows)), torch.zeros(1, frames, SHAPES)
             for n in range(1, frames + 1):
-                offered = [Offer(*(part[:, :n] for part in offer)) for offer in offers]
+                offered = [AudioKV(*(part[:, :n] for part in offer)) for offer in offers]
                 so_far[:, n - 1] = network.decode(so_far[:, :n], None, offered)[:, -1]
         poses["again"] = so_far
 

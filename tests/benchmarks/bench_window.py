@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from studio import stage
+from studio import virtual_devices
 
 SECONDS = 20.0
 FPS = 120
@@ -29,8 +29,8 @@ BEAT_MS = 2
 def run() -> dict[str, Any]:
     """Longest and typical hold-ups in milliseconds, and what was recorded meanwhile."""
     with contextlib.ExitStack() as stack:
-        if stage.sound_available():
-            os.environ.update(stack.enter_context(stage.virtual_sound()))
+        if virtual_devices.sound_available():
+            os.environ.update(stack.enter_context(virtual_devices.virtual_sound()))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="saia-bench-")))
         os.environ["SAIA_SETTINGS"] = str(folder / "settings")
         return measure(folder)

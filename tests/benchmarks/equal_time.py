@@ -85,7 +85,7 @@ def train(project: str, limit: float, name: str, *changes: str) -> dict[str, Any
     import torch
 
     from studio.project import Project
-    from studio.training import loop
+    from studio.training.loop import train as loop
     from studio.training.recipe import load_recipe
 
     torch.set_num_threads(1)

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from studio.capture.health import Signs, problems
+from studio.capture.health import InputStatus, losses, problems
+from studio.take.take import TakeInfo
+from studio.vmc.senders import Flood
 
-WELL = Signs(
+WELL = InputStatus(
     port=39539, listening_for=10, packets=5000, frameless_for=0.01, fps=60, bones=54, shapes=18,
     device="USB Microphone",
 )  # fmt: skip
@@ -14,7 +16,7 @@ WELL = Signs(
 
 def test_when_all_is_well_nothing_is_said() -> None:
     assert problems(WELL) == ()
-    assert problems(Signs()) == ()
+    assert problems(InputStatus()) == ()
     assert problems(replace(WELL, frames_lost=3)) == ()  # one in two hundred is no news
 
 
@@ -60,6 +62,21 @@ def test_when_all_is_well_nothing_is_said() -> None:
             replace(WELL, missing=("Hips", "Spine", "Chest", "Head")),
             "4 bones have stopped coming: Hips, Spine, Chest and 1 more.",
             "Check those trackers, or their settings in the sender.",
+        ),
+        (
+            replace(WELL, packets_bad=90_000, flood=Flood(12_300.4, "10.0.0.7:5511")),
+            "Another program floods port 39539: 12,300 packets a second are thrown away.",
+            "Close the program that sends from 10.0.0.7:5511, or receive motion on another port.",
+        ),
+        (
+            replace(WELL, flood=Flood(300.0)),
+            "Another program floods port 39539: 300 packets a second are thrown away.",
+            "Close the programs that send there, or receive motion on another port.",
+        ),
+        (
+            replace(WELL, fps=600, frames_thinned=100),
+            "The sender makes 600 frames a second; 500 of them are kept.",
+            "Set its frame rate to 60: more makes no motion smoother.",
         ),
         (
             replace(WELL, packets_bad=400),
@@ -118,7 +135,7 @@ def test_when_all_is_well_nothing_is_said() -> None:
         ),
     ],
 )
-def test_each_problem_is_a_sentence_with_a_remedy(signs: Signs, what: str, remedy: str) -> None:
+def test_each_problem_is_a_sentence_with_a_remedy(signs: InputStatus, what: str, remedy: str) -> None:
     assert problems(signs) == ((what, remedy),)
 
 
@@ -127,7 +144,9 @@ def test_a_sender_is_given_time_to_start() -> None:
 
 
 def test_frames_a_program_here_left_out_are_not_blamed_on_the_network() -> None:
-    signs = Signs(port=39539, packets=100, frameless_for=0.1, bones=54, shapes=18, frames_lost=15, local=True)
+    signs = InputStatus(
+        port=39539, packets=100, frameless_for=0.1, bones=54, shapes=18, frames_lost=15, local=True
+    )
     assert problems(signs) == (
         (
             "The sender left out 15 frames in the last seconds.",
@@ -137,4 +156,14 @@ def test_frames_a_program_here_left_out_are_not_blamed_on_the_network() -> None:
     assert (
         problems(replace(signs, packets_lost=3))[1][0]
         == "15 frames of the last seconds were lost on the way."
+    )
+
+
+def test_what_a_take_lacks_is_told_in_sentences() -> None:
+    assert losses(TakeInfo("Hello", 1, extra={"packets_lost": "0"})) == ()
+    lacking = {"packets_lost": "393", "packets_refused": "881638", "frames_thinned": "1"}
+    assert losses(TakeInfo("Hello", 1, extra=lacking)) == (
+        "881,638 packets of another program, no motion, were thrown away.",
+        "This computer had no time for 393 packets.",
+        "1 frame was left out, beyond 500 a second.",
     )

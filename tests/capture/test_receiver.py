@@ -1,44 +1,50 @@
-"""A port of several sockets is one port: nobody else can join, and what comes is in the order it came."""
+"""A port of several sockets is one port: nobody else can join, what comes is in the order it came, and a
+flood takes nothing from whoever sends motion."""
 
 import socket
 import time
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 import pytest
 
-from studio.capture import clock, port
-from studio.capture.osc import DatagramInput
+from studio import clock
 from studio.capture.receiver import Receiver
-from studio.capture.rows import Row
-from studio.capture.vmc import message
 from studio.errors import StudioError
+from studio.vmc import udp
+from studio.vmc.decode import MAX_SHAPES
+from studio.vmc.encode import message
+from studio.vmc.rows import FrameRow
+from studio.vmc.senders import ABSURD_PER_S
+from studio.vmc.udp import DatagramInput
+from tests.capture import floods
 
-pytestmark = pytest.mark.skipif(not port._LINUX, reason="elsewhere one socket is given room enough")
+pytestmark = pytest.mark.skipif(not udp._LINUX, reason="elsewhere one socket is given room enough")
 WIDE = 10**12
 """More room than any system grants a socket."""
 
 
 @pytest.fixture
 def sockets() -> Iterator[list[socket.socket]]:
-    opened = port.bind_wide(0, room=WIDE)
+    opened = udp.bind_wide(0, room=WIDE)
     yield opened
     for one in opened:
         one.close()
 
 
-def taken(receiver: Receiver, count: int) -> list[Row]:
-    rows: list[Row] = []
+def taken(receiver: Receiver, count: int) -> list[FrameRow]:
+    rows: list[FrameRow] = []
     until = time.monotonic() + 30
     while len(rows) < count:
         assert time.monotonic() < until, "waited in vain"
-        rows += receiver.take_in(clock.now())
+        rows += receiver.poll(clock.now())
         time.sleep(0.002)
     return rows
 
 
 def test_room_enough_is_one_socket() -> None:
-    (only,) = port.bind_wide(0, room=1)
+    (only,) = udp.bind_wide(0, room=1)
     only.close()
 
 
@@ -46,7 +52,7 @@ def test_a_taken_port_is_taken_and_a_wide_one_too(sockets: list[socket.socket]) 
     assert len(sockets) == 32
     number = sockets[0].getsockname()[1]
     assert {one.getsockname() for one in sockets} == {("127.0.0.1", number)}
-    for bind in (port.bind, port.bind_wide):
+    for bind in (udp.bind, udp.bind_wide):
         with pytest.raises(StudioError) as caught:
             bind(number)
         assert (
@@ -90,18 +96,49 @@ def test_what_is_dealt_out_among_sockets_is_in_order_again(
 ) -> None:
     number = sockets[0].getsockname()[1]
     names = [f"Shape{i}" for i in range(20)]
-    rows: list[Row] = []
+    rows: list[FrameRow] = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         for k in range(200):
             for name in names:
                 out.sendto(message("/VMC/Ext/Blend/Val", name, k / 200), ("127.0.0.1", number))
             out.sendto(message("/VMC/Ext/Blend/Apply"), ("127.0.0.1", number))
-            rows += receiver.take_in(clock.now())
+            rows += receiver.poll(clock.now())
     rows += taken(receiver, 200 - len(rows))
     values = np.stack([row.values[:20] for row in rows if len(row.names.shapes) == 20])
     assert (np.diff(values, axis=0) >= 0).all()  # any two that changed places would go back
     assert values[-1] == pytest.approx(199 / 200, abs=1e-6)
     stamps = [row.arrival for row in rows]
     assert stamps == sorted(stamps)
-    heard = receiver.heard(clock.now())
+    heard = receiver.stats(clock.now())
     assert (heard.packets, heard.packets_bad, heard.packets_lost) == (4200, 0, 0)
+
+
+@pytest.mark.parametrize("kind", floods.KINDS)
+def test_a_valid_sender_beside_a_flood_keeps_every_frame_and_its_channels(
+    receiver: Receiver, kind: str
+) -> None:
+    frames, packets_between = 40, 50
+    flood = floods.KINDS[kind](1)
+    rows: list[FrameRow] = []
+    to = ("127.0.0.1", receiver.ports[0])
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as valid,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other,
+    ):
+        for k in range(frames):
+            for datagram in floods.frame(k):
+                valid.sendto(datagram, to)
+            for packet in islice(flood, packets_between if k > 3 else 0):
+                other.sendto(packet, to)
+            rows += receiver.poll(clock.now())
+    rows += taken(receiver, frames - len(rows))
+    assert [floods.number(row.names.shapes, row.values) for row in rows] == list(range(frames))
+    assert {(len(row.names.shapes), len(row.names.bones)) for row in rows} == {(52, 54)}
+    heard = receiver.stats(clock.now())
+    flooded = packets_between * (frames - 4)
+    assert heard.packets == flooded + frames * len(floods.frame(0))
+    assert (heard.packets_lost, heard.frames_lost) == (0, 0)
+    assert 0.3 * flooded < heard.packets_bad <= flooded
+    assert heard.packets_refused <= heard.packets_bad
+    # What was spent on it is bounded, whatever came: as many names as any face has, and then no more.
+    assert receiver.messages - frames * (54 + 52 + 4) < MAX_SHAPES + 2 * ABSURD_PER_S

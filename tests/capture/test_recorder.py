@@ -16,15 +16,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio import stage
-from studio.capture.recorder import Recorder, State, recover
-from studio.capture.vmc import SendOptions, encode_frame
+from studio import virtual_devices
+from studio.capture.recorder import Recorder, RecorderState, recover
 from studio.errors import StudioError
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
+from studio.sound.sound_file import read_sound
 from studio.take.folder import load_take, next_number
 from studio.take.motion_file import read_motion
-from studio.take.sound import read_sound
+from studio.vmc.encode import SendOptions, encode_frame
 from tests.patience import PATIENCE, nearest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -99,18 +99,18 @@ def send() -> Iterator[Callable[..., Sender]]:
 
 
 def test_states_follow_what_is_open(recorder: Recorder, send: Callable[..., Sender]) -> None:
-    assert recorder.snapshot().state is State.IDLE
+    assert recorder.snapshot().state is RecorderState.IDLE
     recorder.open_motion(0)
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
     send(recorder.snapshot().port)
     wait_for(lambda: recorder.snapshot().motion_alive)
     recorder.start("Hello")
-    assert recorder.snapshot().state is State.ROLLING
+    assert recorder.snapshot().state is RecorderState.ROLLING
     wait_for(lambda: recorder.snapshot().frames > 5)
     recorder.stop()
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
     recorder.close_motion()
-    assert recorder.snapshot().state is State.IDLE
+    assert recorder.snapshot().state is RecorderState.IDLE
 
 
 @pytest.mark.parametrize("bundle", [True, False])
@@ -178,7 +178,7 @@ def test_numbers_count_up_and_names_are_made_safe(recorder: Recorder, send: Call
     with pytest.raises(StudioError) as caught:
         recorder.start("a/b 桜", 7)
     assert str(caught.value) == "There is a take a_b 桜_007 already. Choose another slate or number."
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
     assert next_number(recorder.takes_folder, "other") == 1
 
 
@@ -189,7 +189,24 @@ def test_discard_leaves_nothing(recorder: Recorder, send: Callable[..., Sender])
     wait_for(lambda: recorder.snapshot().frames > 3)
     recorder.discard()
     assert list(recorder.takes_folder.iterdir()) == []
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows lets nobody move files that are open")
+def test_discard_removes_nothing_but_what_was_recorded(
+    recorder: Recorder, send: Callable[..., Sender], tmp_path: Path
+) -> None:
+    """Whoever moves a take's files out of its folder in mid-take may move them among files of their own."""
+    recorder.open_motion(0)
+    send(recorder.snapshot().port)
+    recorder.start("Hello")
+    wait_for(lambda: recorder.snapshot().frames > 3)
+    desktop = tmp_path / "Desktop"
+    desktop.mkdir()
+    (desktop / "thesis.txt").write_text("ten years")
+    (recorder.takes_folder / "Hello_001" / "journal.bin").rename(desktop / "journal.bin")
+    recorder.discard()
+    assert [path.name for path in desktop.iterdir()] == ["thesis.txt"]
 
 
 def test_what_makes_no_sense_is_a_sentence(recorder: Recorder) -> None:
@@ -220,7 +237,7 @@ def test_a_folder_that_cannot_be_made_is_a_sentence(tmp_path: Path) -> None:
     recorder.open_motion(0)
     with pytest.raises(StudioError, match=r"Hello_001 could not be written"):
         recorder.start("Hello")
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
     recorder.close()
 
 
@@ -230,7 +247,7 @@ def test_a_taken_port_leaves_the_recorder_usable(recorder: Recorder) -> None:
         with pytest.raises(StudioError, match="is used by another program"):
             recorder.open_motion(other.getsockname()[1])
     recorder.open_motion(0)
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
 
 
 def test_hostile_packets_do_not_end_a_take(recorder: Recorder, send: Callable[..., Sender]) -> None:
@@ -259,8 +276,8 @@ def test_a_full_disk_ends_the_take_and_keeps_it(tmp_path: Path, send: Callable[.
     recorder.start("Hello", pre_roll=10.0)
     wait_for(lambda: any("The disk is full." in what for what, _ in recorder.snapshot().problems))
     ended = recorder.snapshot()
-    assert ended.problems[0][1] == "What came until then is kept. Make room before the next take."
-    assert ended.state == State.SAVING  # nobody may take it for a recording that goes on
+    assert ended.problems[0][1] == "What came until then is being saved."
+    assert ended.state == RecorderState.SAVING  # nobody may take it for a recording that goes on
     wait_for(lambda: recorder.snapshot() is not ended)
     assert recorder.snapshot().elapsed == ended.elapsed
     take = recorder.stop()
@@ -319,7 +336,7 @@ def test_start_and_stop_from_many_threads_make_whole_takes(
     assert set(refused) <= {
         "Another take cannot begin while a take is being recorded.", "No take is being recorded."
     }  # fmt: skip
-    assert recorder.snapshot().state is State.ARMED
+    assert recorder.snapshot().state is RecorderState.ARMED
     assert recover(recorder.takes_folder) == ()
 
 
@@ -339,7 +356,7 @@ def test_a_recorder_that_was_closed_opens_nothing_any_more(tmp_path: Path) -> No
     recorder.close()
     recorder.open_motion(0)
     recorder.open_audio()
-    assert recorder.snapshot().state is State.IDLE
+    assert recorder.snapshot().state is RecorderState.IDLE
     assert recorder.snapshot().ports == ()
 
 
@@ -428,6 +445,7 @@ def test_recovery_lets_be_what_is_still_rolling_and_sweeps_up_nothing(
     empty = recorder.takes_folder / "Empty_001"
     empty.mkdir()
     (empty / "journal.bin").write_bytes(b"SAIAJRN1")
+    os.utime(empty / "journal.bin", (1e9, 1e9))  # a young one may be about to begin
     foreign = recorder.takes_folder / "mine"
     foreign.mkdir()
     assert recover(recorder.takes_folder) == ()
@@ -537,7 +555,7 @@ def test_an_unknown_microphone_is_a_sentence(recorder: Recorder, virtual_audio: 
 UNPLUG = textwrap.dedent("""
     import json, os, signal, sys, time
     from pathlib import Path
-    from studio import stage
+    from studio import virtual_devices
     from studio.capture.recorder import Recorder
 
     def until(condition, seconds=60):
@@ -547,9 +565,9 @@ UNPLUG = textwrap.dedent("""
             time.sleep(0.01)
 
     servers = []
-    start = stage._start_pulseaudio
-    stage._start_pulseaudio = lambda folder: servers.append(start(folder)) or servers[0]
-    with stage.virtual_sound() as environment:
+    start = virtual_devices._start_pulseaudio
+    virtual_devices._start_pulseaudio = lambda folder: servers.append(start(folder)) or servers[0]
+    with virtual_devices.virtual_sound() as environment:
         os.environ.update(environment)
         recorder = Recorder(Path(sys.argv[1]))
         recorder.open_motion(0)
@@ -567,7 +585,9 @@ UNPLUG = textwrap.dedent("""
         if sys.argv[2] == "SIGSTOP":
             os.kill(servers[0].pid, signal.SIGCONT)
         take = recorder.stop()
+        cut = recorder.cut_off
         print(json.dumps({"frames": take.info.frames, "sound": take.info.audio_seconds,
+                          "cut": cut and cut.reason,
                           "notes": take.info.notes, "problems": problems}), flush=True)
         recorder.close()
 """)
@@ -579,7 +599,7 @@ UNPLUG = textwrap.dedent("""
 )
 def test_a_microphone_that_vanishes_leaves_the_rest(tmp_path: Path, how: str, says: str) -> None:
     """The sound server is killed, or frozen without a word; both in a process of their own."""
-    if not stage.sound_available():
+    if not virtual_devices.sound_available():
         pytest.skip("pulseaudio is not installed")
     words = [sys.executable, "-c", UNPLUG, str(tmp_path / "takes"), how, says]
     with subprocess.Popen(
@@ -592,6 +612,8 @@ def test_a_microphone_that_vanishes_leaves_the_rest(tmp_path: Path, how: str, sa
     assert child.returncode == 0, errors[-2000:]
     told = json.loads(out.splitlines()[-1])
     assert told["sound"] >= 0.9
+    if how == "SIGKILL":  # one that is frozen may be back by the time the take ends
+        assert told["cut"] == "sound_lost"
     assert told["frames"] > 120
     assert any("default stopped giving sound at" in note for note in told["notes"])
     assert any(what.startswith(says) for what, _ in told["problems"])

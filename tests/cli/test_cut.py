@@ -11,8 +11,8 @@ import pytest
 
 from studio import cli
 from studio.project import Project
+from studio.sound.sound_file import Sound, write_sound
 from studio.take import TakeInfo
-from studio.take.sound import Sound, write_sound
 from tests.take.speech import RATE, talk
 
 OpenElsewhere = Callable[[Path], AbstractContextManager[int]]

@@ -40,7 +40,7 @@ def test_a_taken_port_is_named() -> None:
 
 def test_a_free_port_is_well() -> None:
     port = free_port()
-    assert doctor.check_port(port) == doctor.Check("motion", True, f"Port {port} is free for motion.")
+    assert doctor.check_port(port) == doctor.SystemCheck("motion", True, f"Port {port} is free for motion.")
 
 
 @pytest.mark.parametrize("port", [0, -1, 65536])
@@ -99,8 +99,8 @@ def test_a_machine_without_a_screen_says_so(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_people_read_a_line_a_check() -> None:
-    lines = [doctor._line(doctor.Check("disk", False, "Only 1 GB are free here.", "Free some space."))]
-    lines.append(doctor._line(doctor.Check("motion", True, "Port 39539 is free for motion.")))
+    lines = [doctor._line(doctor.SystemCheck("disk", False, "Only 1 GB are free here.", "Free some space."))]
+    lines.append(doctor._line(doctor.SystemCheck("motion", True, "Port 39539 is free for motion.")))
     assert lines == [
         "!!  disk       Only 1 GB are free here. Free some space.",
         "ok  motion     Port 39539 is free for motion.",

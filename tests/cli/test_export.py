@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +17,14 @@ import soundfile
 
 from studio import cli
 from studio.dataset import edits
+from studio.files import cache
 from studio.formats import bvh, saia_csv
 from studio.project import Project
-from studio.take import TakeInfo, kept
+from studio.sound.sound_file import read_sound
+from studio.take import TakeInfo
 from studio.take.motion_file import read_motion
-from studio.take.sound import read_sound
 from tests.formats.examples import a_motion, a_sound, assert_same_motion
+from tests.patience import until
 
 
 @pytest.fixture
@@ -78,7 +83,7 @@ def test_cleaned_sound_goes_along_where_it_was_chosen(folder: Path, tmp_path: Pa
     recorded = project.take("full").audio_path
     assert recorded is not None
     quiet = read_sound(recorded)
-    with kept.keeping(recorded, "clean1-noise.flac") as beside:  # as if it had been made
+    with cache.keeping(recorded, "clean1-noise.flac") as beside:  # as if it had been made
         soundfile.write(str(beside), quiet.samples * 0.25, quiet.sample_rate, "PCM_24", format="FLAC")
     dataset = edits.update(project.dataset, ["full"], lambda s: replace(s, clean="noise"))
     project.edit("Clean", edits.trim(dataset, "full", 0.5, 1.5) if trim else dataset)
@@ -168,7 +173,7 @@ def test_a_run_without_weights_says_so(
 def test_what_a_run_makes_of_a_takes_sound(
     make_toy_project: Callable[..., Project], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from studio.training.loop import train
+    from studio.training.loop.train import train
     from studio.training.recipe import load_recipe
 
     project = make_toy_project(("train", "val"))
@@ -188,3 +193,21 @@ def test_what_a_run_makes_of_a_takes_sound(
     motion = bvh.read(tmp_path / "x.bvh").motion
     assert motion is not None
     assert motion.duration == pytest.approx(take.info.audio_seconds, abs=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Windows knows no kill that asks nobody")
+def test_what_a_killed_export_left_is_gone_after_the_next(folder: Path, tmp_path: Path) -> None:
+    scratch, out = tmp_path / "temporary", tmp_path / "out"
+    scratch.mkdir()
+    out.mkdir()
+    words = [sys.executable, "-m", "studio", "export", str(folder), "full", "-o"]
+    how = {"cwd": Path(__file__).resolve().parents[2], "env": {**os.environ, "TMPDIR": str(scratch)}}
+    with subprocess.Popen([*words, str(out / "film.mp4"), "--size", "1280x720"], **how) as child:
+        until(lambda: any(out.iterdir()) or child.poll() is not None)
+        child.kill()
+    assert [path.suffix for path in out.iterdir()] == [".new"]
+    assert list(scratch.glob("saia-export-*"))
+    assert subprocess.run([*words, str(out / "x.bvh")], **how, check=False).returncode == 0
+    assert [path.name for path in out.iterdir()] == ["x.bvh"]
+    assert not list(scratch.glob("saia-*"))

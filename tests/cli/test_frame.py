@@ -18,7 +18,7 @@ import pytest
 
 from studio import __version__, cli
 from studio.cli._output import Output
-from studio.cli._run import guarded
+from studio.cli._run import run_command
 from studio.errors import RequestError, StudioError
 
 
@@ -160,13 +160,13 @@ def test_the_example_of_a_verb_is_one_it_understands(verb: str) -> None:
 def test_an_error_ends_with_its_code(
     error: BaseException, code: int, sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert guarded(raising(error), Output()) == code
+    assert run_command(raising(error), Output()) == code
     assert capsys.readouterr().err == sentence
 
 
 def test_a_failure_is_a_sentence_and_programs_find_its_log(capsys: pytest.CaptureFixture[str]) -> None:
     out = Output(as_json=True)
-    assert guarded(raising(StudioError("The disk is full.", "Free some space.")), out) == 1
+    assert run_command(raising(StudioError("The disk is full.", "Free some space.")), out) == 1
     shown = capsys.readouterr()
     last = json.loads(shown.out.splitlines()[-1])
     assert (last["event"], last["what"], last["remedy"]) == ("error", "The disk is full.", "Free some space.")
@@ -175,7 +175,7 @@ def test_a_failure_is_a_sentence_and_programs_find_its_log(capsys: pytest.Captur
 
 
 def test_the_unexpected_is_a_sentence_with_a_log(capsys: pytest.CaptureFixture[str]) -> None:
-    assert guarded(raising(ZeroDivisionError("division by zero")), Output()) == 1
+    assert run_command(raising(ZeroDivisionError("division by zero")), Output()) == 1
     error = capsys.readouterr().err
     assert error.startswith(
         "Something unexpected happened: ZeroDivisionError: division by zero. Please report it with the log."
@@ -239,7 +239,8 @@ def test_a_reader_that_leaves_is_no_traceback(words: str) -> None:
 def test_a_name_the_terminal_cannot_print_is_no_crash(tmp_path: Path, words: list[str]) -> None:
     folder = tmp_path / "歌う:プロジェクト"
     command = [sys.executable, "-m", "studio", "check", str(folder), *words]
-    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    # Names of files stay UTF-8 whatever the locale of the tests: it is the terminal that cannot print.
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0", "LC_ALL": "C.UTF-8"}
     done = subprocess.run(command, capture_output=True, env=environment, check=False)
     assert done.returncode == 2
     assert b"There is no project at" in done.stderr

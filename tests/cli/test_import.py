@@ -12,7 +12,7 @@ import pytest
 
 from studio import cli
 from studio.project import Project
-from studio.take.sound import Sound, read_sound, write_sound
+from studio.sound.sound_file import Sound, read_sound, write_sound
 from tests.formats.examples import a_motion, a_sound, needs_data
 
 

@@ -16,11 +16,11 @@ import pytest
 import soundfile
 
 from studio.cli import main
-from studio.cli._live_wishes import Wish, read_wish
 from studio.errors import RequestError
+from studio.ipc.commands import Command, read_live
 from studio.project import Project
-from tests.live.runs import add_run
-from tests.live.test_steps import speech
+from tests.inference.live.runs import add_run
+from tests.inference.live.test_steps import speech
 from tests.patience import until
 
 RATE = 16_000
@@ -176,11 +176,11 @@ def test_a_missing_sound_and_a_missing_run_are_named(
 
 
 def test_wishes_are_read_as_they_are_written() -> None:
-    assert read_wish("mute on\n") == Wish("mute", "on")
-    assert read_wish("  \n") is None
-    assert Wish("mute", "").turned(False)
-    assert not Wish("mute", "off").turned(True)
+    assert read_live("mute on\n") == Command("mute", "on")
+    assert read_live("  \n") is None
+    assert Command("mute", "").switched_to(False)
+    assert not Command("mute", "off").switched_to(True)
     with pytest.raises(RequestError, match="mute cannot be maybe"):
-        Wish("mute", "maybe").turned(False)
+        Command("mute", "maybe").switched_to(False)
     with pytest.raises(RequestError, match="There is no dance while it is live"):
-        read_wish("dance")
+        read_live("dance")

@@ -11,9 +11,9 @@ import pytest
 from studio.cli import main
 from studio.cli._look_aheads import after_training
 from studio.cli._output import Output
-from studio.cli.train import StopWish
+from studio.cli.train import StopRequest
 from studio.project import Project
-from tests.live.runs import add_run
+from tests.inference.live.runs import add_run
 
 
 @pytest.mark.parametrize("offered", ["0 100 500", ""])
@@ -97,15 +97,15 @@ def test_what_ends_the_measuring_costs_the_table_and_no_more(
 
 
 def test_a_second_wish_to_stop_ends_the_measuring(make_toy_project: Callable[..., Project]) -> None:
-    wish = StopWish(read=False)
-    wish.ask()  # it ended the training before
-    again = wish.asked_again()
+    wish = StopRequest(read=False)
+    wish.request()  # it ended the training before
+    again = wish.requested_again()
     assert not again()
     asked: list[bool] = []
 
     def stop() -> bool:
         if asked:
-            wish.ask()
+            wish.request()
         asked.append(again())
         return asked[-1]
 

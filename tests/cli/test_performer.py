@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from studio.capture.osc import bind
-from studio.capture.vmc import FrameAssembler
 from studio.cli import main
+from studio.vmc.encode import FrameAssembler
+from studio.vmc.udp import bind
 
 
 def events(text: str) -> list[dict[str, object]]:

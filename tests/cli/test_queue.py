@@ -15,12 +15,11 @@ from typing import Any
 import pytest
 
 from studio import formats
-from studio.cli._clip import Clip
-from studio.cli._draw import Look
+from studio.cli._clip import ExportClip
+from studio.cli._export_args import ExportRange, RenderOptions
 from studio.cli._output import Output
-from studio.cli._outputs import Source, entries_of, shares
-from studio.cli._queue import Entry, Queue, Wishes
-from studio.cli._shape import Shape
+from studio.cli._outputs import ExportSource, entries_of, progress_shares
+from studio.cli._queue import CancelRequests, Entry, Queue
 from studio.errors import StudioError
 from tests.formats.examples import a_motion
 
@@ -55,7 +54,7 @@ def test_failures_are_kept_with_their_sentence_and_the_rest_goes_on(
 
     seen: list[str] = []
     entries = [made("a", seen, fail), made("b", seen, stumble), made("c", seen)]
-    queue = Queue(entries, Output(as_json=True), Wishes())
+    queue = Queue(entries, Output(as_json=True), CancelRequests())
     queue.run()
     assert ending(queue) == (["c"], ["a", "b"], [])
     told = {event["name"]: event for event in events(capsys) if event.get("state") == "failed"}
@@ -66,11 +65,11 @@ def test_failures_are_kept_with_their_sentence_and_the_rest_goes_on(
 def test_one_is_taken_out_before_its_turn_and_one_in_the_midst_of_it(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    wishes, seen = Wishes(), list[str]()
+    wishes, seen = CancelRequests(), list[str]()
 
     def unwanted(report: Report) -> None:
-        wishes.take("skip 2")
-        wishes.take("skip 0\n")
+        wishes.process("skip 2")
+        wishes.process("skip 0\n")
         report(0.5)
         raise AssertionError("it goes on although nobody wants it")
 
@@ -88,8 +87,8 @@ def test_one_is_taken_out_before_its_turn_and_one_in_the_midst_of_it(
 
 
 def test_stop_takes_out_all_that_is_left() -> None:
-    wishes, seen = Wishes(), list[str]()
-    first = made("a", seen, lambda report: wishes.take("stop"))
+    wishes, seen = CancelRequests(), list[str]()
+    first = made("a", seen, lambda report: wishes.process("stop"))
     queue = Queue([first, made("b", seen), made("c", seen)], Output(as_json=True), wishes)
     queue.run()
     assert ending(queue) == (["a"], [], ["b", "c"])
@@ -97,24 +96,24 @@ def test_stop_takes_out_all_that_is_left() -> None:
 
 def test_a_skipped_format_keeps_no_motion_of_a_source_that_is_over(tmp_path: Path) -> None:
     """An hour of motion is large: with one format skipped the clip of every source stayed to the end."""
-    made_before: list[weakref.ref[Clip]] = []
+    made_before: list[weakref.ref[ExportClip]] = []
     alive: list[int] = []
 
-    def source(name: str) -> Source:
-        def clip(report: Report) -> Clip:
+    def source(name: str) -> ExportSource:
+        def clip(report: Report) -> ExportClip:
             alive.append(sum(one() is not None for one in made_before))
-            found = Clip(a_motion(10), None)
+            found = ExportClip(a_motion(10), None)
             made_before.append(weakref.ref(found))
             return found
 
-        return Source(name, 1.0, clip)
+        return ExportSource(name, 1.0, clip)
 
     modules = [formats.load("npz"), formats.load("arrow")]
     sources = [source(name) for name in "abc"]
-    entries = entries_of(sources, modules, tmp_path / "out", Shape(), Look(), force=False)
-    wishes = Wishes()
+    entries = entries_of(sources, modules, tmp_path / "out", ExportRange(), RenderOptions(), force=False)
+    wishes = CancelRequests()
     for index in (1, 3, 5):
-        wishes.take(f"skip {index}")
+        wishes.process(f"skip {index}")
     Queue(entries, Output(as_json=True), wishes).run()
     assert alive == [0, 0, 0]
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a.npz", "b.npz", "c.npz"]
@@ -123,13 +122,15 @@ def test_a_skipped_format_keeps_no_motion_of_a_source_that_is_over(tmp_path: Pat
 def test_every_format_of_a_source_is_made_of_one_reading(tmp_path: Path) -> None:
     read: list[str] = []
 
-    def clip(report: Report) -> Clip:
+    def clip(report: Report) -> ExportClip:
         read.append("once")
-        return Clip(a_motion(10), None)
+        return ExportClip(a_motion(10), None)
 
     modules = [formats.load("npz"), formats.load("arrow")]
-    entries = entries_of([Source("a", 1.0, clip)], modules, tmp_path, Shape(), Look(), force=False)
-    Queue(entries, Output(as_json=True), Wishes()).run()
+    entries = entries_of(
+        [ExportSource("a", 1.0, clip)], modules, tmp_path, ExportRange(), RenderOptions(), force=False
+    )
+    Queue(entries, Output(as_json=True), CancelRequests()).run()
     assert read == ["once"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.arrow", "a.npz"]
 
@@ -137,7 +138,7 @@ def test_every_format_of_a_source_is_made_of_one_reading(tmp_path: Path) -> None
 @pytest.mark.parametrize(("name", "reading"), [("mp4", 0.1), ("bvh", 0.95)])
 def test_reading_and_writing_share_the_progress(name: str, reading: float) -> None:
     told: list[float] = []
-    first, second = shares(formats.load(name), told.append)
+    first, second = progress_shares(formats.load(name), told.append)
     for part in (first, second):
         part(0.0)
         part(1.0)
@@ -147,13 +148,13 @@ def test_reading_and_writing_share_the_progress(name: str, reading: float) -> No
 CHILD = """
 import sys, time
 from pathlib import Path
-from studio.cli._queue import Wishes
-wishes = Wishes(watched=True)
+from studio.cli._queue import CancelRequests
+wishes = CancelRequests(watched=True)
 Path(sys.argv[1]).touch()
 end = time.monotonic() + 60
-while time.monotonic() < end and not wishes.unwanted(0):
+while time.monotonic() < end and not wishes.is_cancelled(0):
     time.sleep(0.02)
-print("stopped" if wishes.unwanted(0) else "goes on", flush=True)
+print("stopped" if wishes.is_cancelled(0) else "goes on", flush=True)
 """
 
 
@@ -174,10 +175,10 @@ def test_a_queue_stops_when_the_window_that_began_it_is_gone(tmp_path: Path) -> 
 @pytest.mark.parametrize("watched", [False, True], ids=["nohup", "script"])
 def test_an_end_of_input_alone_takes_nothing_out(monkeypatch: pytest.MonkeyPatch, watched: bool) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO("skip 1\n"))
-    wishes = Wishes(watched)
+    wishes = CancelRequests(watched)
     assert wishes._reader is not None
     if watched:
         wishes.close()  # the parent lives: it waits until there is nothing left to stop
     wishes._reader.join(60)
     assert not wishes._reader.is_alive()
-    assert [wishes.unwanted(index) for index in (0, 1)] == [False, True]
+    assert [wishes.is_cancelled(index) for index in (0, 1)] == [False, True]

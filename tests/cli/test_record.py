@@ -3,13 +3,14 @@
 import argparse
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,14 +18,17 @@ import numpy as np
 import pytest
 
 from studio import cli
-from studio.capture.recorder import Recorder, State
-from studio.capture.vmc import encode_frame
+from studio.capture.recorder import Recorder, RecorderState
 from studio.cli import record
 from studio.cli._output import Output
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.project import Project
-from tests.patience import in_one
+from studio.take.folder import load_take
+from studio.vmc.encode import encode_frame
+from tests.capture import floods
+from tests.patience import in_one, until
+from tests.small_disk import small_disk
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -86,10 +90,57 @@ def test_a_take_is_recorded_and_chosen(
     assert isinstance(done["frames"], int)
     assert done["frames"] > 0
     assert (done["frames_lost"], done["packets_bad"], done["audio_seconds"]) == (0, 0, 0)
+    assert (done["cut_off"], done["reason"]) == (False, None)
     project = Project.open(tmp_path / "My 桜")
     assert [s.take for s in project.dataset.selections] == ["Hello_001"]
     assert project.take("Hello_001").info.frames == done["frames"]
     project.close()
+
+
+@pytest.mark.slow
+def test_what_a_flood_costs_is_told_while_it_happens_and_at_the_end(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Junk beside a body; the body ends early, and the take with it."""
+    recorder = Recorder(tmp_path / "takes")
+    recorder.open_motion(0)
+    port = recorder.snapshot().port
+    assert port is not None
+    over = threading.Event()
+
+    def send() -> None:
+        floods.perform(port, 20)
+        while not over.is_set():
+            floods.flood(port, "junk", 300, per_s=3000)
+
+    def told() -> str:
+        record._tell(recorder.snapshot(), set(), Output(as_json=True))
+        state = events(capsys.readouterr().out)[-1]
+        return str(state["problems"]) if state["refused_per_s"] else ""
+
+    sending = threading.Thread(target=send, daemon=True)
+    try:
+        recorder.start("Flood")
+        sending.start()
+        until(lambda: recorder.snapshot().frames >= 20)
+        until(lambda: "packets a second are thrown away" in told())
+        until(lambda: recorder.snapshot().elapsed > 1.6)
+        last = recorder.snapshot()
+        over.set()
+        take = recorder.stop()
+    finally:
+        over.set()
+        recorder.close()
+    record._report(take, last, 1.6, None, Output(as_json=True))
+    done = events(capsys.readouterr().out)[-1]
+    assert int(str(done["frames"])) >= 20  # the first may be torn by a pause of the sender
+    assert isinstance(done["packets_refused"], int)
+    assert 100 < done["packets_refused"] <= int(str(done["packets_bad"]))
+    assert (done["packets_lost"], done["frames_thinned"]) == (0, 0)
+    record._report(take, last, 1.6, None, Output())
+    said = capsys.readouterr().out
+    assert f"{done['packets_refused']:,} packets of another program, no motion, were thrown away." in said
+    assert f"Nothing came in after {take.info.duration:.1f} s of the 1.6 s asked for." in said
 
 
 @pytest.mark.slow
@@ -158,7 +209,7 @@ def test_a_take_that_a_full_disk_ends_is_told_and_kept(
     recorder = Recorder(tmp_path / "takes")
 
     def fill() -> None:
-        while recorder.snapshot().state != State.ROLLING or recorder.snapshot().frames < 20:
+        while recorder.snapshot().state != RecorderState.ROLLING or recorder.snapshot().frames < 20:
             time.sleep(0.01)
         recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
 
@@ -172,6 +223,68 @@ def test_a_take_that_a_full_disk_ends_is_told_and_kept(
     filling.join()
     assert take.info.frames >= 20
     assert "The disk is full. Recording ended at" in capsys.readouterr().out
+
+
+def test_a_disk_that_is_full_from_the_first_is_the_sentence(
+    tmp_path: Path, sending: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with small_disk(tmp_path / "tiny", "6m") as tiny:
+        words = ["record", str(tiny / "P"), "--slate", "F", "--device", "none", "--port", str(sending)]
+        assert cli.main([*words, "--json"]) == 1
+        assert not any(tiny.iterdir())
+    shown = capsys.readouterr()
+    last, what = events(shown.out)[-1], "The disk is full. Nothing of F_001 was recorded."
+    assert (last["event"], last["what"]) == ("error", what)
+    assert shown.err == f"{what} Free some space, then record again.\n"
+
+
+def remove(project: Path) -> None:
+    shutil.rmtree(project)
+
+
+def move(project: Path) -> None:
+    project.rename(project.with_name("Elsewhere"))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows lets nobody move a folder with open files")
+@pytest.mark.parametrize(("vanish", "reason"), [(move, "folder_moved"), (remove, "folder_gone")])
+@pytest.mark.parametrize("made_before", [False, True])
+def test_a_folder_that_vanishes_in_mid_take_is_the_sentence(
+    tmp_path: Path,
+    sending: int,
+    capsys: pytest.CaptureFixture[str],
+    vanish: Callable[[Path], None],
+    reason: str,
+    made_before: bool,
+) -> None:
+    folder = tmp_path / "P"
+    if made_before:
+        Project.create(folder).close()
+
+    def later() -> None:
+        journal = folder / "takes" / "V_001" / "journal.bin"
+        until(lambda: journal.is_file() and journal.stat().st_size > 30_000)
+        vanish(folder)
+
+    vanishing = threading.Thread(target=later, daemon=True)
+    vanishing.start()
+    words = ["record", str(folder), "--slate", "V", "--device", "none", "--port", str(sending), "--json"]
+    assert cli.main(words) == 1
+    vanishing.join()
+    shown = capsys.readouterr()
+    told = events(shown.out)
+    done = told[-1]
+    assert (done["event"], done["cut_off"], done["reason"]) == ("done", True, reason)
+    kept = Path(str(done["folder"]))
+    assert load_take(kept).info.frames == done["frames"]
+    assert done["frames"]
+    problems = told[-2]["problems"]
+    assert isinstance(problems, list)
+    assert problems[0]["what"].startswith("The folder of V_001 was ")
+    assert shown.err == ""
+    assert not folder.exists()
+    if reason == "folder_moved":
+        assert [take.id for take in Project.open(tmp_path / "Elsewhere").takes] == ["V_001"]
 
 
 @pytest.mark.parametrize(

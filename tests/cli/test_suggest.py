@@ -11,7 +11,7 @@ import pytest
 from studio import cli
 from studio.dataset import edits
 from studio.project import Project
-from studio.training.loop import train
+from studio.training.loop.train import train
 from studio.training.recipe import load_recipe
 
 MakeProject = Callable[..., Project]

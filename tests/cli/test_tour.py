@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from studio import cli, stage
+from studio import cli, virtual_devices
+from tests.poison import Poison
 
 
 def test_a_file_is_no_place_for_a_tour(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -25,7 +26,7 @@ def test_without_any_screen_the_tour_says_what_to_install(
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setenv("PATH", "")
-    if stage.has_screen():
+    if virtual_devices.has_screen():
         pytest.skip("this system always has a screen")
     assert cli.main(["tour", "--out", str(tmp_path)]) == 1
     error = capsys.readouterr().err
@@ -35,10 +36,23 @@ def test_without_any_screen_the_tour_says_what_to_install(
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not stage.sound_available(), reason="needs a sound device that hears itself")
+@pytest.mark.skipif(not virtual_devices.sound_available(), reason="needs a sound device that hears itself")
 def test_the_whole_job_happens(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "studio", "tour", "--out", str(tmp_path), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=850)
+    poison, tmp_path = (
+        Poison(tmp_path / "hostile"),
+        tmp_path / "out",
+    )  # started where code lies that must not run
+    command = [sys.executable, "-P", "-m", "studio", "tour", "--out", str(tmp_path), "--json"]
+    done = subprocess.run(
+        command,
+        cwd=poison.folder,
+        env=poison.plain(),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=850,
+    )
+    assert poison.ran == ""
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert done.returncode == 0, f"{lines[-1]}\n{done.stderr}"
     last = lines[-1]

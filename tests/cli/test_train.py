@@ -16,6 +16,7 @@ import pytest
 from studio import cli
 from studio.cli.train import _ended_as_by_ctrl_c
 from studio.project import Project
+from tests.poison import Poison
 
 MakeProject = Callable[..., Project]
 
@@ -205,7 +206,7 @@ def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(
 
 @pytest.mark.slow
 def test_two_processes_train_like_one(
-    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str]
+    make_toy_project: MakeProject, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     project = make_toy_project()
     # Without dropout, whose chance belongs to a process, and with one member, since members share out what a
@@ -215,16 +216,33 @@ def test_two_processes_train_like_one(
     words = [project.folder.as_posix(), *more]
     assert cli.main(["train", *words]) == 0
     alone = capsys.readouterr().out
-    torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2"]
+    # As README.md has it, and in a folder whose code must not run.
+    poison, programs = Poison(tmp_path / "hostile"), Path(sys.executable).parent
     both = subprocess.run(
-        [*torchrun, "-m", "studio", "train", *words],
+        [
+            programs / "torchrun",
+            "--standalone",
+            "--nproc-per-node",
+            "2",
+            "--no-python",
+            "saia",
+            "train",
+            *words,
+        ],
+        cwd=poison.folder,
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "CUDA_VISIBLE_DEVICES": ""},
+        env={
+            **poison.plain(),
+            "OMP_NUM_THREADS": "1",
+            "CUDA_VISIBLE_DEVICES": "",
+            "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
+        },
     )
     assert both.returncode == 0, both.stderr
+    assert poison.ran == ""
 
     def losses(text: str) -> list[float]:
         lines = [line for line in text.splitlines() if line.startswith("{")]

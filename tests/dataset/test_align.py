@@ -13,8 +13,8 @@ from studio.dataset.align import align_takes, find_offset, take_offset
 from studio.formats import saia_csv
 from studio.motion import Motion
 from studio.project import Project
+from studio.sound.sound_file import Sound, read_sound, write_sound
 from studio.take import TakeInfo
-from studio.take.sound import Sound, read_sound, write_sound
 from tests.formats.examples import needs_data
 
 

@@ -13,10 +13,9 @@ from studio.dataset.card_page import card_html, minutes, write_card
 from studio.dataset.data_card import CardFacts, card_facts
 from studio.motion import Motion, rotation
 from studio.take import TakeInfo
-from studio.take._finding import Finding
 from studio.take.check import Report
 from studio.take.folder import save_take
-from studio.take.take import Take
+from studio.take.take import Finding, Take
 
 
 def a_take(folder: Path, name: str, frames: int = 300) -> Take:

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from studio.dataset import Dataset, Selection, edits
-from studio.dataset.history import History
-from studio.dataset.store import history_from_plain, history_to_plain
+from studio.dataset.history import SAMPLE_STEP, History, history_from_plain, history_to_plain
 
 
 def test_undo_and_redo_go_through_the_same_values() -> None:
@@ -78,3 +77,25 @@ def test_steps_that_make_no_sense_are_dropped() -> None:
         {"undo": 3, "redo": 4},
     ):
         assert history_from_plain(dataset, plain).undo_steps == []
+
+
+def test_a_step_knows_where_it_was_made_until_the_program_ends() -> None:
+    history = History(Dataset((Selection("a", "a"),)))
+    history.do("Stars", edits.set_stars(history.value, ["a"], 3), "record")
+    assert history.undo_origin == "record"
+    history.undo()
+    assert (history.undo_origin, history.redo_origin) == ("", "record")
+    history.redo()
+    assert history_from_plain(history.value, history_to_plain(history)).undo_origin == ""
+
+
+def test_undo_never_goes_back_before_an_older_samples_preparation() -> None:
+    history = History(Dataset((Selection("a", "a"),)))
+    for name, stars in (("Earlier", 1), (SAMPLE_STEP, 2), ("Stars", 3)):
+        history.do(name, edits.set_stars(history.value, ["a"], stars))
+    back = history_from_plain(history.value, history_to_plain(history))
+    assert (back.undo(), back.undo()) == ("Stars", "")
+    while history.undo():
+        pass
+    back = history_from_plain(history.value, history_to_plain(history))
+    assert [step.name for step in back.redo_steps] == ["Stars", SAMPLE_STEP, "Earlier"], "the way back to it"

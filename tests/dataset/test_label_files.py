@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from praatio import textgrid
 
 from studio.dataset import Label
-from studio.dataset.label_files import outside, read_labels, write_labels
+from studio.dataset.label_files import TIERS, outside, read_labels, vocabularies, write_labels
 from studio.errors import RequestError, StudioError
 
 LABELS = (
@@ -157,6 +157,9 @@ EAF = """<?xml version="1.0" encoding="UTF-8"?>
 </ANNOTATION_DOCUMENT>"""
 
 
+TYPED = EAF.replace("<ANNOTATION_DOCUMENT", '<!DOCTYPE x [<!ENTITY a "b">]>\n<ANNOTATION_DOCUMENT')
+
+
 def test_what_elan_leaves_out_is_worked_out(tmp_path: Path) -> None:
     """A slot without a time stands between its neighbours; a reference has the span of what it refers to."""
     (tmp_path / "a.eaf").write_text(EAF, encoding="utf-8")
@@ -175,7 +178,10 @@ def test_what_elan_leaves_out_is_worked_out(tmp_path: Path) -> None:
         EAF[:900].encode(),
         EAF.replace('ANNOTATION_REF="a1"', 'ANNOTATION_REF="a3"').encode(),
         EAF.replace(' TIME_VALUE="0"', "").replace(' TIME_VALUE="1000"', "").encode(),
-        EAF.replace("<ANNOTATION_DOCUMENT", '<!DOCTYPE x [<!ENTITY a "b">]><ANNOTATION_DOCUMENT').encode(),
+        TYPED.encode(),
+        TYPED.replace("<!DOCTYPE", f"<!-- {'x' * 70_000} --><!DOCTYPE").encode(),
+        TYPED.replace("UTF-8", "UTF-16").encode("utf-16"),
+        TYPED.replace("UTF-8", "ISO-8859-1").encode("latin-1", "xmlcharrefreplace"),
     ],
 )
 def test_a_damaged_elan_document_is_one_sentence(content: bytes, tmp_path: Path) -> None:
@@ -188,3 +194,19 @@ def test_a_damaged_elan_document_is_one_sentence(content: bytes, tmp_path: Path)
 def test_labels_outside_of_the_used_part_are_counted() -> None:
     assert outside(LABELS, 0.0, 6.0) == 0
     assert outside(LABELS, 1.6, 2.9) == 3
+
+
+def test_each_language_has_words_for_every_tier_that_fit_the_keys() -> None:
+    assert {one.language for one in vocabularies()} == {"en", "ja"}
+    for one in vocabularies():
+        assert [tier for tier, _ in one.words] == list(TIERS), one.name
+        for tier, words in one.words:
+            assert 1 <= len(words) <= 9, (one.name, tier)
+            assert len(set(words)) == len(words), (one.name, tier)
+            assert all(word == word.strip() and "=" not in word for word in words)
+
+
+def test_entries_are_what_settings_keep() -> None:
+    acting = next(one for one in vocabularies() if one.name == "acting_ja")
+    assert acting.title == "演技（日本語）"
+    assert "emotion=うれしい" in acting.entries

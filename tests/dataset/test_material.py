@@ -9,9 +9,9 @@ import pytest
 
 from studio.dataset import Selection
 from studio.dataset.material import load_material
+from studio.sound.sound_file import read_sound
 from studio.take import Take, TakeInfo
 from studio.take.folder import save_take
-from studio.take.sound import read_sound
 from tests.formats.examples import a_motion, a_sound, assert_same_motion
 
 

@@ -10,13 +10,13 @@ import pytest
 import soundfile
 
 from studio.dataset import Dataset, edits, relink
+from studio.dataset.history import from_plain, to_plain
 from studio.dataset.relink import Missing
-from studio.dataset.store import from_plain, to_plain
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.project import Project
+from studio.sound.peaks import peaks
 from studio.take import TakeInfo
-from studio.take.peaks import peaks
 from studio.take.take import Take
 
 

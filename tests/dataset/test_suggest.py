@@ -8,8 +8,8 @@ import pytest
 
 from studio.dataset import Dataset, Selection, edits
 from studio.dataset.suggest import WorstSpan, keep_worst, kept_worst, suggest, worst_spans
-from studio.take._finding import Finding
 from studio.take.check import Report
+from studio.take.take import Finding
 
 GAP = Finding("gap", "major", "Motion has a gap of 2.00 s.", "Exclude the gap.", 3.0, 5.0)
 QUIET = Finding("quiet", "minor", "The sound is quiet.", "Come nearer to the microphone.")

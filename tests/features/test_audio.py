@@ -8,15 +8,8 @@ import numpy as np
 import pytest
 
 from studio.errors import StudioError
-from studio.features.audio import (
-    AudioSpec,
-    first_window_row,
-    frame_rate,
-    heard,
-    row_centres,
-    rows,
-    warped_bands,
-)
+from studio.features.audio import non_silent_rows, rows
+from studio.features.audio_spec import AudioSpec, first_window_row, frame_rate, row_centres, warped_bands
 
 RNG = np.random.default_rng(3)
 
@@ -138,5 +131,5 @@ def test_what_is_heard_is_speech_and_not_the_silence_around_it(kind: str) -> Non
     speech = rng.normal(0, 0.1, 8000).astype(np.float32)
     quiet = rng.normal(0, 1e-5, 8000).astype(np.float32)
     sound = np.concatenate([speech, 0.03 * speech, quiet, np.zeros(8000, np.float32)])
-    found = heard(rows(sound, spec, Fraction(30), 0, 240), spec)
+    found = non_silent_rows(rows(sound, spec, Fraction(30), 0, 240), spec)
     assert len(found) == pytest.approx(120, abs=3)  # the loud and the soft second half-second, no more

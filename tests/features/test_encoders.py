@@ -13,9 +13,17 @@ import pytest
 import torch
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio import AudioSpec, rows
-from studio.features.encoders import bring, home_of, installed, load_encoder, settled
-from studio.features.speech import RATE, speech_rows
+from studio.features.audio import rows
+from studio.features.audio_spec import AudioSpec
+from studio.features.encoders import (
+    RATE,
+    bring,
+    home_of,
+    installed,
+    load_encoder,
+    speech_rows,
+    with_resolved_encoder,
+)
 from tests.features import wav2vec2_example as example
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "wav2vec2_tokens.json"
@@ -45,11 +53,11 @@ def test_it_hears_what_transformers_hears(tmp_path: Path, kind: str, pickled: bo
 
 def test_a_folder_is_brought_once_and_named_in_the_recipe(tmp_path: Path, home: Path) -> None:
     folder = example.write(tmp_path / "声 with spaces")
-    spec = settled(replace(SPEC, encoder=str(folder)))
+    spec = with_resolved_encoder(replace(SPEC, encoder=str(folder)))
     assert (spec.encoder, spec.encoder_width, spec.width) == (folder.name, 16, 16)
     assert [one.name for one in installed()] == [folder.name]
     assert bring(folder) == installed()[0]
-    assert settled(replace(SPEC, encoder=folder.name)) == spec
+    assert with_resolved_encoder(replace(SPEC, encoder=folder.name)) == spec
     other = bring(example.write(tmp_path / "b" / folder.name, seed=5))
     assert other.name.startswith(f"{folder.name}-")
     assert len(installed()) == 2
@@ -57,7 +65,7 @@ def test_a_folder_is_brought_once_and_named_in_the_recipe(tmp_path: Path, home: 
 
 
 def test_rows_are_exact_in_time_and_the_same_in_pieces(tmp_path: Path) -> None:
-    spec = settled(replace(SPEC, encoder=str(example.write(tmp_path / "tiny"))))
+    spec = with_resolved_encoder(replace(SPEC, encoder=str(example.write(tmp_path / "tiny"))))
     quiet = example.voice(45.0) * 0
     click = quiet.copy()
     click[30 * RATE] = 1.0
@@ -129,7 +137,7 @@ def test_damaged_and_missing_files_are_a_sentence(tmp_path: Path, name: str, con
 
 
 def test_a_run_finds_its_encoder_by_digest_and_says_where_it_is_missing(tmp_path: Path, home: Path) -> None:
-    spec = settled(replace(SPEC, encoder=str(example.write(tmp_path / "mine"))))
+    spec = with_resolved_encoder(replace(SPEC, encoder=str(example.write(tmp_path / "mine"))))
     # On another computer the same weights may have another name.
     moved = home_of("theirs")
     home_of("mine").rename(moved)
@@ -147,7 +155,7 @@ def test_a_run_finds_its_encoder_by_digest_and_says_where_it_is_missing(tmp_path
 
 
 def test_other_weights_of_the_same_name_are_not_used(tmp_path: Path) -> None:
-    spec = settled(replace(SPEC, encoder=str(example.write(tmp_path / "a" / "mine"))))
+    spec = with_resolved_encoder(replace(SPEC, encoder=str(example.write(tmp_path / "a" / "mine"))))
     other = example.write(tmp_path / "b" / "mine", seed=9)
     for name in ("model.safetensors", "encoder.json"):
         (home_of("mine") / name).unlink()
@@ -160,7 +168,7 @@ def test_other_weights_of_the_same_name_are_not_used(tmp_path: Path) -> None:
 
 
 def test_weights_that_changed_afterwards_are_noticed(tmp_path: Path) -> None:
-    spec = settled(replace(SPEC, encoder=str(example.write(tmp_path / "mine"))))
+    spec = with_resolved_encoder(replace(SPEC, encoder=str(example.write(tmp_path / "mine"))))
     example.write(home_of("mine"), seed=9)
     with pytest.raises(StudioError) as caught:
         load_encoder("mine", spec.encoder_digest)
@@ -171,16 +179,16 @@ def test_weights_that_changed_afterwards_are_noticed(tmp_path: Path) -> None:
 
 def test_an_encoder_nobody_brought_is_named() -> None:
     with pytest.raises(RequestError) as caught:
-        settled(replace(SPEC, encoder="facebook/wav2vec2-base"))
+        with_resolved_encoder(replace(SPEC, encoder="facebook/wav2vec2-base"))
     assert caught.value.what == "The speech encoder facebook/wav2vec2-base is not on this computer."
 
 
 def test_other_kinds_of_rows_need_no_encoder() -> None:
     plain = AudioSpec()
-    assert settled(plain) is plain
+    assert with_resolved_encoder(plain) is plain
     assert "encoder" not in repr(plain)  # kept features of other kinds keep their names
     with pytest.raises(RequestError) as caught:
-        settled(AudioSpec(encoder="facebook/wav2vec2-base"))
+        with_resolved_encoder(AudioSpec(encoder="facebook/wav2vec2-base"))
     assert str(caught.value) == (
         "log_mel needs no speech encoder, so sound.encoder would change nothing. "
         "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out."

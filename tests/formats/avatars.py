@@ -98,7 +98,7 @@ class Maker:
 
     def _body(self) -> tuple[Any, ...]:
         """A box around each limb, its two ends following the two bones it joins."""
-        from studio.picture import body
+        from studio.render import body
 
         plan = body.Plan.of(self.skeleton)
         vertices, normals = body.limbs(plan, self.world, self.size)

@@ -14,11 +14,11 @@ from PIL import Image
 
 from studio.errors import RequestError, StudioError
 from studio.formats import mp4, png
-from studio.formats._drawing import Drawing, Painter
 from studio.motion import Motion
 from studio.motion.channels import BONES
-from studio.picture.camera import Orbit
-from studio.picture.palette import DARK
+from studio.render.camera import Orbit
+from studio.render.drawing import Drawing, Painter
+from studio.render.palette import DARK
 from tests.formats.avatars import Maker
 from tests.formats.examples import a_motion, a_sound
 
@@ -168,7 +168,8 @@ def test_a_still_holds_the_points_that_were_drawn(tmp_path: Path) -> None:
     found = np.asarray(Image.open(tmp_path / "a.png"))
     assert found.shape == (108, 192, 3)
     with Painter(motion, drawing) as painter:
-        np.testing.assert_array_equal(found, painter.picture(0.4)[..., :3])
+        # Drawn twice: a graphics card may round an edge otherwise, a figure elsewhere is far off.
+        np.testing.assert_allclose(found.astype(int), painter.picture(0.4)[..., :3], atol=3)
         assert np.abs(found.astype(int) - painter.picture(0.0)[..., :3]).max() > 50, "another moment"
 
 
@@ -193,8 +194,10 @@ def test_only_the_middle_is_drawn_anew_and_nobody_sees_it() -> None:
         painter.picture(0.0)
         painter.picture(0.05)
         assert painter._empty is not None, "seen from the side a body fits a square"
-        apart = np.abs(painter.picture(0.2).astype(int) - once.picture(0.2))
-        assert apart.max() <= 2, "no more than how a gradient is rounded"
+        apart = np.abs(painter.picture(0.2).astype(int) - once.picture(0.2)).max(axis=-1)
+        # Gradients are rounded otherwise, and on some processors an edge falls to the other side of a pixel;
+        # a figure that was not drawn anew is off by a hundred pixels.
+        assert (apart > 2).sum() <= 5
 
 
 @pytest.mark.parametrize(

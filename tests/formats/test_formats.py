@@ -11,8 +11,8 @@ import pytest
 
 from studio import formats
 from studio.errors import RequestError, StudioError
-from studio.formats._drawing import Drawing
 from studio.motion import Motion
+from studio.render.drawing import Drawing
 from tests.formats.examples import a_motion, a_sound
 
 ALL = formats.names()

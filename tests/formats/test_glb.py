@@ -14,9 +14,8 @@ from studio.errors import RequestError
 from studio.formats import glb
 from studio.formats.vrma import REQUIRED
 from studio.motion import Motion, rotation
-from studio.motion.avatar import MIRROR, MIRROR_TURN, Avatar
+from studio.motion.avatar import MIRROR, MIRROR_TURN, Avatar, Skin
 from studio.motion.channels import ARKIT_SHAPES
-from studio.motion.skin import Skin
 from tests.formats.avatars import Maker
 from tests.formats.examples import a_motion, needs_data
 from tests.formats.foreign_node import ask
@@ -55,7 +54,7 @@ def test_three_js_plays_the_plain_body_as_the_motion_has_it(tmp_path: Path) -> N
 
 
 def worn(avatar: Avatar, motion: Motion) -> tuple[Any, Any]:
-    return avatar.worn(motion.skeleton, *motion.skeleton.forward(motion.positions, motion.rotations))
+    return avatar.retargeted(motion.skeleton, *motion.skeleton.forward(motion.positions, motion.rotations))
 
 
 def compare_surfaces(seen: dict[str, Any], avatar: Avatar, motion: Motion, rows: list[int]) -> None:

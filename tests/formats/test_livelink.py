@@ -36,6 +36,39 @@ def test_midnight_does_not_end_a_take(tmp_path: Path) -> None:
     np.testing.assert_allclose(motion.times, [0, 0.5], atol=1e-9)
 
 
+def test_one_wrong_timecode_costs_its_own_row(tmp_path: Path) -> None:
+    codes = [f"10:13:39:{frame:02d}.000" for frame in range(20)]
+    codes[7] = "23:13:39:07.000"
+    path = write(tmp_path / "x.csv", *(f"{code},61,0,0,0,0,0" for code in codes))
+    imported = livelink.read(path)
+    assert imported.motion is not None
+    np.testing.assert_allclose(imported.motion.times, np.delete(np.arange(20), 7) / 60, atol=1e-9)
+    assert "x.csv: 1 row with a wrong time left out." in imported.notes
+
+
+@pytest.mark.parametrize("code", ["24:00:00:00.000", "10:60:00:00.000", f"10:00:00:{'9' * 5000}"])
+def test_a_timecode_that_cannot_be_is_one_sentence(tmp_path: Path, code: str) -> None:
+    path = write(tmp_path / "x.csv", "10:00:00:00.000,61,0,0,0,0,0", f"{code},61,0,0,0,0,0")
+    with pytest.raises(StudioError) as error:
+        livelink.read(path)
+    assert error.value.what == f"x.csv has the timecode {code[:20]!r} in row 3."
+
+
+@pytest.mark.parametrize("end", [b"\n\xd8", b"\n1,\xff\n00:00:00:02.000,61,0,0,0,0,0\n"])
+def test_bytes_that_are_no_text_are_one_sentence(
+    tmp_path: Path, end: bytes, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = write(
+        tmp_path / "x.csv", "00:00:00:00.000,61,0.25,0.5,0,0,0", *["00:00:00:01.000,61,0,0,0,0,0"] * 50_000
+    )
+    with path.open("ab") as file:
+        file.write(end)
+    with pytest.raises(StudioError) as error:
+        livelink.read(path)
+    assert error.value.what == "x.csv is damaged: not all of it is text."
+    assert capfd.readouterr() == ("", "")
+
+
 def test_names_are_spelt_as_arkit_spells_them(tmp_path: Path) -> None:
     path = write(tmp_path / "x.csv", "00:00:00:00.000,61,0.25,0.5,0,0,0", "00:00:00:01.000,61,0,0,0,0,0")
     motion = livelink.read(path).motion

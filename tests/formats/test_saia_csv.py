@@ -192,7 +192,7 @@ def test_rows_whose_time_stands_still_are_left_out_and_said_so(tmp_path: Path) -
     imported = saia_csv.read(path)
     assert imported.motion is not None
     np.testing.assert_allclose(imported.motion.times, [0, 0.1, 0.2])
-    assert "x.csv: 1 row whose time did not rise left out." in imported.notes
+    assert "x.csv: 1 row with a wrong time left out." in imported.notes
 
 
 def test_empty_cells_take_the_value_above(tmp_path: Path) -> None:

@@ -110,6 +110,18 @@ def test_keys_are_not_repeated_while_nothing_moves(tmp_path: Path) -> None:
     assert [frame for frame, _ in morphs["あ"]] == [0, 299]
 
 
+@pytest.mark.parametrize("frame", [524_288, 2**32 - 1])
+def test_one_wrong_frame_number_does_not_make_hours_of_a_dance(tmp_path: Path, frame: int) -> None:
+    (file,) = vmd.write(tmp_path / "x.vmd", a_motion(90, 30.0))
+    data = bytearray(file.read_bytes())
+    struct.pack_into("<I", data, 54 + 111 * 70 + 15, frame)
+    file.write_bytes(data)
+    found = vmd.read(file)
+    assert found.motion is not None
+    assert len(found.motion) == 90
+    assert found.notes[0] == f"x.vmd: 1 key left out, at {frame / 30:.0f} s, far behind all others."
+
+
 def a_vmd(path: Path, morph: bytes, frame: int, weight: float) -> Path:
     key = struct.pack("<15sIf", morph, frame, weight)
     path.write_bytes(

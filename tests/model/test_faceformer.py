@@ -33,7 +33,7 @@ def decoded(network: FaceFormer, rows: torch.Tensor, poses: torch.Tensor) -> tor
     k = network.sizes.steps_per_frame
     heard = rows[:, : poses.shape[1] * k + network.before + network.after]
     with torch.no_grad():
-        return network.decode(poses, None, network.offers(network.hear(heard)))
+        return network.decode(poses, None, network.audio_kv(network.encode(heard)))
 
 
 def rows_for(network: FaceFormer, frames: int, seed: int = 0, batch: int = 1) -> torch.Tensor:

@@ -8,7 +8,8 @@ import torch
 
 from studio.model import saia
 from studio.model._mixture import FLOOR, Mixture, MixtureHead, slow_noise
-from studio.model._network import Chance, Network, Sizes
+from studio.model._network import Network, SamplingOptions, Sizes
+from tests.tolerance import LAST_BITS
 
 SIZES = Sizes(5, 7, 4, 16, 30.0)
 FPS = 30.0
@@ -62,21 +63,23 @@ def test_the_loss_stays_a_number_far_from_every_component() -> None:
 
 
 def test_slow_noise_is_even_slow_and_the_same_in_pieces() -> None:
-    whole = slow_noise(Chance(3), 4000, 6, FPS)
+    whole = slow_noise(SamplingOptions(3), 4000, 6, FPS)
     assert whole.std() == pytest.approx(1.0, abs=0.1)
     assert abs(float(whole.mean())) < 0.1
     assert float(np.abs(np.diff(whole, axis=0)).mean()) < 0.25
-    parts = [slow_noise(Chance(3, first=a), b - a, 6, FPS) for a, b in ((0, 1), (1, 700), (700, 4000))]
+    parts = [
+        slow_noise(SamplingOptions(3, first=a), b - a, 6, FPS) for a, b in ((0, 1), (1, 700), (700, 4000))
+    ]
     np.testing.assert_allclose(np.concatenate(parts), whole, atol=1e-6)
-    assert np.isfinite(slow_noise(Chance(3, first=-90), 60, 2, FPS)).all()
-    assert np.abs(slow_noise(Chance(4), 4000, 6, FPS) - whole).mean() > 0.5
+    assert np.isfinite(slow_noise(SamplingOptions(3, first=-90), 60, 2, FPS)).all()
+    assert np.abs(slow_noise(SamplingOptions(4), 4000, 6, FPS) - whole).mean() > 0.5
 
 
 def test_samples_follow_the_mixture() -> None:
     """Two poses equally likely, none between them: samples take either, the mean takes neither."""
     means = torch.tensor([[-1.0], [1.0]]).expand(1, 3000, 2, 1)
     mixed = Mixture(torch.full((1, 3000, 2), -np.log(2)), means, torch.full((1, 3000, 2, 1), 0.05))
-    drawn = mixed.sample(Chance(1), FPS)[0, :, 0]
+    drawn = mixed.sample(SamplingOptions(1), FPS)[0, :, 0]
     assert float(mixed.mean.abs().max()) < 1e-5
     assert float((drawn.abs() > 0.8).float().mean()) > 0.7
     assert 0.2 < float((drawn > 0).float().mean()) < 0.8
@@ -84,7 +87,7 @@ def test_samples_follow_the_mixture() -> None:
 
 def test_liveliness_goes_from_the_mean_to_what_was_learnt_and_beyond() -> None:
     mixed = mixture()
-    still, half, learnt = (mixed.sample(Chance(2, amount), FPS) for amount in (0.0, 0.5, 1.0))
+    still, half, learnt = (mixed.sample(SamplingOptions(2, amount), FPS) for amount in (0.0, 0.5, 1.0))
     torch.testing.assert_close(still, mixed.mean)
     torch.testing.assert_close(half, (still + learnt) / 2)
     assert not torch.allclose(learnt, still)
@@ -108,9 +111,9 @@ def test_the_network_draws_what_can_be_repeated() -> None:
     made, rows = network(), None
     rows = rows_for(made, 30)
     with torch.no_grad():
-        first, again, other = (made.predict(rows, chance=Chance(seed))[0] for seed in (7, 7, 8))
-        expected, still = made.predict(rows)[0], made.predict(rows, chance=Chance(7, 0.0))[0]
-    torch.testing.assert_close(first, again, rtol=0, atol=0)
+        first, again, other = (made.predict(rows, sampling=SamplingOptions(seed))[0] for seed in (7, 7, 8))
+        expected, still = made.predict(rows)[0], made.predict(rows, sampling=SamplingOptions(7, 0.0))[0]
+    torch.testing.assert_close(first, again, rtol=0, atol=LAST_BITS)
     assert (first - other).abs().max() > 1e-3
     torch.testing.assert_close(expected, still)
 

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from studio.model import recurrent
-from studio.model._network import Chance, Network, Sizes
+from studio.model._network import Network, SamplingOptions, Sizes
 from studio.model._recurrent_steps import steps_of
 
 SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3)
@@ -32,7 +32,7 @@ def network(**settings: object) -> Network:
 )
 def test_it_is_what_pytorch_says(settings: dict[str, object], ms: int | None, style: int) -> None:
     whole = network(**settings)
-    whole.hear_ahead(ms)
+    whole.set_look_ahead(ms)
     alone = steps_of(whole, style)
     assert alone is not None
     rng, state, k = np.random.default_rng(1), None, SIZES.steps_per_frame
@@ -42,7 +42,7 @@ def test_it_is_what_pytorch_says(settings: dict[str, object], ms: int | None, st
         rows = sound[first * k : (first + frames) * k + whole.before + whole.after]
         with torch.inference_mode():
             wanted, state = whole.predict(
-                torch.from_numpy(rows)[None], state, torch.tensor([style]), Chance(liveliness=0.7)
+                torch.from_numpy(rows)[None], state, torch.tensor([style]), SamplingOptions(liveliness=0.7)
             )
         np.testing.assert_allclose(alone.predict(rows, 0.7), wanted[0].numpy(), atol=3e-5)
         first += frames
@@ -54,5 +54,5 @@ def test_networks_that_read_both_ways_or_draw_are_left_to_pytorch() -> None:
 
 
 def test_without_its_own_frame_the_shortest_look_ahead_ends_before_the_frame() -> None:
-    assert [network(own_frame=own).frames_ahead(0) for own in (True, False)] == [0, -1]
-    assert network(own_frame=False).frames_ahead(100) == network().frames_ahead(100) == 2
+    assert [network(own_frame=own).look_ahead_frames(0) for own in (True, False)] == [0, -1]
+    assert network(own_frame=False).look_ahead_frames(100) == network().look_ahead_frames(100) == 2

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from studio.motion import Skeleton, rotation
-from studio.motion.avatar import Avatar, Expression, Morph, Surface, key
-from studio.motion.skin import Skin
+from studio.motion.avatar import Avatar, Expression, Morph, Skin, Surface, key
 
 
 def an_avatar(names: tuple[str, ...], size: float = 1.0, **more: object) -> Avatar:
@@ -24,20 +23,20 @@ def turned(source: Skeleton, bone: str, degrees: float) -> tuple[np.ndarray, np.
 
 def test_it_stands_on_the_ground_at_its_own_size() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Head"), 0.5), Skeleton.humanoid()
-    joints, _ = avatar.worn(source, *source.forward(source.rest_positions, source.rest_rotations))
+    joints, _ = avatar.retargeted(source, *source.forward(source.rest_positions, source.rest_rotations))
     np.testing.assert_allclose(joints, avatar.rest_joints, atol=1e-9)
 
 
 def test_a_bone_the_avatar_lacks_is_in_its_childrens_turns() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Head")), Skeleton.humanoid()
-    _, turns = avatar.worn(source, *turned(source, "Neck", 30.0))
+    _, turns = avatar.retargeted(source, *turned(source, "Neck", 30.0))
     degrees = np.degrees(rotation.angle_between(turns, np.tile(rotation.IDENTITY, (3, 1))))
     np.testing.assert_allclose(degrees, [0.0, 0.0, 30.0], atol=1e-6)
 
 
 def test_a_bone_the_source_lacks_follows_its_parent() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Chest", "Head")), Skeleton.humanoid(("Hips", "Spine"))
-    _, turns = avatar.worn(source, *turned(source, "Spine", 30.0))
+    _, turns = avatar.retargeted(source, *turned(source, "Spine", 30.0))
     degrees = np.degrees(rotation.angle_between(turns, np.tile(rotation.IDENTITY, (4, 1))))
     np.testing.assert_allclose(degrees, [0.0, 30.0, 30.0, 30.0], atol=1e-6)
 
@@ -46,7 +45,7 @@ def test_hips_move_as_far_as_their_height_asks_for() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Head"), 0.5), Skeleton.humanoid()
     positions = source.rest_positions.copy()
     positions[source.bone_names.index("Hips")] += [0.2, -0.1, 0.4]
-    joints, _ = avatar.worn(source, *source.forward(positions, source.rest_rotations))
+    joints, _ = avatar.retargeted(source, *source.forward(positions, source.rest_rotations))
     np.testing.assert_allclose(joints[0] - avatar.rest_joints[0], [0.1, -0.05, 0.2], atol=1e-9)
 
 
@@ -62,9 +61,11 @@ def test_somebody_who_sat_all_the_time_is_no_giant() -> None:
 def test_many_frames_at_once_are_the_same_as_one_by_one() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Neck", "Head"), 0.8), Skeleton.humanoid()
     poses = [turned(source, "Neck", degrees) for degrees in (0.0, 20.0, 70.0)]
-    joints, turns = avatar.worn(source, np.stack([p for p, _ in poses]), np.stack([q for _, q in poses]))
+    joints, turns = avatar.retargeted(
+        source, np.stack([p for p, _ in poses]), np.stack([q for _, q in poses])
+    )
     for t, pose in enumerate(poses):
-        one = avatar.worn(source, *pose)
+        one = avatar.retargeted(source, *pose)
         np.testing.assert_allclose(joints[t], one[0], atol=1e-9)
         np.testing.assert_allclose(turns[t], one[1], atol=1e-9)
 

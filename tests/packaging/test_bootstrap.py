@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -121,7 +123,7 @@ def test_run_passes_on_what_a_person_types(
     bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, screen: bool, rest: list[str], called: list[str]
 ) -> None:
     seen: list[tuple[tuple[str, ...], Path | None]] = []
-    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: screen)
+    monkeypatch.setattr(bootstrap.virtual_devices, "has_screen", lambda: screen)
     monkeypatch.setattr(bootstrap, "call", lambda *words, folder=None: (seen.append((words, folder)), 0)[1])
     assert bootstrap.run(rest) == 0
     assert seen == [(("-m", "studio", *called), bootstrap.STARTED_IN)]
@@ -148,7 +150,7 @@ def test_without_a_screen_it_tours_and_makes_the_sample_project(
         (sample / "project.json").touch()
         return 0
 
-    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: False)
+    monkeypatch.setattr(bootstrap.virtual_devices, "has_screen", lambda: False)
     monkeypatch.setattr(bootstrap, "SAMPLE", sample)
     monkeypatch.setattr(bootstrap, "call", call)
     tour = ("-m", "studio", "tour", *(rest or ["--out", "tour"]))
@@ -171,7 +173,7 @@ def test_no_sample_project_is_named_that_was_not_made(
 ) -> None:
     codes = iter([tour_code, sample_code])
     seen: list[tuple[str, ...]] = []
-    monkeypatch.setattr(bootstrap.stage, "has_screen", lambda: False)
+    monkeypatch.setattr(bootstrap.virtual_devices, "has_screen", lambda: False)
     monkeypatch.setattr(bootstrap, "SAMPLE", tmp_path / "sample")
     monkeypatch.setattr(bootstrap, "call", lambda *words, folder=None: (seen.append(words), next(codes))[1])
     assert bootstrap.run([]) == tour_code
@@ -201,13 +203,47 @@ def test_a_path_is_meant_from_where_it_was_typed(bootstrap: ModuleType, tmp_path
 def test_one_exit_code_for_all_of_it(
     bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, codes: list[int], rest: list[str], expected: int
 ) -> None:
-    answers = iter(codes)
-    called: list[tuple[str, ...]] = []
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(bootstrap, "call", lambda *words: (called.append(words), next(answers))[1])
+    called = tools_that_end(bootstrap, monkeypatch, codes)
     assert bootstrap.test(rest) == expected
     assert [words[1] for words in called] == ["ruff", "ruff", "mypy", "pytest", "pytest"]
     assert all(words[-len(rest) :] == tuple(rest) for words in called[3:] if rest)
+
+
+@pytest.mark.parametrize(("code", "expected"), [(0, 0), (1, 1), (5, 1)])
+def test_fast_leaves_the_slow_tests_out(
+    bootstrap: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    code: int,
+    expected: int,
+) -> None:
+    called = tools_that_end(bootstrap, monkeypatch, [0, 0, 0, code])
+    assert bootstrap.test(["--fast"]) == expected
+    assert [words[1] for words in called] == ["ruff", "ruff", "mypy", "pytest"]
+    assert called[-1][-2:] == ("-m", "not slow")
+    if not code:
+        assert capsys.readouterr().out == "All passed: lint, format, fast tests, types.\n"
+
+
+def tools_that_end(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, codes: list[int]
+) -> list[tuple[str, ...]]:
+    """Let the tools that `test` calls end with these codes, mypy's the third; gives their command lines."""
+    called: list[tuple[str, ...]] = []
+
+    def call(*words: str) -> int:
+        called.append(words)
+        return codes[len(called) - 1]
+
+    @contextlib.contextmanager
+    def beside(*words: str) -> Iterator[Callable[[], int]]:
+        code = call(*words)
+        yield lambda: code
+
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(bootstrap, "call", call)
+    monkeypatch.setattr(bootstrap, "beside", beside)
+    return called
 
 
 @pytest.mark.parametrize(
@@ -230,11 +266,18 @@ def test_how_the_tests_ended_is_said_by_name(
     code: int,
     words: str,
 ) -> None:
-    answers = iter([0, 0, 0, 0, code])
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(bootstrap, "call", lambda *words: next(answers))
+    tools_that_end(bootstrap, monkeypatch, [0, 0, 0, 0, code])
     assert bootstrap.test([]) == 1
     assert capsys.readouterr().out == f"FAILED: slow tests {words}.\n"
+
+
+def test_what_runs_beside_is_heard_when_it_is_asked_for(
+    bootstrap: ModuleType, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with bootstrap.beside("-c", "print('wrong type: 口'); raise SystemExit(3)") as ended:
+        assert capfd.readouterr().out == ""
+        assert ended() == 3
+    assert "wrong type: " in capfd.readouterr().out
 
 
 @posix_only

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from studio.capture.osc import bind
-from studio.capture.vmc import Frame, FrameAssembler
 from studio.errors import RequestError
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer import Broadcast, Script, perform_script
+from studio.vmc.encode import Frame, FrameAssembler
+from studio.vmc.udp import bind
 from tests.patience import nearest, until
 
 

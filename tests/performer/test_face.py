@@ -12,20 +12,20 @@ from studio.motion.channels import VRM0_SHAPES
 from studio.performer import phonemes
 from studio.performer.curves import GRID_FPS, grid
 from studio.performer.face import _lids
+from studio.performer.performance import ScriptedPerformance, perform_script
 from studio.performer.script import Line, Script
-from studio.performer.stage import Performance, perform_script
+from studio.sound.sound_file import Sound
 from studio.take.lag import find_offset
-from studio.take.sound import Sound
 
 MOUTH = [VRM0_SHAPES.index(name) for name in phonemes.MOUTH]
 
 
 @functools.cache
-def performed(seed: int, fps: float = 120.0, seconds: float = 40.0) -> Performance:
+def performed(seed: int, fps: float = 120.0, seconds: float = 40.0) -> ScriptedPerformance:
     return perform_script(Script(seed, voice_source="bundled"), seconds, fps)
 
 
-def phones(found: Performance) -> list[tuple[float, float, str]]:
+def phones(found: ScriptedPerformance) -> list[tuple[float, float, str]]:
     lag = Script(0, voice_source="bundled").style.lag
     return [
         (p.t + lag, p.end + lag, p.name)

@@ -14,8 +14,8 @@ from studio.cli import main
 from studio.errors import RequestError
 from studio.performer import Script, make_sample, perform_script
 from studio.project import Project
+from studio.sound.sound_file import read_sound
 from studio.take.motion_file import read_motion
-from studio.take.sound import read_sound
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +45,7 @@ def test_the_command_tells_how_far_it_is_and_what_it_made(made: tuple[Path, str]
 def test_sample_is_a_project_of_three_minutes_divided_and_labelled(sample: Path) -> None:
     project = Project.open(sample, read_only=True)
     assert project.problems == []
+    assert project.undo_name == "", "its preparation is no step that a person took"
     assert [take.id for take in project.takes] == [
         "Chat_001", "Chat_002", "Hello_001", "Hello_002", "Story_001", "Story_002", "Story_003",
     ]  # fmt: skip

@@ -13,9 +13,9 @@ import pytest
 import soundfile
 
 from studio.errors import StudioError
-from studio.playback.heard import StreamClock
 from studio.playback.player import Player
-from studio.playback.transport import State
+from studio.playback.sound_output import StreamClock
+from studio.playback.transport import TransportState
 from tests.patience import nearest
 from tests.patience import until as _until
 
@@ -48,14 +48,14 @@ def test_without_sound_time_itself_plays(silent_clock: Player) -> None:
     position = silent_clock.position
     most = time.monotonic() - before
     assert min(least, 0.6) - 1e-6 <= position <= most + 1e-6
-    _until(lambda: silent_clock.state is State.ENDED)
+    _until(lambda: silent_clock.state is TransportState.ENDED)
     assert silent_clock.position == 0.6
 
 
 def test_playing_after_the_end_begins_at_the_start(silent_clock: Player) -> None:
     silent_clock.seek(0.55)
     silent_clock.play()
-    _until(lambda: silent_clock.state is State.ENDED)
+    _until(lambda: silent_clock.state is TransportState.ENDED)
     before = time.monotonic()
     silent_clock.play()
     position = silent_clock.position
@@ -70,7 +70,7 @@ def test_pause_holds_the_position() -> None:
     held = player.position
     time.sleep(0.05)
     assert player.position == held
-    assert player.state is State.STOPPED
+    assert player.state is TransportState.STOPPED
     player.close()
 
 

@@ -50,6 +50,19 @@ def test_a_new_project_is_empty_and_opens_again(tmp_path: Path) -> None:
     assert is_project(folder)
 
 
+def test_what_a_killed_process_half_wrote_goes_when_the_project_is_opened(tmp_path: Path) -> None:
+    """Whoever opens it may have nothing to write, and would leave it there for ever."""
+    folder = tmp_path / "P"
+    Project.create(folder).close()
+    code = f"from studio.files import leftovers; open(leftovers.beside(Path({str(folder / 'x')!r})), 'w')"
+    in_another_process(folder, f"p.close()\nfrom pathlib import Path\n{code}")
+    assert len(list(folder.glob(".*.new"))) == 1
+    Project.open(folder, read_only=True)
+    assert len(list(folder.glob(".*.new"))) == 1
+    Project.open(folder).close()
+    assert not list(folder.glob(".*.new"))
+
+
 def test_a_folder_with_other_things_is_refused(tmp_path: Path) -> None:
     (tmp_path / "diary.txt").write_text("dear diary")
     with pytest.raises(RequestError) as error:
@@ -270,8 +283,17 @@ def test_closing_lets_another_window_in(tmp_path: Path, sound: Path) -> None:
     assert in_another_process(project.folder, "print(p.read_only)") == "False"
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"\xff\xfe\x00", b'{"version": "x"}'])
-@pytest.mark.parametrize("name", ["project.json", "dataset.json"])
+DAMAGED = (b"", b"{", b"[1]", b"\xff\xfe\x00", b'{"version": "x"}')
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        *((name, content) for name in ("project.json", "dataset.json") for content in DAMAGED),
+        ("project.json", b'{"version": 1, "name": ["x"]}'),
+        ("project.json", b'{"version": 1, "name": "x", "defaults": 3}'),
+    ],
+)
 def test_a_damaged_file_is_kept_aside_and_the_rest_goes_on(
     tmp_path: Path, sound: Path, name: str, content: bytes
 ) -> None:
@@ -294,6 +316,9 @@ def test_a_damaged_file_is_kept_aside_and_the_rest_goes_on(
         {"id": 7},
         {"id": "Hello_001", "take": "Hello_001", "stars": float("inf")},
         {"id": "Hello_001", "take": "Hello_001", "in_point": 10**400},
+        {"id": "Hello_001", "take": "Hello_001", "locked": "no"},
+        {"id": "Hello_001", "take": "Hello_001", "stars": "4"},
+        {"id": "Hello_001", "take": "Hello_001", "labels": [[1e300, 1e308, "sentence", ""]]},
     ],
 )
 def test_one_bad_choice_does_not_cost_the_others(tmp_path: Path, sound: Path, bad: dict[str, object]) -> None:

@@ -11,6 +11,7 @@ from studio.project.run import Run
 def test_lines_that_are_no_epochs_are_left_out(tmp_path: Path) -> None:
     good = {"event": "epoch", "epoch": 1, "val": {"rmse": 0.1}}
     bad = ['{"epoch": "x"}', '{"epoch": null}', "[]", "\xff\x00", '{"epoch": 2, "val": [1]}', '{"epoch"']
+    bad.append("[" * 100_000 + "]" * 100_000)
     text = "\n".join([*bad, json.dumps(good), '{"epoch": 2}'])
     (tmp_path / "metrics.jsonl").write_bytes(text.encode("latin-1"))
     assert Run.load(tmp_path).epochs() == [good, {"epoch": 2}]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.paths import resource
-from studio.take.sound import read_sound
+from studio.sound.sound_file import read_sound
 
 RATE = 16_000
 _CLIPS = ("clip_01.ogg", "clip_04.ogg", "clip_05.ogg")

@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from studio.motion import Motion, Skeleton, rotation
+from studio.sound.sound_file import Sound, write_sound
 from studio.take import Take, TakeInfo
 from studio.take.check import check_take
 from studio.take.folder import save_take
 from studio.take.motion_file import write_motion
-from studio.take.sound import Sound, write_sound
 
 RATE = 16000
 SECONDS = 24.0
@@ -221,7 +221,7 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
         packets=1000,
         packets_bad=20,
         drift_ppm=700.0,
-        extra={"late": "90", "packets_lost": "30"},
+        extra={"late": "90", "packets_lost": "30", "damage": "Near 4.5 s."},
     )
     found = kinds(replace(take, info=info))
     assert found["lost"] == "100 frames of motion were lost (6.5%)."
@@ -229,6 +229,7 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
     assert found["late"] == "The motion paused 90 times."
     assert found["dropped"] == "This computer had no time for 30 packets of motion."
+    assert found["journal"] == "Near 4.5 s."
 
 
 def test_a_take_recorded_without_motion_is_no_a(tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from studio.errors import StudioError
-from studio.take import kept
-from studio.take.cleaned import WAYS, clean, heard, kept_clean
-from studio.take.sound import Sound, read_sound, sound_info, write_sound
+from studio.files import cache
+from studio.sound.sound_file import Sound, read_sound, sound_info, write_sound
+from studio.take.cleaned import WAYS, cached_clean, clean, sound_path
 from tests.take.speech import RATE, talk
 
 pytestmark = pytest.mark.slow  # noisereduce takes seconds to import
@@ -63,14 +63,14 @@ def test_pauses_get_quieter_and_the_voice_stays_where_and_as_it_was(
 
 def test_it_is_made_once_and_found_again(tmp_path: Path) -> None:
     path, _, _ = _noisy(tmp_path / "a.wav")
-    assert kept_clean(path, "noise") is None
-    assert heard(path, "noise") == path
+    assert cached_clean(path, "noise") is None
+    assert sound_path(path, "noise") == path
     told: list[float] = []
     made = clean(path, "noise", told.append)
     assert told == sorted(told)
     assert told[-1] == 1.0
-    assert kept_clean(path, "noise") == heard(path, "noise") == made
-    assert heard(path, "") == path
+    assert cached_clean(path, "noise") == sound_path(path, "noise") == made
+    assert sound_path(path, "") == path
     stamp = made.stat().st_mtime_ns
     assert clean(path, "noise") == made
     assert made.stat().st_mtime_ns == stamp
@@ -81,7 +81,7 @@ def test_a_sound_longer_than_a_block_has_no_seams(tmp_path: Path, way: str) -> N
     samples, _ = talk(gap=1.2, noise=0.01, sentences=1)
     write_sound(tmp_path / "a.wav", Sound(samples[:, None], RATE), "PCM_24")
     parts = read_sound(clean(tmp_path / "a.wav", way, block_s=1.7)).mono()
-    for one in (tmp_path / kept.FOLDER).glob("clean*"):
+    for one in (tmp_path / cache.CACHE_FOLDER).glob("clean*"):
         one.unlink()
     whole = read_sound(clean(tmp_path / "a.wav", way)).mono()
     assert len(parts) == len(whole) == len(samples)
@@ -111,4 +111,4 @@ def test_a_missing_recording_and_an_unknown_way_are_sentences(tmp_path: Path) ->
     with pytest.raises(StudioError) as error:
         clean(path, "magic")
     assert error.value.what == "There is no way to clean sound called magic."
-    assert not list((tmp_path / kept.FOLDER).glob("clean*")), "nothing half-made is left"
+    assert not list((tmp_path / cache.CACHE_FOLDER).glob("clean*")), "nothing half-made is left"

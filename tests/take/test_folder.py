@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from studio.errors import StudioError
+from studio.files.atomic import safe_name
 from studio.take import TakeInfo
 from studio.take.folder import list_takes, load_take, save_take
-from studio.take.safe_file import safe_name
 from tests.formats.examples import a_motion, a_sound
 
 
@@ -75,6 +75,47 @@ def test_unknown_facts_are_passed_over_and_known_ones_checked(tmp_path: Path) ->
     with pytest.raises(StudioError) as error:
         load_take(take.folder)
     assert error.value.what == "take.json in a_001 is damaged."
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("audio_file", True),
+        ("audio_file", 3),
+        ("audio_file", ".."),
+        ("audio_file", "a\0b"),
+        ("motion_file", ["motion.arrow"]),
+        ("slate", 7),
+        ("created", None),
+        ("notes", "one."),
+        ("notes", [1]),
+        ("bone_names", {"Head": 1}),
+        ("duration", float("nan")),
+        ("duration", "2.5"),
+        ("duration", -1.0),
+        ("audio_seconds", 1e300),
+        ("sample_rate", float("inf")),
+        ("frames", True),
+        ("frames", []),
+        ("number", None),
+        ("extra", ["avatar"]),
+        ("version", "1"),
+    ],
+)
+def test_a_fact_of_another_kind_is_damage(tmp_path: Path, name: str, value: object) -> None:
+    take = save_take(tmp_path / "a_001", TakeInfo("a"), a_motion(), None)
+    path = take.folder / "take.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), name: value}))
+    with pytest.raises(StudioError) as error:
+        load_take(take.folder)
+    assert error.value.what == "take.json in a_001 is damaged."
+
+
+def test_a_measure_that_came_to_nothing_is_no_damage(tmp_path: Path) -> None:
+    take = save_take(tmp_path / "a_001", TakeInfo("a"), a_motion(), None)
+    path = take.folder / "take.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "drift_ppm": float("nan"), "frames": 30.0}))
+    assert load_take(take.folder).info == replace(take.info, drift_ppm=0.0)
 
 
 def test_problems_are_told_one_by_one(tmp_path: Path) -> None:

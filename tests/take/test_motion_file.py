@@ -64,6 +64,17 @@ def test_a_foreign_arrow_file_is_damaged(tmp_path: Path) -> None:
     assert error.value.what == f"m.arrow in {tmp_path.name} is damaged."
 
 
+def test_names_nested_deeper_than_python_reads_are_damage(tmp_path: Path) -> None:
+    write_motion(tmp_path / "m.arrow", a_motion(2))
+    table = pa.ipc.open_file(tmp_path / "m.arrow").read_all()
+    table = table.replace_schema_metadata({**table.schema.metadata, b"shape_names": b"[" * 100_000})
+    with pa.ipc.new_file(tmp_path / "n.arrow", table.schema) as writer:
+        writer.write_table(table)
+    with pytest.raises(StudioError) as error:
+        read_motion(tmp_path / "n.arrow")
+    assert error.value.what == f"n.arrow in {tmp_path.name} is damaged."
+
+
 def test_a_newer_file_says_so(tmp_path: Path) -> None:
     write_motion(tmp_path / "m.arrow", a_motion(2))
     table = pa.ipc.open_file(tmp_path / "m.arrow").read_all()

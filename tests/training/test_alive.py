@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from safetensors.numpy import load_file
 
-from studio.generate import load_predictor
-from studio.model._network import Chance
+from studio.inference.offline import load_predictor
+from studio.model._network import SamplingOptions
 from studio.project import Project, Run
 from studio.training.checkpoint import BEST
-from studio.training.loop import train
+from studio.training.loop.train import train
 from studio.training.recipe import load_recipe
 from studio.training.run_file import pack_run, unpack_run
+from tests.tolerance import LAST_BITS, same_weights
 
 MakeProject = Callable[..., Project]
 SMALL = ("units=8", "steps=2", "epochs=1")
@@ -37,10 +37,10 @@ def test_a_run_draws_its_bodies_by_seed_and_liveliness(make_toy_project: MakePro
     assert run.report["draws"] is True
     predictor = load_predictor(run.folder)
     first, again, other, still = (
-        predictor.generate_samples(speech(), chance=chance)
-        for chance in (Chance(1), Chance(1), Chance(2), Chance(2, 0.0))
+        predictor.generate_samples(speech(), sampling=sampling)
+        for sampling in (SamplingOptions(1), SamplingOptions(1), SamplingOptions(2), SamplingOptions(2, 0.0))
     )
-    np.testing.assert_array_equal(first.rotations, again.rotations)
+    np.testing.assert_allclose(first.rotations, again.rotations, atol=LAST_BITS)
     assert np.abs(first.rotations - other.rotations).max() > 1e-3
     assert np.abs(still.rotations - other.rotations).max() > 1e-3
     np.testing.assert_allclose(first.shapes, still.shapes, atol=1e-6)
@@ -53,20 +53,18 @@ def test_a_run_file_carries_the_head(make_toy_project: MakeProject, tmp_path: Pa
     elsewhere = Project.create(tmp_path / "another computer")
     again = unpack_run(file, elsewhere)
     here, there = (
-        load_predictor(one.folder).generate_samples(speech(), chance=Chance(3)) for one in (run, again)
+        load_predictor(one.folder).generate_samples(speech(), sampling=SamplingOptions(3))
+        for one in (run, again)
     )
-    np.testing.assert_array_equal(here.rotations, there.rotations)
+    np.testing.assert_allclose(here.rotations, there.rotations, atol=LAST_BITS)
 
 
-def test_faces_alone_are_learnt_exactly_as_by_the_plain_form(make_toy_project: MakeProject) -> None:
+def test_faces_alone_are_learnt_as_by_the_plain_form(make_toy_project: MakeProject) -> None:
     project = make_toy_project(("train", "val"), bones=False)
     alive, plain = trained(project, "form=alive"), trained(project)
     assert alive.report is not None
     assert alive.report["draws"] is False
-    weights = [load_file(run.folder / BEST) for run in (alive, plain)]
-    assert weights[0].keys() == weights[1].keys()
-    for name, values in weights[0].items():
-        np.testing.assert_array_equal(values, weights[1][name], err_msg=name)
+    assert same_weights(alive.folder / BEST, plain.folder / BEST)
 
 
 def test_takes_without_bodies_are_learnt_beside_those_with(make_toy_project: MakeProject) -> None:
@@ -81,6 +79,6 @@ def test_takes_without_bodies_are_learnt_beside_those_with(make_toy_project: Mak
     project.add_take("Only_face", TakeInfo("x"), read_motion(source.motion_path), source.audio_path)
     project.edit("Split", edits.set_split(project.dataset, ["Only_face"], "train"))
     run = trained(project, "form=alive")
-    made = load_predictor(run.folder).generate_samples(speech(), chance=Chance(1))
+    made = load_predictor(run.folder).generate_samples(speech(), sampling=SamplingOptions(1))
     assert np.isfinite(made.rotations).all()
     assert np.isfinite(run.epochs()[-1]["train_loss"])

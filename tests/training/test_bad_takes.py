@@ -13,11 +13,17 @@ import soundfile
 
 from studio.dataset import edits
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import (
+    CleaningEvent,
+    ListeningEvent,
+    NoteEvent,
+    StartedEvent,
+)
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Cleaning, Event, Listening, Note, Started
-from studio.training.loop import resumed_recipe, train
+from studio.training.events import Event
+from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 
 MakeProject = Callable[..., Project]
@@ -46,7 +52,7 @@ def waving(seconds: float, fps: float = 30.0) -> Motion:
 
 
 def notes(events: list[Event]) -> list[str]:
-    return [event.text for event in events if isinstance(event, Note)]
+    return [event.text for event in events if isinstance(event, NoteEvent)]
 
 
 def test_cleaned_sound_that_is_not_there_is_made_in_sight(make_toy_project: MakeProject) -> None:
@@ -54,17 +60,17 @@ def test_cleaned_sound_that_is_not_there_is_made_in_sight(make_toy_project: Make
     name = project.selected("train")[0][0].id
     project.edit("Clean", edits.update(project.dataset, [name], lambda s: replace(s, clean="noise")))
     _, events = trained(project, tiny())
-    told = [event for event in events if isinstance(event, Cleaning)]
+    told = [event for event in events if isinstance(event, CleaningEvent)]
     assert {event.take for event in told} == {name}
     assert told[-1].fraction == 1.0
-    heard = [event for event in events if isinstance(event, Listening)]
+    heard = [event for event in events if isinstance(event, ListeningEvent)]
     assert [(event.number, event.of) for event in heard] == [
         (i, len(heard)) for i in range(1, len(heard) + 1)
     ]
     kinds = [type(event) for event in events]
-    assert kinds.index(Started) == len(told) + len(heard), "all of it before the training starts"
+    assert kinds.index(StartedEvent) == len(told) + len(heard), "all of it before the training starts"
     _, events = trained(project, tiny())
-    assert not any(isinstance(event, Cleaning) for event in events), "it is there by now"
+    assert not any(isinstance(event, CleaningEvent) for event in events), "it is there by now"
 
 
 def test_parts_of_one_take_on_both_sides_are_told(make_toy_project: MakeProject) -> None:
@@ -158,7 +164,7 @@ def test_one_take_alone_is_enough_its_end_checks_the_rest(make_toy_project: Make
     assert notes(events) == [
         "No take is marked for validation: the last 0.9 s of Toy_001 are held back for it."
     ]
-    started = next(event for event in events if isinstance(event, Started))
+    started = next(event for event in events if isinstance(event, StartedEvent))
     assert (started.train, started.val) == (("Toy_001",), ("Toy_001 (end)",))
     assert run.has_weights
 
@@ -191,7 +197,7 @@ def test_a_resumed_run_of_a_newer_studio_says_so(make_toy_project: MakeProject) 
 
 
 @pytest.mark.parametrize("hostile", [{"hearing": 8000}, {"reach_s": math.inf}, {"width": 10**9}])
-def test_a_faceformer_with_hostile_settings_is_damaged(
+def test_a_faceformer_with_hostile_settings_cannot_be_used(
     make_toy_project: MakeProject, hostile: dict[str, float]
 ) -> None:
     from studio.training import checkpoint
@@ -205,4 +211,6 @@ def test_a_faceformer_with_hostile_settings_is_damaged(
     checkpoint.save_model(path, replace(made, recipe=changed))
     with pytest.raises(StudioError) as caught:
         checkpoint.load_model(path)
-    assert caught.value.what == "best.safetensors of the run faceformer_001 is damaged."
+    ((name, value),) = hostile.items()
+    why = f"{value} is not possible for network.{name}."
+    assert caught.value.what == f"The run faceformer_001 cannot be used: {why}"

@@ -78,6 +78,17 @@ def test_a_file_cut_short_is_a_sentence(tmp_path: Path, length: int) -> None:
     )
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e30])
+def test_weights_that_nobody_can_have_learnt_are_damage(tmp_path: Path, value: float) -> None:
+    """They would become motion without end, and figures that no metric can be computed of."""
+    path = tmp_path / "Run_001" / "best.safetensors"
+    made = small_model()
+    next(made.network.parameters()).detach().view(-1)[3] = value
+    checkpoint.save_model(path, made)
+    with pytest.raises(StudioError, match=r"best\.safetensors of the run Run_001 is damaged"):
+        checkpoint.load_model(path)
+
+
 def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
     touched = tmp_path / "touched"
 
@@ -95,7 +106,7 @@ def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
 def test_a_newer_file_says_so(tmp_path: Path) -> None:
     path = tmp_path / "Run_001" / "best.safetensors"
     checkpoint.save_model(path, small_model())
-    rewrite(path, header(path) | {"version": 3})
+    rewrite(path, header(path) | {"version": 4})
     with pytest.raises(StudioError) as caught:
         checkpoint.load_model(path)
     assert str(caught.value) == (
@@ -163,6 +174,46 @@ def test_a_file_from_before_styles_still_opens(tmp_path: Path) -> None:
     del facts["recipe"]["network"]["style_width"]
     rewrite(path, facts)
     assert checkpoint.load_model(path).styles == ()
+
+
+OLD_NAMES = {
+    "encoder.project.": "ear.widen.",
+    "encoder.": "ear.",
+    "self_qkv.": "look.",
+    "self_out.": "looked.",
+    "cross_q.": "ask.",
+    "cross_kv.": "sound.",
+    "cross_out.": "listened.",
+    "ffn_in.": "widen.",
+    "ffn_out.": "narrow.",
+}
+"""What FaceFormer's weights are called today, and were called up to version 2 of the file."""
+
+
+def old_name(name: str) -> str:
+    for new, old in OLD_NAMES.items():
+        name = name.replace(new, old)
+    return name
+
+
+def test_weights_with_the_names_of_version_2_still_open(tmp_path: Path) -> None:
+    one = small_model()
+    recipe = load_recipe("faceformer").with_overrides(["width=16", "hearing=2"])
+    network = checkpoint.build_network(recipe, one.layout, one.fps, 1)
+    weights = network.state_dict()
+    old = {old_name(name): tensor for name, tensor in weights.items()}
+    assert {"ear.widen.bias", "layers.0.look.weight", "layers.0.narrow.bias"} <= old.keys()
+    best, last = tmp_path / "best.safetensors", tmp_path / "last.safetensors"
+    checkpoint.save_model(best, Model(network, recipe, one.layout, one.fps, 3, ("a",)), old)
+    rewrite(best, header(best) | {"version": 2})
+    checkpoint.save_state(last, TrainingState(old, {"3.exp_avg": torch.ones(2)}, old, {"epoch": 3}))
+    rewrite(last, header(last) | {"version": 2})
+    state = checkpoint.load_state(last)
+    for found in (checkpoint.load_model(best).network.state_dict(), state.network, state.average):
+        assert found.keys() == weights.keys()
+        for name, tensor in weights.items():
+            torch.testing.assert_close(found[name], tensor, rtol=0, atol=0)
+    assert state.optimiser.keys() == {"3.exp_avg"}
 
 
 def test_styles_come_back_with_the_model(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.features.audio import Floats
+from studio.features.audio_spec import Floats
 from studio.features.examples import Example, Grid
 from studio.features.motion import Layout, fit
 from studio.motion import Motion, rotation

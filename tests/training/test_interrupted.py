@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import torch
 from safetensors.torch import load_file
 
+from studio.ipc.events import EpochEvent, NoteEvent, StepEvent
 from studio.project import Project, Run
-from studio.training.events import Epoch, Event, Note, Step
-from studio.training.loop import resumed_recipe, train
+from studio.training.events import Event
+from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 from tests import toys
+from tests.tolerance import same_figures, same_weights
 
 OF_EACH_SITTING = ("run", "seconds", "notes", "pid", "host")
 
@@ -37,12 +38,10 @@ def facts(run: Run) -> dict[str, Any]:
 def same(a: Run, b: Run) -> bool:
     """Whether two runs hold the same weights, figures and report."""
     told = [[{**e, "seconds": 0, "eta_s": 0} for e in run.epochs()] for run in (a, b)]
-    weights = [load_file(run.folder / "best.safetensors") for run in (a, b)]
     return (
-        facts(a) == facts(b)
-        and told[0] == told[1]
-        and weights[0].keys() == weights[1].keys()
-        and all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
+        same_figures(facts(a), facts(b))
+        and same_figures(told[0], told[1])
+        and same_weights(a.folder / "best.safetensors", b.folder / "best.safetensors")
     )
 
 
@@ -60,11 +59,11 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = toys.make(tmp_path_factory.mktemp("trained") / "Toy")
 
     def copy(event: Event) -> None:
-        if isinstance(event, Epoch | Step):
-            step = event.step if isinstance(event, Step) else None
+        if isinstance(event, EpochEvent | StepEvent):
+            step = event.step if isinstance(event, StepEvent) else None
             if (event.epoch, step) in MOMENTS:  # the disk as it is then is all there will be
                 _keep(project, f"{(event.epoch, step)}")
-            if isinstance(event, Epoch) and event.best:
+            if isinstance(event, EpochEvent) and event.best:
                 _keep(project, f"best_{event.epoch}")
 
     train(project, tiny(), on_event=copy, step_seconds=0.0)
@@ -90,7 +89,7 @@ def left(project: Project, kept: Path) -> Run:
 
 def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(project: Project) -> None:
     def interrupted(event: Event) -> None:
-        if isinstance(event, Epoch) and event.epoch == 2:
+        if isinstance(event, EpochEvent) and event.epoch == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -102,7 +101,7 @@ def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(project: 
     assert (load_file(cut.folder / "best.safetensors")["gain"] != 1).any()
     notes: list[Event] = []
     again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
-    assert [n.text for n in notes if isinstance(n, Note)] == ["balanced_002 goes on after epoch 2."]
+    assert [n.text for n in notes if isinstance(n, NoteEvent)] == ["balanced_002 goes on after epoch 2."]
     assert same(again, project.run("balanced_001"))
 
 
@@ -115,7 +114,7 @@ def test_after_a_power_cut_it_goes_on_to_the_end_of_one_that_had_none(
     again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
     done = moment[0] - (moment[1] is not None)
     said = f"goes on after epoch {done}." if done else "had not finished an epoch and begins anew."
-    assert [n.text for n in notes if isinstance(n, Note)] == [f"balanced_050 {said}"]
+    assert [n.text for n in notes if isinstance(n, NoteEvent)] == [f"balanced_050 {said}"]
     assert same(again, project.run("balanced_001"))
 
 
@@ -139,7 +138,8 @@ def test_the_figures_while_training_are_those_of_the_model_that_is_kept(project:
 def figures_of(project: Project, run: Run) -> dict[str, Any]:
     """What `saia evaluate` measures on the validation takes."""
     from studio.cli._output import Output
-    from studio.cli.evaluate import choose_ground, measure
+    from studio.cli.evaluate import measure
+    from studio.evaluation.evaluation_set import choose_evaluation_set
 
     out = Output(as_json=True)
-    return measure(run, choose_ground(project, None, "val", out), out).metrics
+    return measure(run, choose_evaluation_set(project, None, "val", out.note), out).metrics

@@ -9,7 +9,7 @@ import torch
 from studio.features.motion import Layout, fit
 from studio.motion import Motion, rotation
 from studio.training.losses import Loss, column_weights
-from studio.training.recipe_settings import LossSettings
+from studio.training.recipe import LossSettings
 
 
 @pytest.fixture(scope="module")

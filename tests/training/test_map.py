@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studio.features.audio import AudioSpec, frame_rate
-from studio.features.augment import CropShape, cut
+from studio.features.audio_spec import AudioSpec, frame_rate
+from studio.features.augment import CropShape, Variation, cut
 from studio.features.examples import make_example, on_grid
 from studio.features.motion import fit
-from studio.features.variation import Variation
 from studio.motion import Motion
 
 MINUTES = 30

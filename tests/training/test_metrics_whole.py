@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from studio.cli.evaluate import MAIN, MORE
+from studio.evaluation.figures import full
+from studio.metrics import body, spread
+from studio.metrics import face as metrics_face
+from studio.metrics.scores import Pair
 from studio.motion import Motion, rotation
-from studio.take.sound import Sound
-from studio.training import metrics_body, metrics_face, metrics_spread
-from studio.training.metrics import Pair
-from studio.training.metrics_evaluate import full
+from studio.sound.sound_file import Sound
 
 RATE = 16000
 T = np.arange(600) / 30
@@ -102,7 +103,7 @@ def arm(angles: np.ndarray) -> Motion:
 
 
 def test_a_turned_shoulder_moves_the_wrist_along_its_circle() -> None:
-    figures = metrics_body.place_errors([Pair(arm(np.zeros(90)), arm(np.full(90, np.pi / 2)))])
+    figures = body.place_errors([Pair(arm(np.zeros(90)), arm(np.full(90, np.pi / 2)))])
     assert figures["wrist_cm"] == pytest.approx(48 * np.sqrt(2), abs=0.01)  # 25 + 23 cm of arm
     assert figures["head_cm"] == pytest.approx(0.0, abs=1e-6)
 
@@ -110,49 +111,51 @@ def test_a_turned_shoulder_moves_the_wrist_along_its_circle() -> None:
 def test_frames_that_do_not_count_do_not_move_the_wrist() -> None:
     valid, angles = np.ones(90), np.zeros(90)
     angles[40:50], valid[40:50] = 1.0, 0
-    assert metrics_body.place_errors([Pair(arm(np.zeros(90)), arm(angles), valid)])["wrist_cm"] == 0
+    assert body.place_errors([Pair(arm(np.zeros(90)), arm(angles), valid)])["wrist_cm"] == 0
 
 
 def test_a_face_has_no_places() -> None:
     pair = Pair(face(T, "A"), face(T, "A"), sound=voice())
-    assert metrics_body.place_figures([pair]) == {"head_cm": None, "wrist_cm": None, "beat_alignment": None}
+    assert body.place_figures([pair]) == {"head_cm": None, "wrist_cm": None, "beat_alignment": None}
 
 
 def test_gestures_on_the_beat_score_higher_than_beside_it_and_stillness_zero() -> None:
-    beats = metrics_body.onsets(voice())
+    beats = body.onsets(voice())
     assert 20 <= len(beats) <= 35
 
     def pausing_at(moments: np.ndarray) -> Pair:
         away = np.abs(T[:, None] - moments[None]).min(axis=1)
         return Pair(arm(T), arm(np.cumsum(np.minimum(away, 0.2)) / 3), sound=voice())
 
-    on, beside = (metrics_body.beat_alignment([pausing_at(beats + by)]) for by in (0.0, 0.3))
+    on, beside = (body.beat_alignment([pausing_at(beats + by)]) for by in (0.0, 0.3))
     assert on is not None
     assert beside is not None
     assert on > 0.8
     assert beside < 0.5
     still = Pair(arm(T), arm(np.zeros(600)), sound=voice())
-    assert metrics_body.beat_alignment([still]) == 0.0
+    assert body.beat_alignment([still]) == 0.0
     silent = Pair(arm(T), arm(T), sound=Sound(np.zeros((20 * RATE, 1), np.float32), RATE))
-    assert metrics_body.beat_alignment([silent]) is None
+    assert body.beat_alignment([silent]) is None
 
 
 def test_diversity_is_half_the_mean_distance_of_pairs() -> None:
     poses = np.random.default_rng(0).normal(size=(40, 3))
     apart = np.abs(poses[:, None] - poses[None]).sum()
-    assert metrics_spread.l1_diversity([poses[:25], poses[25:]]) == pytest.approx(apart / (2 * 40 * 39))
-    assert metrics_spread.l1_diversity([np.ones((9, 3))]) == pytest.approx(0.0)
-    assert metrics_spread.l1_diversity([np.zeros((9, 0))]) is None
+    assert spread.l1_diversity([poses[:25], poses[25:]]) == pytest.approx(apart / (2 * 40 * 39))
+    assert spread.l1_diversity([np.ones((9, 3))]) == pytest.approx(0.0)
+    assert spread.l1_diversity([np.zeros((9, 0))]) is None
 
 
 def test_the_frechet_distance_of_a_frozen_mean_is_one_and_of_the_same_is_zero() -> None:
     rng = np.random.default_rng(0)
     values = 0.5 + 0.1 * np.cumsum(rng.normal(size=(600, 3)), axis=0) / 10
     truth, mean = face(values, "A", "B", "C"), face(np.tile(values.mean(axis=0), (600, 1)), "A", "B", "C")
-    assert metrics_spread.frechet([Pair(truth, truth)]) == pytest.approx(0.0, abs=1e-6)
-    assert metrics_spread.frechet([Pair(truth, mean)]) == pytest.approx(1.0, abs=0.02)
+    assert spread.frechet([Pair(truth, truth)]) == pytest.approx(0.0, abs=1e-6)
+    assert spread.frechet([Pair(truth, mean)]) == pytest.approx(1.0, abs=0.02)
+    beyond = face(np.where(values > 0.5, 1e37, values), "A", "B", "C")
+    assert spread.frechet([Pair(truth, beyond)]) is None
     backwards = face(values[::-1].copy(), "A", "B", "C")  # other frames, the same poses
-    found = metrics_spread.frechet([Pair(truth, backwards)])
+    found = spread.frechet([Pair(truth, backwards)])
     assert found is not None
     assert found < 0.05
 

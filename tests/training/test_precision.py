@@ -10,12 +10,12 @@ import torch
 from safetensors.torch import load_file
 
 from studio.errors import RequestError
+from studio.ipc.events import EpochEvent
 from studio.project import Project
-from studio.training.events import Epoch, Event
-from studio.training.loop import train
-from studio.training.loop_setup import make_fabric, precision_for
-from studio.training.recipe import load_recipe
-from studio.training.recipe_settings import TrainingSettings
+from studio.training.events import Event
+from studio.training.loop.setup import make_fabric, precision_for
+from studio.training.loop.train import train
+from studio.training.recipe import TrainingSettings, load_recipe
 
 MakeProject = Callable[..., Project]
 CARD = torch.cuda.is_available()
@@ -43,12 +43,12 @@ def test_mixed_arithmetic_learns_through_the_same_loop(make_toy_project: MakePro
     }[name]
     shared = ["steps=3", "crops=2", "crop_frames=60", "epochs=2", "accelerator=cpu"]
     project = make_toy_project(("train", "val"))
-    told: dict[str, list[Epoch]] = {}
+    told: dict[str, list[EpochEvent]] = {}
     for precision in ("32", "bf16"):
         events: list[Event] = []
         recipe = load_recipe(name).with_overrides([*small, *shared, f"precision={precision}"])
         run = train(project, recipe, on_event=events.append)
-        told[precision] = [event for event in events if isinstance(event, Epoch)]
+        told[precision] = [event for event in events if isinstance(event, EpochEvent)]
         kept = load_file(run.folder / "best.safetensors")
         assert {tensor.dtype for tensor in kept.values() if tensor.is_floating_point()} == {torch.float32}
     mixed, plain = (told[precision][-1].train_loss for precision in ("bf16", "32"))

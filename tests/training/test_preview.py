@@ -12,7 +12,7 @@ import pytest
 from studio.motion import Motion
 from studio.project import Project
 from studio.training import preview
-from studio.training.preview import Previewing, liveliest, read_preview, stamp
+from studio.training.preview import PreviewWriter, liveliest, read_preview, stamp
 
 
 def motion(seconds: float = 12.0, strength: float = 1.0) -> Motion:
@@ -31,7 +31,7 @@ def test_the_liveliest_seconds_are_seen() -> None:
 
 
 def test_the_newest_and_the_best_epoch_are_kept_and_nothing_more(tmp_path: Path) -> None:
-    previewing = Previewing(tmp_path, 60)
+    previewing = PreviewWriter(tmp_path, 60)
     seen = set()
     for epoch in range(1, 61):
         best = epoch in (2, 40)
@@ -56,8 +56,8 @@ def test_the_newest_and_the_best_epoch_are_kept_and_nothing_more(tmp_path: Path)
 
 
 def test_a_resumed_training_goes_on_with_the_same_preview(tmp_path: Path) -> None:
-    Previewing(tmp_path, 4).show("Chat_001", motion(), motion(), 1, True)
-    Previewing(tmp_path, 4).show("Chat_001", motion(), motion(), 2, False)
+    PreviewWriter(tmp_path, 4).show("Chat_001", motion(), motion(), 1, True)
+    PreviewWriter(tmp_path, 4).show("Chat_001", motion(), motion(), 2, False)
     found = read_preview(tmp_path)
     assert found is not None
     assert found.epochs == {"latest": 2, "best": 1}
@@ -65,7 +65,7 @@ def test_a_resumed_training_goes_on_with_the_same_preview(tmp_path: Path) -> Non
 
 def test_a_folder_that_cannot_be_written_ends_no_training(tmp_path: Path) -> None:
     (tmp_path / "preview").write_text("a file in the way", encoding="utf-8")
-    Previewing(tmp_path, 4).show("Chat_001", motion(), motion(), 1, True)
+    PreviewWriter(tmp_path, 4).show("Chat_001", motion(), motion(), 1, True)
     assert read_preview(tmp_path) is None
     assert stamp(tmp_path) == 0
 
@@ -78,7 +78,7 @@ def test_a_damaged_preview_is_none(tmp_path: Path, content: str) -> None:
 
 
 def test_a_training_shows_what_it_has_learnt(make_toy_project: Callable[..., Project]) -> None:
-    from studio.training.loop import train
+    from studio.training.loop.train import train
     from studio.training.recipe import load_recipe
 
     project = make_toy_project(("train", "val"))

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from studio.errors import StudioError
-from studio.features import speech
-from studio.features.encoders import WHISPER_SHA256, settled
-from studio.generate import load_predictor
+from studio.features import encoders
+from studio.features.encoders import WHISPER_SHA256, with_resolved_encoder
+from studio.inference.offline import load_predictor
 from studio.motion import concatenate
 from studio.project import Project
-from studio.training.loop import train
+from studio.training.loop.train import train
 from studio.training.recipe import load_recipe
 from tests.features import wav2vec2_example as example
 
@@ -25,7 +25,7 @@ TINY = ["steps=2", "crops=2", "crop_frames=45", "epochs=1"]
 
 def run_of(project: Project, name: str, *changes: str) -> Path:
     recipe = load_recipe(name).with_overrides([*TINY, *changes])
-    recipe = replace(recipe, sound=settled(recipe.sound))
+    recipe = replace(recipe, sound=with_resolved_encoder(recipe.sound))
     return train(project, recipe, on_event=lambda event: None).folder
 
 
@@ -41,7 +41,7 @@ def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
     blocks = (sound[first : first + 7000] for first in range(0, len(sound), 7000))
     parts = concatenate(list(predictor.stream(blocks, 0.7)))
     np.testing.assert_allclose(parts.shapes, whole.shapes, atol=1e-4)
-    speech._hearing.cache_clear()
+    encoders._cached_by_name.cache_clear()
     monkeypatch.setattr("sys.path", [str(tmp_path)])
     monkeypatch.setattr("sys.path_importer_cache", {})
     with pytest.raises(StudioError) as caught:
@@ -64,6 +64,6 @@ def test_faceformer_hears_with_a_wav2vec_and_any_length(
     assert len(whole) == 29 * 30
     np.testing.assert_allclose(parts.shapes, whole.shapes, atol=1e-4)
     (tmp_path / "encoders").rename(tmp_path / "gone")
-    speech._hearing.cache_clear()
+    encoders._cached_by_name.cache_clear()
     with pytest.raises(StudioError, match=r"^The speech encoder tiny is not on this computer\."):
         load_predictor(folder).generate_samples(sound)

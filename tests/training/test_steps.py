@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import pytest
 
+from studio.ipc.events import EpochEvent, StepEvent
 from studio.project import Project
-from studio.training.events import Epoch, Event, Step
-from studio.training.loop import train
-from studio.training.loop_state import Progress
+from studio.training.events import Event
+from studio.training.loop.state import Progress
+from studio.training.loop.train import train
 from studio.training.recipe import load_recipe
 
 
@@ -21,16 +22,16 @@ def test_each_step_can_be_told_of_and_short_epochs_tell_none(
     project = make_toy_project(("train", "val"))
     events: list[Event] = []
     train(project, recipe, on_event=events.append, step_seconds=0.0)
-    told = [event for event in events if isinstance(event, Step | Epoch)]
-    assert [(e.epoch, e.step if isinstance(e, Step) else None) for e in told] == [
+    told = [event for event in events if isinstance(event, StepEvent | EpochEvent)]
+    assert [(e.epoch, e.step if isinstance(e, StepEvent) else None) for e in told] == [
         (1, 1), (1, 2), (1, 3), (1, None), (2, 1), (2, 2), (2, 3), (2, None),
     ]  # fmt: skip
-    steps = [event for event in told if isinstance(event, Step)]
+    steps = [event for event in told if isinstance(event, StepEvent)]
     assert all((e.of, e.steps) == (2, 3) and e.seconds > 0 for e in steps)
     assert steps[-1].eta_s == 0.0
     events.clear()
     train(project, recipe, on_event=events.append, step_seconds=1e9)
-    assert not [event for event in events if isinstance(event, Step)]
+    assert not [event for event in events if isinstance(event, StepEvent)]
 
 
 def test_the_time_left_follows_the_pace_of_the_last_epochs() -> None:

@@ -12,12 +12,13 @@ import pytest
 from studio.dataset import edits
 from studio.dataset.dataset import Selection
 from studio.errors import RequestError
-from studio.generate import load_predictor
+from studio.inference.offline import load_predictor
 from studio.project import Project
 from studio.take.motion_file import read_motion
-from studio.training.loop import resumed_recipe, train
+from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import load_recipe
 from studio.training.styles import choose, index_of, styles_of
+from tests.tolerance import LAST_BITS
 
 MakeProject = Callable[..., Project]
 
@@ -109,9 +110,8 @@ def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
         for style in ("Toy_001", "Calm_001")
     }
     assert wide["Calm_001"] < 0.6 * wide["Toy_001"]
-    np.testing.assert_array_equal(
-        predictor.generate(sound).shapes, predictor.generate(sound, style="Toy_001").shapes
-    )
+    by_default, by_name = predictor.generate(sound), predictor.generate(sound, style="Toy_001")
+    np.testing.assert_allclose(by_default.shapes, by_name.shapes, atol=LAST_BITS)
 
 
 @pytest.mark.slow

@@ -11,14 +11,15 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
-from studio.dataset import lock
 from studio.errors import StudioError
+from studio.files import lock
 from studio.project import Project
 from studio.ui import app as application
-from studio.ui import background, messages, rooms, theme
+from studio.ui import messages, tabs, tasks, theme
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
 from studio.ui.shortcuts import ShortcutsDialog
+from tests.abandoned import leave_behind
 from tests.formats.avatars import Maker
 
 HEAVY = ("torch", "librosa", "pyvista", "vtkmodules", "scipy.signal", "lightning_fabric", "pyarrow")
@@ -40,7 +41,7 @@ def open_window(qtbot, qapp):
     for window in windows:
         window.session.set_rolling(False)  # a test that failed on the way must not leave a question open
         window.close()
-    background.wait()
+    tasks.wait()
 
 
 @pytest.fixture
@@ -81,6 +82,30 @@ def test_a_project_opens_in_record(open_window, project_folder: Path) -> None:
     assert window.tabs.isVisible()
 
 
+def test_what_was_cut_short_is_recovered_whatever_tab_is_shown(
+    open_window, project_folder: Path, tmp_path: Path, qtbot
+) -> None:
+    other = tmp_path / "Other"
+    Project.create(other).close()
+    journal = leave_behind(other / "takes" / "Left_001") / "journal.bin"
+    data = bytearray(journal.read_bytes())
+    data[len(data) // 2] ^= 1
+    journal.write_bytes(data)
+    stuck = leave_behind(other / "takes" / "Stuck_001", 0.2)
+    (stuck / "take.json").mkdir()
+    window = open_window(str(project_folder))
+    window.show_room("curate")
+    window.session.open_project(other)
+    assert window.shown_room == "curate"
+    qtbot.waitUntil(
+        lambda: [take.id for take in window.session.project.takes] == ["Left_001"], timeout=30_000
+    )
+    toast = window.findChild(Toast)
+    qtbot.waitUntil(lambda: toast.isVisible(), timeout=30_000)
+    assert toast.text.text() == "Stuck_001 was not recovered. There is a take Stuck_001 already."
+    assert toast.remedy.text() == "Choose another slate or number."
+
+
 def test_what_is_no_project_says_so_and_stays_welcoming(open_window, tmp_path: Path) -> None:
     window = open_window(str(tmp_path))
     assert window.stack.currentWidget() is window.welcome
@@ -92,7 +117,7 @@ def test_what_is_no_project_says_so_and_stays_welcoming(open_window, tmp_path: P
 def test_keys_lead_through_the_rooms(open_window, project_folder: Path, qtbot) -> None:
     window = open_window(str(project_folder))
     qtbot.waitExposed(window)
-    for index, name in enumerate(rooms.NAMES):
+    for index, name in enumerate(tabs.NAMES):
         window.show_room(name)
         assert window.shown_room == name
         assert window.tabs.currentIndex() == index
@@ -283,7 +308,7 @@ def test_a_second_window_says_in_every_tab_that_it_only_looks(
         elsewhere.setattr(lock, "holder", lambda _: 4711)
         window = open_window(str(project_folder))
         told = window.status.facts["locked"]
-        for name in rooms.NAMES:
+        for name in tabs.NAMES:
             window.show_room(name)
             assert told.isVisible()
         assert told.words.text() == "Only to look at"

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
 from studio.errors import StudioError
 from studio.ui import messages, theme
-from studio.ui.messages import Toast
+from studio.ui.messages import Toast, counted
 
 
 @pytest.fixture
@@ -135,3 +135,10 @@ def test_going_on_takes_an_error_away_and_leaves_a_note(window) -> None:
     messages.show_note(window, "Saved.")
     messages.dismiss_error(window)
     assert toast_of(window).isVisible()
+
+
+@pytest.mark.parametrize(
+    ("count", "said"), [(0, "0 labels in a.txt."), (1, "1 label in a.txt."), (2, "2 labels in a.txt.")]
+)
+def test_one_and_several_have_their_own_sentence(count: int, said: str) -> None:
+    assert counted(count, "1 label in {1}.", "{0} labels in {1}.", "a.txt") == said

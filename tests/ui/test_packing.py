@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.ui.packing import Packing, free_folder
+from studio.ui.packing import PackTask, free_folder
 from studio.ui.session import Session
 
 
@@ -28,16 +28,21 @@ def test_a_project_is_packed_and_opened_elsewhere(qtbot: QtBot, toy_project: Pro
     window.show()
     session.project = toy_project
     opened: list[Path] = []
-    packing = Packing(session, window, opened.append)
+    packing = PackTask(session, window, opened.append)
     packing.pack(tmp_path / "包み")
     qtbot.waitUntil(lambda: not packing.running, timeout=60_000)
     packed = tmp_path / "包み.zip"
-    assert zipfile.is_zipfile(packed)
+    with zipfile.ZipFile(packed, "a") as file:
+        file.writestr("studio/__init__.py", "raise SystemExit")
     packing.unpack(packed, tmp_path / "else where")
     qtbot.waitUntil(lambda: opened == [tmp_path / "else where"], timeout=60_000)
     other = Project.open(tmp_path / "else where", read_only=True)
     assert [take.id for take in other.takes] == [take.id for take in toy_project.takes]
     assert other.dataset == toy_project.dataset
+    assert not (other.folder / "studio").exists()
+    said = window.findChild(QLabel, "toast_text")
+    assert said is not None
+    assert said.text() == "1 file of the zip is part of no project and was left out."
     packing.close()
 
 
@@ -51,7 +56,7 @@ def test_a_zip_that_leads_out_of_its_folder_is_refused_with_a_sentence(qtbot: Qt
     qtbot.addWidget(window)
     window.show()
     opened: list[Path] = []
-    packing = Packing(session, window, opened.append)
+    packing = PackTask(session, window, opened.append)
     packing.unpack(packed, tmp_path / "P")
 
     def said() -> str:

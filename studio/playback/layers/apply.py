@@ -1,4 +1,4 @@
-"""A tuning laid over a whole motion, or over one pose after another as they come."""
+"""Applies a tuning to a whole motion, or to a stream of poses."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, Pose, concatenate
-from studio.playback.layers import masks, planted, strength
+from studio.playback.layers import foot_lock, regions, strength
 from studio.playback.layers.blinks import CLEAR, INFERRED, Blinks, blinking, blinks_of
-from studio.playback.layers.gaze import Darts, darting
+from studio.playback.layers.gaze import Saccades, with_saccades
 from studio.playback.layers.idle import breathing, swaying
-from studio.playback.layers.reference import Reference
-from studio.playback.layers.regions import is_lid
+from studio.playback.layers.regions import Reference, is_lid
 from studio.playback.layers.smoothing import StreamSmoothing, smoothed
 from studio.playback.layers.tuning import Tuning
 
@@ -46,7 +45,7 @@ def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) ->
         ]
         motion = blocks[0] if len(blocks) == 1 else concatenate(blocks)
     if tuning.left_out:
-        motion = masks.without(motion, tuning.moves)
+        motion = regions.without(motion, tuning.moves)
     return motion.shifted(tuning.offset_ms / 1000.0) if tuning.offset_ms else motion
 
 
@@ -60,7 +59,7 @@ class Layers:
     def __init__(self, tuning: Tuning) -> None:
         self._tuning = tuning
         self._blinks = Blinks(tuning.blinks, tuning.seed) if tuning.blinks > 0 else None
-        self._darts = Darts(tuning.darts, tuning.seed) if tuning.darts > 0 else None
+        self._darts = Saccades(tuning.darts, tuning.seed) if tuning.darts > 0 else None
 
     @property
     def empty(self) -> bool:
@@ -78,22 +77,24 @@ class Layers:
             inferred, ahead: when it blinks by itself; see Blinks.lids.
         """
         tuning = self._tuning
+        # In this order: strengths act on what was captured, masks hold the rest, life is laid over both.
         motion = strength.strengthened(motion, tuning, reference)
         motion = strength.single_shapes(motion, tuning)
         if tuning.top_vowels:
             motion = strength.two_vowels(motion)
-        motion = masks.held(motion, tuning.moves, reference)
+        motion = regions.held(motion, tuning.moves, reference)
         if self._blinks is not None:
             motion = blinking(motion, self._blinks, inferred, ahead)
         if self._darts is not None:
-            motion = darting(motion, self._darts)
+            motion = with_saccades(motion, self._darts)
         if tuning.breath > 0:
             motion = breathing(motion, tuning.breath)
         if tuning.sway > 0:
             motion = swaying(motion, tuning.sway, tuning.seed)
         if tuning.lock_root:
-            motion = planted.in_place(motion, reference)
-        return planted.with_feet_planted(motion, reference) if tuning.plant_feet else motion
+            motion = foot_lock.in_place(motion, reference)
+        # Last: breath and sway move the hips, and the feet must not follow.
+        return foot_lock.with_foot_lock(motion, reference) if tuning.plant_feet else motion
 
 
 class Tuner:
@@ -133,12 +134,12 @@ class Tuner:
     @property
     def shape_names(self) -> tuple[str, ...]:
         """Channels of the poses that go out."""
-        return tuple(self._names[0][i] for i in self._kept[0])
+        return tuple(self._names[0][i] for i in self._columns[0])
 
     @property
     def bone_names(self) -> tuple[str, ...]:
         """Channels of the poses that go out."""
-        return tuple(self._names[1][i] for i in self._kept[1])
+        return tuple(self._names[1][i] for i in self._columns[1])
 
     def retune(self, tuning: Tuning) -> None:
         """Another tuning from the next pose on."""
@@ -147,7 +148,7 @@ class Tuner:
         self._layers = Layers(tuning)
         self._smoothing = StreamSmoothing(shape_names, tuning.smoothing) if tuning.smoothing > 0 else None
         everything = list(range(len(shape_names))), list(range(len(bone_names)))
-        self._kept = masks.kept(shape_names, bone_names, tuning.moves) if tuning.left_out else everything
+        self._columns = regions.kept(shape_names, bone_names, tuning.moves) if tuning.left_out else everything
 
     def pose(self, t: float, pose: Pose) -> Pose:
         """A pose with the layers over it.
@@ -166,7 +167,7 @@ class Tuner:
             )
         if not self._tuning.left_out:
             return pose
-        shapes, bones = self._kept
+        shapes, bones = self._columns
         return replace(
             pose, shapes=pose.shapes[shapes], positions=pose.positions[bones], rotations=pose.rotations[bones]
         )

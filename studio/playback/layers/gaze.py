@@ -27,7 +27,7 @@ SHAPE_RANGE = 30.0
 _EYES = ("LeftEye", "RightEye")
 
 
-class Darts:
+class Saccades:
     """Where the eyes look, as a function of time.
 
     Args:
@@ -74,7 +74,7 @@ class Darts:
         return self._landings
 
 
-def darting(motion: Motion, darts: Darts) -> Motion:
+def with_saccades(motion: Motion, darts: Saccades) -> Motion:
     """A motion whose eyes dart: by its eye bones, else by its look shapes, else as it is."""
     bones = [motion.bone_names.index(name) for name in _EYES if name in motion.bone_names]
     if bones:
@@ -83,7 +83,7 @@ def darting(motion: Motion, darts: Darts) -> Motion:
         rotations = motion.rotations.copy()
         rotations[:, bones] = rotation.multiply(rotations[:, bones], turn[:, None])
         return replace(motion, rotations=rotations)
-    columns = [(i, way) for i, name in enumerate(motion.shape_names) if (way := look_way(name)) is not None]
+    columns = [(i, way) for i, name in enumerate(motion.shape_names) if (way := gaze_shift(name)) is not None]
     if not columns:
         return motion
     angles, shapes = darts.angles(motion.times), motion.shapes.copy()
@@ -93,7 +93,7 @@ def darting(motion: Motion, darts: Darts) -> Motion:
     return replace(motion, shapes=shapes)
 
 
-def look_way(name: str) -> tuple[float, float] | None:
+def gaze_shift(name: str) -> tuple[float, float] | None:
     """Where a look shape of VRM 0, VRM 1 or ARKit turns the eye (right, up); None for other shapes."""
     low = name.lower()
     for start in ("look", "eyelook"):
@@ -111,4 +111,4 @@ _WAYS = {
 
 def has_eyes(shape_names: tuple[str, ...], bone_names: tuple[str, ...]) -> bool:
     """Whether anything there turns the eyes."""
-    return any(name in bone_names for name in _EYES) or any(look_way(name) for name in shape_names)
+    return any(name in bone_names for name in _EYES) or any(gaze_shift(name) for name in shape_names)

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import RequestError, StudioError
+from studio.files import atomic
 from studio.paths import resource
 from studio.playback.layers.regions import REGIONS
 from studio.playback.layers.tuning import GAIN_LIMITS, LIFT_LIMITS, LIMITS, ShapeTuning, Tuning
-from studio.take import safe_file
 
 FORMAT, VERSION, SUFFIX = "saia-tuning", 1, ".json"
 FOLDER = "tunings"
@@ -80,7 +80,7 @@ def read(path: Path, shipped: bool = False) -> Preset:
         StudioError: it cannot be read, is damaged, of a newer version, or asks for what there is not.
     """
     try:
-        content = safe_file.read_json(path)
+        content = atomic.read_json(path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise StudioError(f"{path.name} cannot be read: {reason}.", "Choose another preset.") from error
@@ -88,7 +88,7 @@ def read(path: Path, shipped: bool = False) -> Preset:
         raise StudioError(f"{path.name} is no preset: it is damaged.", "Choose another file.") from error
     if content.get("format") != FORMAT or not isinstance(content.get("tuning"), dict):
         raise StudioError(f"{path.name} is no preset of Saia Studio.", "Choose another file.")
-    safe_file.check_version(path, content, VERSION)
+    atomic.check_version(path, content, VERSION)
     title = " ".join(str(content.get("title") or "").split())[:60] or path.stem
     return Preset(title, from_plain(content["tuning"], path.name), path, shipped)
 
@@ -96,7 +96,7 @@ def read(path: Path, shipped: bool = False) -> Preset:
 def write(path: Path, title: str, tuning: Tuning) -> Preset:
     """Keep a tuning in a file; StudioError where it cannot be written."""
     content = {"format": FORMAT, "version": VERSION, "title": title, "tuning": to_plain(tuning)}
-    safe_file.write_json(path, content)
+    atomic.write_json(path, content)
     return Preset(title, tuning, path)
 
 
@@ -134,7 +134,7 @@ def keep(folder: Path, preset: Preset) -> Preset:
 
 def _free(folder: Path, title: str) -> Path:
     """A file of the folder for a title; two titles may come to the same name."""
-    name, number = safe_file.safe_name(title), 1
+    name, number = atomic.safe_name(title), 1
     path = folder / f"{name}{SUFFIX}"
     while path.exists():
         number += 1

@@ -29,19 +29,19 @@ def smoothed(motion: Motion, sigma: float) -> Motion:
     frames = sigma * motion.fps
     if len(motion) < 3 or frames <= 0:
         return motion
-    calm = _low_passed(motion.shapes, frames)
+    low = _low_passed(motion.shapes, frames)
     return replace(
         motion,
-        shapes=_with_closures(motion.shapes, calm, motion.shape_names),
+        shapes=_with_closures(motion.shapes, low, motion.shape_names),
         positions=_low_passed(motion.positions, frames).astype(np.float32),
-        rotations=_calm_rotations(motion.rotations, frames),
+        rotations=_low_passed_rotations(motion.rotations, frames),
         root_position=_low_passed(motion.root_position, frames).astype(np.float32),
-        root_rotation=_calm_rotations(motion.root_rotation, frames),
+        root_rotation=_low_passed_rotations(motion.root_rotation, frames),
     )
 
 
 class StreamSmoothing:
-    """The same for a stream, which knows no future: it lags by about its time constant.
+    """Smoothing of a stream of poses, which knows no future: it lags by about its time constant.
 
     Args:
         shape_names: S names of the poses' shapes.
@@ -59,37 +59,39 @@ class StreamSmoothing:
             return pose
         share = 1.0 - math.exp(-(t - last[0]) / self._sigma)
         before = last[1]
-        calm = Pose(
+        low = Pose(
             before.shapes + (pose.shapes - before.shapes) * share,
             before.positions + (pose.positions - before.positions) * share,
             _towards(before.rotations, pose.rotations, share),
             before.root_position + (pose.root_position - before.root_position) * share,
             _towards(before.root_rotation, pose.root_rotation, share),
         )
-        self._last = (t, calm)
-        shapes = _with_closures(pose.shapes[None], calm.shapes[None].astype(np.float64), self._names)[0]
-        return replace(calm, shapes=shapes)
+        # The smoothed pose is remembered before lids are put back, or a blink would leak into later frames.
+        self._last = (t, low)
+        shapes = _with_closures(pose.shapes[None], low.shapes[None].astype(np.float64), self._names)[0]
+        return replace(low, shapes=shapes)
 
 
 def _with_closures(
-    original: NDArray[np.float32], calm: NDArray[np.float64], names: tuple[str, ...]
+    original: NDArray[np.float32], low: NDArray[np.float64], names: tuple[str, ...]
 ) -> NDArray[np.float32]:
     """Calmed shapes (T, S) with blinks as they were, and a mouth that closes when it closed."""
     for i, name in enumerate(names):
         if is_lid(name):
-            calm[:, i] = original[:, i]
+            low[:, i] = original[:, i]
         elif is_mouth_shape(name) or vowel(name):
             keep = np.clip(1.0 - original[:, i] / CLOSED, 0.0, 1.0)
-            calm[:, i] += keep * (original[:, i] - calm[:, i])
-    return np.clip(calm, 0.0, 1.0).astype(np.float32)
+            low[:, i] += keep * (original[:, i] - low[:, i])
+    return np.clip(low, 0.0, 1.0).astype(np.float32)
 
 
 def _towards(a: NDArray[np.float32], b: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    # q and -q are one rotation: the nearer of the two, or the mean would turn the long way round.
     nearer = np.where((a * b).sum(axis=-1, keepdims=True) < 0, -b, b)
     return rotation.normalised(a + (nearer - a) * share).astype(np.float32)
 
 
-def _calm_rotations(q: NDArray[np.float32], frames: float) -> NDArray[np.float32]:
+def _low_passed_rotations(q: NDArray[np.float32], frames: float) -> NDArray[np.float32]:
     # Neighbours are sign-continuous and close, so their chord mean is their geodesic mean.
     return rotation.normalised(_low_passed(q, frames)).astype(np.float32)
 
@@ -103,6 +105,7 @@ def _low_passed(values: NDArray[np.floating], sigma: float) -> NDArray[np.float6
     width = np.sqrt(12.0 * sigma**2 / BOX_PASSES + 1.0)
     half = max(round((width - 1.0) / 2.0), 1)
     for _ in range(BOX_PASSES):
+        # One more in front than behind: the difference of two sums needs a first one to subtract.
         padded = np.concatenate([out[:1].repeat(half + 1, 0), out, out[-1:].repeat(half, 0)])
         total = np.cumsum(padded, axis=0)
         out = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)

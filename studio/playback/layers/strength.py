@@ -1,4 +1,4 @@
-"""How strongly a motion moves: blend shapes scaled, bones swung further or less far about their mean.
+"""Strength of motion: blend shapes scaled, bones swung further or less far about their mean.
 
 Every frame is worked out from itself and the reference alone.
 """
@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, rotation
-from studio.playback.layers.reference import Reference
-from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
+from studio.playback.layers.regions import Reference, bone_region, is_lid, shape_region, vowel
 from studio.playback.layers.tuning import Tuning
 
 RIVAL = 0.05

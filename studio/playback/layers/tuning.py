@@ -1,4 +1,4 @@
-"""How a motion is to be shown, sent and exported: plain values, with their limits."""
+"""Tuning: settings of the layers over a motion, with their limits."""
 
 from __future__ import annotations
 

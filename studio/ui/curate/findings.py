@@ -1,16 +1,20 @@
-"""What the check of a take found: each with its reason, a way there, and a way out."""
+"""What the check of a take found: as marks on the timeline, and as a list with a way there and a way out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QCoreApplication, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from studio.ui import theme
 from studio.ui.widgets.card import label
-from studio.ui.widgets.time_view import clock
-from studio.ui.widgets.timeline_content import Mark
+from studio.ui.widgets.timeline.content import Mark
+from studio.ui.widgets.timeline.time_view import clock
+
+if TYPE_CHECKING:
+    from studio.take.check import Finding, Report
 
 ICONS = {"muted": "mdi6.information-outline", "warn": "mdi6.alert", "bad": "mdi6.alert-circle"}
 
@@ -97,3 +101,37 @@ class Findings(QWidget):
             row.addWidget(out)
         row.addStretch(1)
         return row
+
+
+def all_marks(report: Report | None) -> tuple[Mark, ...]:
+    """Everything a check found, in its order."""
+    return tuple(mark_of(finding) for finding in report.findings) if report else ()
+
+
+def placed(report: Report | None) -> tuple[Mark, ...]:
+    """What lies at a moment of the take."""
+    found = report.findings if report else ()
+    return tuple(mark_of(finding) for finding in found if finding.at is not None)
+
+
+def mark_of(finding: Finding) -> Mark:
+    """One finding as a mark; its sentence and remedy are on two lines."""
+    severity = {"fatal": "bad", "major": "bad", "minor": "warn"}.get(finding.severity, "muted")
+    start, end = (finding.at or 0.0), (finding.until or finding.at or 0.0)
+    text = f"{finding.what}\n{finding.remedy}".strip()
+    return Mark(start, max(end - start, 0.0), severity, title(finding.kind), text)
+
+
+def title(kind: str) -> str:
+    """A finding's kind in one or two words."""
+    words = {
+        "gap": _tr("gap"), "frozen": _tr("stands still"), "jitter": _tr("uneven"), "jump": _tr("jump"),
+        "clipping": _tr("too loud"), "quiet": _tr("quiet"), "silence": _tr("silence"), "noise": _tr("noise"),
+        "ends": _tr("one ends"), "starts": _tr("late start"), "values": _tr("bad values"),
+        "offset": _tr("out of step"), "damaged": _tr("damaged"),
+    }  # fmt: skip
+    return words.get(kind, kind.replace("_", " "))
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Findings", text)

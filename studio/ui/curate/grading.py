@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.take.take import Take
-from studio.ui import background
+from studio.ui import tasks
 
 if TYPE_CHECKING:
     from studio.take.check import Report
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TELL_MS = 300
 
 
-class Grading(QObject):
+class GradingQueue(QObject):
     """A queue of takes to check, one at a time, so that loading and aligning find a free thread.
 
     Signals:
@@ -31,7 +31,7 @@ class Grading(QObject):
         super().__init__(parent)
         self.reports: dict[str, Report] = {}
         self._waiting: deque[Take] = deque()
-        self._task: background.Task | None = None
+        self._task: tasks.Task | None = None
         self._resting = True
         self._tell = QTimer(self)
         self._tell.setSingleShot(True)
@@ -74,7 +74,7 @@ class Grading(QObject):
         while self._task is None and self._waiting and not self._resting:
             take = self._waiting.popleft()
             if take.id not in self.reports:
-                self._task = background.run(
+                self._task = tasks.run(
                     partial(_check, take),
                     partial(self._on_report, take.id),
                     lambda _: self._on_failed(),

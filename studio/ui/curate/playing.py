@@ -1,29 +1,54 @@
-"""Hearing and seeing a take: the sound leads, the playhead and the figure follow at the display's rate."""
+"""A take read on the thread pool, and heard: the sound leads, the playhead follows at the display's rate."""
 
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from studio.errors import StudioError
-from studio.motion import Motion, Pose, rotation
+from studio.motion import Motion
+from studio.motion.curve_channels import CurveChannel, channels
 from studio.playback.player import Player
+from studio.sound.peaks import peaks
+from studio.take.motion_file import read_motion
 from studio.take.take import Take
-from studio.ui import background
-from studio.ui.curate.loading import LoadedTake, load
-from studio.ui.widgets.pane import Pane
+from studio.ui import tasks
+from studio.ui.widgets.timeline.content import PeakSource
 
 FRAME_MS = 16
 KEPT = 4
 """Takes kept in memory, so that going back is instant."""
 
 
-class Playing(QObject):
+@dataclass(frozen=True, eq=False)
+class LoadedTake:
+    """What is shown of a take.
+
+    Args:
+        take: which one.
+        motion: None without motion, or where it cannot be read.
+        peaks: None without sound, or where it cannot be read.
+        channels: of the motion.
+        problems: why something could not be read.
+    """
+
+    take: Take
+    motion: Motion | None
+    peaks: PeakSource | None
+    channels: tuple[CurveChannel, ...] = ()
+    problems: tuple[StudioError, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the take's clock."""
+        return self.take.info.duration
+
+
+class TakePlayer(QObject):
     """The take shown, and the player of its sound.
 
     Signals:
@@ -38,15 +63,14 @@ class Playing(QObject):
     playing_changed = Signal(bool)
     failed = Signal(object)
 
-    def __init__(self, stage: Pane, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._stage = stage
         self._kept: OrderedDict[str, LoadedTake] = OrderedDict()
-        self._task: background.Task | None = None
+        self._task: tasks.Task | None = None
         self._now: LoadedTake | None = None
         self._player: Player | None = None
         self._device: str | None = None
-        self._offset = 0.0
+        self._sound: Path | None = None
         self._was_playing = False
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -57,6 +81,16 @@ class Playing(QObject):
     def take(self) -> LoadedTake | None:
         """The take shown, None while it is being read."""
         return self._now
+
+    @property
+    def player(self) -> Player | None:
+        """What plays its sound; None while no take is shown."""
+        return self._player
+
+    @property
+    def sound(self) -> Path | None:
+        """The file that is heard: the recording, or what was made of it."""
+        return self._sound if self._player is not None else None
 
     @property
     def position(self) -> float:
@@ -72,14 +106,13 @@ class Playing(QObject):
         """Show a take, reading it on the thread pool unless it was shown lately; None shows nothing."""
         self._leave()
         if take is None:
-            self._clear_stage()
             return
         kept = self._kept.get(str(take.folder))
         if kept is not None:
             self._on_loaded(device, kept)
             return
         read = partial(load, take)
-        self._task = background.run(read, partial(self._on_loaded, device), self.failed.emit, self)
+        self._task = tasks.run(read, partial(self._on_loaded, device), self.failed.emit, self)
 
     def toggle(self) -> None:
         """Play or pause."""
@@ -120,12 +153,6 @@ class Playing(QObject):
         if playing:
             self._player.play()
 
-    def set_offset(self, offset: float) -> None:
-        """Show motion this many seconds later against the sound."""
-        self._offset = offset
-        if self._now is not None:
-            self._show_pose(self.position)
-
     @property
     def duration(self) -> float:
         """Seconds of the take shown."""
@@ -139,9 +166,8 @@ class Playing(QObject):
             self._kept.clear()
 
     def close(self) -> None:
-        """Let go of sound device and OpenGL."""
+        """Let go of the sound device."""
         self._leave()
-        self._stage.figure.dispose()
 
     def _leave(self) -> None:
         self._timer.stop()
@@ -159,14 +185,13 @@ class Playing(QObject):
         self._device = device or None
         self._player = self._open(loaded.take.audio_path, loaded.duration)
         self._now = loaded
-        if loaded.motion is None or not len(loaded.motion):
-            self._stage.show_nothing(self.tr("This take has no motion."))
         self._follow(0.0)
         self.loaded.emit(loaded)
         for problem in loaded.problems:
             self.failed.emit(problem)
 
     def _open(self, sound: Path | None, duration: float) -> Player:
+        self._sound = sound
         try:
             return Player(sound, duration, self._device)
         except StudioError:
@@ -197,25 +222,24 @@ class Playing(QObject):
             self.playing_changed.emit(playing)
 
     def _follow(self, t: float) -> None:
-        self._show_pose(t)
         self.moved.emit(t)
 
-    def _show_pose(self, t: float) -> None:
-        motion = self._now.motion if self._now else None
-        if motion is None or not len(motion):
-            return
-        pose = motion.pose(t - self._offset)
-        world = world_of(motion, pose)
-        self._stage.show_pose(
-            motion.skeleton, world, dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        )
 
-    def _clear_stage(self) -> None:
-        self._stage.show_nothing(self.tr("Choose a take to see it move."))
+def load(take: Take) -> LoadedTake:
+    """Read a take; what cannot be read is left out and told."""
+    problems: list[StudioError] = []
+    motion, loudness = None, None
+    try:
+        motion = read_motion(take.motion_path) if take.motion_path else None
+    except StudioError as error:
+        problems.append(error)
+    try:
+        loudness = _peaks(take)
+    except StudioError as error:
+        problems.append(error)
+    found = channels(motion) if motion is not None else ()
+    return LoadedTake(take, motion, loudness, found, tuple(problems))
 
 
-def world_of(motion: Motion, pose: Pose) -> NDArray[np.floating]:
-    """World positions (J, 3) of one pose, the root applied."""
-    joints, _ = motion.skeleton.forward(pose.positions, pose.rotations)
-    turned = rotation.rotate(np.broadcast_to(pose.root_rotation, (len(joints), 4)), joints)
-    return turned + pose.root_position
+def _peaks(take: Take) -> PeakSource | None:
+    return peaks(take.audio_path) if take.audio_path is not None else None

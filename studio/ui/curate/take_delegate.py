@@ -1,7 +1,13 @@
-"""How a row of the library is painted: stars that can be clicked, a split chip, a grade with its reason."""
+"""How a row of the library is painted: stars that can be clicked, a split chip, a grade, the sound."""
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import (
     QAbstractItemModel,
     QEvent,
@@ -13,16 +19,16 @@ from PySide6.QtCore import (
     QRectF,
     QSize,
     Qt,
+    QTimer,
     Signal,
 )
 from PySide6.QtGui import QColor, QFont, QFontMetrics, QMouseEvent, QPainter, QPalette, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
-from studio.ui import theme
-from studio.ui.curate.take_rows import COLUMNS, TakeRow
-from studio.ui.curate.take_table import MISSING_ROLE, ROW_ROLE, split_title
-from studio.ui.curate.thumbnails import Levels, Thumbnails
-from studio.ui.widgets.time_view import clock
+from studio.take.take import Take
+from studio.ui import tasks, theme
+from studio.ui.curate.take_table import COLUMNS, MISSING_ROLE, ROW_ROLE, TakeRow, split_title
+from studio.ui.widgets.timeline.time_view import clock
 
 Index = QModelIndex | QPersistentModelIndex
 STAR_PX = 15
@@ -30,6 +36,78 @@ SPLIT_COLOURS = {"train": 0, "val": 1, "test": 4}
 GRADE_TOKENS = {"A": "good", "B": "good", "C": "warn", "D": "bad"}
 ROW_PX = 32
 LEAST_SOUND_PX = 24
+FLASH_ALPHA = 70
+PARTS = 48
+MOST_WAITING = 40
+"""What was asked for longer ago has been scrolled away."""
+TELL_MS = 150
+
+Levels = NDArray[np.float32]
+
+
+class Thumbnails(QObject):
+    """Loudness of takes, 0 to 1 in PARTS parts.
+
+    Signals:
+        made: pictures were added; sent a few times a second at most.
+    """
+
+    made = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._kept: dict[Path, Levels | None] = {}
+        self._waiting: OrderedDict[Path, float] = OrderedDict()
+        self._task: tasks.Task | None = None
+        self._tell = QTimer(self)
+        self._tell.setSingleShot(True)
+        self._tell.setInterval(TELL_MS)
+        self._tell.timeout.connect(self.made)
+
+    def levels(self, take: Take) -> Levels | None:
+        """Loudness of a take's sound (PARTS,); None where there is none, or not yet: `made` follows."""
+        path = take.audio_path
+        if path is None:
+            return None
+        if path not in self._kept:
+            self._waiting[path] = take.info.audio_seconds
+            self._waiting.move_to_end(path)
+            while len(self._waiting) > MOST_WAITING:
+                self._waiting.popitem(last=False)
+            self._next()
+            return None
+        return self._kept[path]
+
+    def forget_missing(self) -> None:
+        """Look again for sounds that could not be read."""
+        self._kept = {path: levels for path, levels in self._kept.items() if levels is not None}
+
+    def _next(self) -> None:
+        if self._task is None and self._waiting:
+            path, seconds = self._waiting.popitem()
+            self._task = tasks.run(
+                partial(_levels, path, seconds),
+                partial(self._on_made, path),
+                lambda _: self._on_made(path, None),
+                self,
+            )
+
+    def _on_made(self, path: Path, levels: Levels | None) -> None:
+        self._task = None
+        self._kept[path] = levels
+        if not self._tell.isActive():
+            self._tell.start()
+        self._next()
+
+
+def _levels(path: Path, seconds: float) -> Levels:
+    """Runs on the thread pool."""
+    from studio.sound.peaks import peaks
+
+    low, high = peaks(path).columns(0.0, max(seconds, 0.1), PARTS)
+    levels: Levels = np.maximum(np.abs(low), np.abs(high)).astype(np.float32)
+    # As loud as the take itself is, so that a quiet one shows its shape too.
+    return levels / max(float(levels.max(initial=0.0)), 0.05)
 
 
 class TakeDelegate(QStyledItemDelegate):
@@ -44,6 +122,8 @@ class TakeDelegate(QStyledItemDelegate):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.thumbnails = Thumbnails(self)
+        self.flashed: frozenset[str] = frozenset()
+        """Ids of the selections whose rows are lit up."""
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         """Rows of one height."""
@@ -51,7 +131,15 @@ class TakeDelegate(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Paint one cell."""
-        column, row = COLUMNS[index.column()], index.data(ROW_ROLE)
+        row = index.data(ROW_ROLE)
+        self._paint_cell(painter, option, index, row)
+        if isinstance(row, TakeRow) and row.id in self.flashed:  # over everything: the row may be selected
+            light = theme.colour("accent")
+            light.setAlpha(FLASH_ALPHA)
+            painter.fillRect(option.rect, light)
+
+    def _paint_cell(self, painter: QPainter, option: QStyleOptionViewItem, index: Index, row: object) -> None:
+        column = COLUMNS[index.column()]
         if column in ("performer", "emotion", "tags", "note") or not isinstance(row, TakeRow):
             super().paint(painter, option, index)
             return

@@ -1,4 +1,4 @@
-"""The Curate room: library, figure, inspector, and one timeline below. Layout and keys, no thought."""
+"""The Curate tab: library, figure, inspector, and one timeline below. Layout and keys, no thought."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.curate.bench import Bench
-from studio.ui.curate.inspector import Inspector
-from studio.ui.curate.library import Library
+from studio.ui.curate.bench_view import Bench
+from studio.ui.curate.inspector_view import Inspector
+from studio.ui.curate.library_view import Library
 from studio.ui.curate.take_table import split_title
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, EmptyState
-from studio.ui.widgets.pane import Pane
+from studio.ui.widgets.figure.pane import Pane
 
 _SHIFT, _CTRL, _ALT = (
     Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier,

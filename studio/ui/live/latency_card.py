@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton
 
 from studio.ui import messages, theme
-from studio.ui.live.state import LookAhead
+from studio.ui.live.state import LookAheadOption
 from studio.ui.live.voice import NOBODY, VoiceRow
 from studio.ui.widgets.card import Card, label
 
@@ -28,7 +28,7 @@ class LatencyCard(Card):
 
     def __init__(self) -> None:
         super().__init__(self.tr("Latency"))
-        self._offered: tuple[LookAhead, ...] = ()
+        self._offered: tuple[LookAheadOption, ...] = ()
         self._expected = True
         self.figure = label("", "", "live_latency")
         self.figure.setFont(theme.figures_font(theme.TITLE_PX))
@@ -99,7 +99,7 @@ class LatencyCard(Card):
         self.advice.setVisible(bool(delay_ms))
         self.copy.setVisible(bool(delay_ms) and not handed_on)
 
-    def show_look_aheads(self, offered: Sequence[LookAhead], chosen_ms: int) -> None:
+    def show_look_aheads(self, offered: Sequence[LookAheadOption], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""
         self._offered = tuple(offered)
         several = len(self._offered) > 1
@@ -112,7 +112,7 @@ class LatencyCard(Card):
         self._show_quality()
 
     @property
-    def chosen(self) -> LookAhead | None:
+    def chosen(self) -> LookAheadOption | None:
         """Where the slider stands; None where nothing is offered."""
         return self._offered[self.slider.value()] if self._offered else None
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from studio.ui.jobs import Job
+from studio.ipc.commands import Command
+from studio.ipc.events import ChildEvent, ReadyEvent
+from studio.ui.tasks import Job
 
 FORCE_MS = 5_000
 """How long a performance may take to end before it is ended."""
@@ -24,12 +25,12 @@ class Phase(StrEnum):
     STOPPING = "stopping"
 
 
-class Performing(QObject):
+class LiveTask(QObject):
     """One performance at a time.
 
     Signals:
         moved: it is in another phase.
-        told: an event of the child, a dict.
+        told: an event of the child, of studio.ipc.
         silent: the child has said nothing for SILENT_MS.
         failed: what happened and what to do.
         forced: the child did not end by itself, and was ended.
@@ -64,16 +65,16 @@ class Performing(QObject):
     def start(self, words: list[str]) -> None:
         """Begin `saia live WORDS`."""
         job = self._job = Job(self)
-        job.event_received.connect(self._on_event)
+        job.told.connect(self._on_event)
         job.failed.connect(self.failed)
         job.ended.connect(self._on_ended)
         self._go(Phase.STARTING)
         job.start(["live", *words])
 
-    def tell(self, line: str) -> None:
-        """Say a line to the child; nothing where there is none."""
+    def tell(self, command: Command) -> None:
+        """Say something to the child; nothing where there is none."""
         if self._job is not None:
-            self._job.tell(line)
+            self._job.tell(command)
 
     def stop(self) -> None:
         """Let it end: while it is getting ready at once, else as it does by itself, for a while."""
@@ -96,8 +97,8 @@ class Performing(QObject):
         if job is not None:
             job.close()
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        if event["event"] == "ready" and self.phase == Phase.STARTING:
+    def _on_event(self, event: ChildEvent) -> None:
+        if isinstance(event, ReadyEvent) and self.phase == Phase.STARTING:
             self._go(Phase.LIVE)
         if self.phase == Phase.LIVE:
             self._silence.start()

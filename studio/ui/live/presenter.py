@@ -4,24 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer
 
-from studio.picture.stance import Stance
+from studio.ipc.commands import Command, switch
+from studio.ipc.events import (
+    ChannelsEvent,
+    ChildEvent,
+    LiveStateEvent,
+    LookAheadEvent,
+    NoticeEvent,
+    PoseEvent,
+    ReadyEvent,
+    VoiceEvent,
+)
+from studio.render.world_pose import WorldPose
+from studio.training.run_choice import RunSelection, newest, run_choice
 from studio.ui import messages
-from studio.ui.avatars import Avatars
-from studio.ui.live.performing import Performing, Phase
-from studio.ui.live.sounds import Sounds
-from studio.ui.live.standing import Standing
-from studio.ui.live.state import LookAhead, Ready, State, look_aheads_of
+from studio.ui.avatar_store import Avatars
+from studio.ui.live.performing import LiveTask, Phase
+from studio.ui.live.sounds import MicrophonePresenter
+from studio.ui.live.standing import StatusPresenter
+from studio.ui.live.state import LookAheadOption, Ready, look_aheads_of, target_state
 from studio.ui.live.targets import LiveTargets
-from studio.ui.live.tunings import Tunings
+from studio.ui.live.tunings import LiveTuningPresenter
 from studio.ui.live.view import LiveView
-from studio.ui.live.voice import Voice
-from studio.ui.live.wishes import Wishes
-from studio.ui.review.clip import Wanted, newest, run_choice
+from studio.ui.live.voice import DelayedVoicePresenter
+from studio.ui.live.wishes import PendingSwitches
 from studio.ui.session import Session
+from studio.ui.undo import UndoScope
 
 if TYPE_CHECKING:
     from studio.project import Run
@@ -37,17 +49,18 @@ class LivePresenter(QObject):
     def __init__(self, view: LiveView, session: Session) -> None:
         super().__init__(view)
         self._view, self._session = view, session
-        self._performing, self._wishes = Performing(self), Wishes()
+        self.undo_scope = UndoScope(self)
+        self._performing, self._wishes = LiveTask(self), PendingSwitches()
         self._ready: Ready | None = None
-        self._state: State | None = None
-        self._wanted = Wanted()
+        self._state: LiveStateEvent | None = None
+        self._wanted = RunSelection()
         self._look_ahead_ms: int | None = None
         self._active = False
         self._targets = LiveTargets(view.send, session, self._performing.tell)
-        self._tunings = Tunings(view.source, session, self._performing.tell)
-        self._sounds = Sounds(view.source, session)
-        self._standing = Standing(view, self._performing)
-        self._voice = Voice(view.latency.voice, session, self._performing.tell)
+        self._tunings = LiveTuningPresenter(view.source, session, self._performing.tell)
+        self._sounds = MicrophonePresenter(view.source, session)
+        self._standing = StatusPresenter(view, self._performing)
+        self._voice = DelayedVoicePresenter(view.latency.voice, session, self._performing.tell)
         self._avatars = Avatars(view.stage, session)
         self._connect()
         self._on_project()
@@ -66,13 +79,13 @@ class LivePresenter(QObject):
         self._tunings.read()
         self._sounds.look(refresh=False)
         self._voice.look()
-        self._performing.tell("poses on")
+        self._performing.tell(switch("poses", True))
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
     def deactivate(self) -> None:
         """Another tab is shown; the performance goes on, only its picture rests."""
         self._active = False
-        self._performing.tell("poses off")
+        self._performing.tell(switch("poses", False))
 
     def may_close(self) -> bool:
         """Whether the window may close; while live it asks, for the avatar stops with it."""
@@ -111,22 +124,22 @@ class LivePresenter(QObject):
 
     # What the child says
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        kind = event["event"]
-        if kind == "pose":
-            self._on_pose(event)
-        elif kind == "state":
-            self._on_state(State.of(event))
-        elif kind == "notice":
-            self._standing.note(f"{event['what']} {event['remedy']}")
-        elif kind == "ready":
-            self._on_ready(Ready.of(event))
-        elif kind == "channels" and self._ready is not None:
-            self._ready = self._ready.of_channels(event)
-        elif kind == "voice":
-            self._voice.told(event["to"])
-        elif kind == "look_ahead":
-            self._show_look_aheads(int(event["look_ahead_ms"]))
+    def _on_event(self, event: ChildEvent) -> None:
+        match event:
+            case PoseEvent():
+                self._on_pose(event)
+            case LiveStateEvent():
+                self._on_state(event)
+            case NoticeEvent():
+                self._standing.note(f"{event.what} {event.remedy}")
+            case ReadyEvent():
+                self._on_ready(Ready.of(event))
+            case ChannelsEvent() if self._ready is not None:
+                self._ready = self._ready.of_channels(event)
+            case VoiceEvent():
+                self._voice.told(event.to)
+            case LookAheadEvent():
+                self._show_look_aheads(event.look_ahead_ms)
 
     def _on_ready(self, ready: Ready) -> None:
         self._ready = ready
@@ -135,12 +148,12 @@ class LivePresenter(QObject):
         self._voice.begin(self._view.source.file is not None)
         self._show_look_aheads(ready.look_ahead_ms)
         if not self._active:
-            self._performing.tell("poses off")
+            self._performing.tell(switch("poses", False))
         other = self._sounds.stands_in(ready.source)
         if other is not None:
             messages.show_warning(self._view, other.what, other.remedy)
 
-    def _on_state(self, state: State) -> None:
+    def _on_state(self, state: LiveStateEvent) -> None:
         self._state = state
         view, shown = self._view, self._wishes.shown
         self._show_latency(state)
@@ -148,14 +161,14 @@ class LivePresenter(QObject):
             view.controls.show_switch(name, shown(name, on))
         for name, on in (("gain", state.gain_on), ("gate", state.idles)):
             view.source.show_option(name, shown(name, on))
-        self._targets.show_states(state.targets)
+        self._targets.show_states({one.to: target_state(one) for one in state.targets})
         self._standing.show(self._ready, state)
         held = self.tr("Live, neutral") if state.neutral else self.tr("Live, frozen") if state.frozen else ""
         held = held or (self.tr("Live, muted") if state.muted else "")
         light = "warn" if held or state.lost else "good"
         self._session.status_changed.emit("live", held or self.tr("Live"), light)
 
-    def _show_latency(self, state: State) -> None:
+    def _show_latency(self, state: LiveStateEvent) -> None:
         card = self._view.latency
         if state.latency_ms > 0:
             card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms)
@@ -164,17 +177,16 @@ class LivePresenter(QObject):
         else:
             card.show_none()
 
-    def _on_pose(self, event: dict[str, Any]) -> None:
+    def _on_pose(self, event: PoseEvent) -> None:
         view, ready = self._view, self._ready
-        peak = float(event["peak_dbfs"])
         clipped = self._state is not None and self._state.clipped
-        view.source.meter.show_level(peak, float(event["rms_dbfs"]), peak, clipped)
+        view.source.meter.show_level(event.peak_dbfs, event.rms_dbfs, event.peak_dbfs, clipped)
         pose = ready.pose(event) if ready is not None else None
         if ready is None or pose is None:
             return
         shapes = dict(zip(ready.shape_names, map(float, pose.shapes), strict=True))
         view.meters.show_values(shapes)
-        view.stage.show_stance(Stance.of_pose(ready.skeleton, pose, shapes))
+        view.stage.show_stance(WorldPose.of_pose(ready.skeleton, pose, shapes))
 
     def _on_moved(self) -> None:
         """Starting, live, stopping or idle: the controls follow."""
@@ -219,7 +231,7 @@ class LivePresenter(QObject):
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         card.start_toggled.connect(self.toggle)
         card.run_chosen.connect(self._on_run)
-        card.clip_reset_requested.connect(lambda: performing.tell("clip"))
+        card.clip_reset_requested.connect(lambda: performing.tell(Command("clip")))
         card.option_changed.connect(self._on_option)
         self._sounds.checked.connect(self._show_ready)
         self._sounds.checked.connect(self._show_voice)
@@ -232,7 +244,7 @@ class LivePresenter(QObject):
 
     def _on_project(self) -> None:
         self._performing.stop()
-        self._wanted, self._look_ahead_ms = Wanted(), None
+        self._wanted, self._look_ahead_ms = RunSelection(), None
         self._show_runs()
 
     def _runs(self) -> list[Run]:
@@ -246,7 +258,7 @@ class LivePresenter(QObject):
         runs = self._runs()
         self._view.show_empty(not runs)
         if runs and self._run() is None and not self.running:
-            self._wanted, self._look_ahead_ms = Wanted(newest(runs).id), None
+            self._wanted, self._look_ahead_ms = RunSelection(newest(runs).id), None
         self._view.source.show_runs([run_choice(run) for run in runs], self._wanted)
         if not self.running:
             self._show_ready()
@@ -257,7 +269,7 @@ class LivePresenter(QObject):
         if not self.running:
             self._view.source.show_ready(self._run() is not None and not self._sounds.checking)
 
-    def _on_run(self, wanted: Wanted) -> None:
+    def _on_run(self, wanted: RunSelection) -> None:
         if wanted.run != self._wanted.run:
             self._look_ahead_ms = None
         self._wanted = wanted
@@ -269,17 +281,17 @@ class LivePresenter(QObject):
         known = {one.ms: one for one in look_aheads_of(run)} if run is not None else {}
         offered = list(known.values())
         if ready is not None:
-            plain = {ready.look_ahead_ms: LookAhead(ready.look_ahead_ms, ready.reach_ms)}
-            offered = [known.get(ms) or plain.get(ms) or LookAhead(ms, ms) for ms in ready.look_aheads]
+            plain = {ready.look_ahead_ms: LookAheadOption(ready.look_ahead_ms, ready.reach_ms)}
+            offered = [known.get(ms) or plain.get(ms) or LookAheadOption(ms, ms) for ms in ready.look_aheads]
         self._view.latency.show_look_aheads(offered, USUAL_MS if chosen_ms is None else chosen_ms)
 
     def _on_look_ahead(self, ms: int) -> None:
         self._look_ahead_ms = ms
-        self._performing.tell(f"look-ahead {ms}")
+        self._performing.tell(Command("look-ahead", str(ms)))
 
     def _on_switched(self, name: str, on: bool) -> None:
         self._wishes.wish(name, on)
-        self._performing.tell(f"{name} {'on' if on else 'off'}")
+        self._performing.tell(switch(name, on))
 
     def _on_option(self, name: str, on: bool) -> None:
         if name != "noise":  # that one takes effect with the next start

@@ -9,17 +9,17 @@ from PySide6.QtCore import QMetaMethod, QObject, Signal
 from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
-from studio.take.sound import SoundInfo, sound_info
-from studio.ui import background, messages
-from studio.ui.live.source_card import SourceCard
-from studio.ui.record.inputs import NO_MICROPHONE
+from studio.settings import NO_MICROPHONE
+from studio.sound.sound_file import SoundInfo, sound_info
+from studio.ui import messages, tasks
+from studio.ui.live.source_card import LiveSourceCard
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
-    from studio.capture.audio import AudioDevice
+    from studio.capture.microphone import AudioDevice
 
 
-class Sounds(QObject):
+class MicrophonePresenter(QObject):
     """Thought of the source list.
 
     Signals:
@@ -28,11 +28,11 @@ class Sounds(QObject):
 
     checked = Signal()
 
-    def __init__(self, card: SourceCard, session: Session) -> None:
+    def __init__(self, card: LiveSourceCard, session: Session) -> None:
         super().__init__(card)
         self._card, self._session = card, session
         self._devices: tuple[AudioDevice, ...] | None = None
-        self._offers = 0  # the newest counts
+        self._opening = tasks.LatestTask(self)  # the newest counts
         self.checking = False
         """Whether a file is being looked at."""
         card.refresh_requested.connect(self._look_anew)
@@ -74,9 +74,9 @@ class Sounds(QObject):
 
     def look(self, refresh: bool) -> None:
         """List the microphones, anew where something was plugged in."""
-        from studio.capture.audio import input_devices
+        from studio.capture.microphone import input_devices
 
-        background.run(
+        tasks.run(
             lambda: input_devices(refresh),
             self._show,
             lambda _: self._show(()),  # Record says what is wrong with the sound system
@@ -93,12 +93,8 @@ class Sounds(QObject):
 
     def offer(self, path: Path) -> None:
         """Choose a file, once it turns out to be a sound."""
-        self._offers += 1
-        turn = self._offers
 
         def good(info: SoundInfo) -> None:
-            if turn != self._offers:
-                return
             if info.duration > 0:
                 self._choose(path)
             else:
@@ -106,17 +102,16 @@ class Sounds(QObject):
                 bad(StudioError(what, self.tr("Choose another file.")))
 
         def bad(error: BaseException) -> None:
-            if turn == self._offers:
-                self._choose(None)
-                messages.show_error(self._card, error)
+            self._choose(None)
+            messages.show_error(self._card, error)
 
         self.checking = True
         self._card.show_opening(path)
-        background.run(lambda: sound_info(path), good, bad, owner=self)
+        self._opening.run(lambda: sound_info(path), good, bad)
 
     def _on_chosen(self) -> None:
         """Somebody chose from the list: a file that is still being looked at is wanted no more."""
-        self._offers += 1
+        self._opening.drop()
         self.keep()
         if self.checking:
             self.checking = False

@@ -18,17 +18,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui import theme
-from studio.ui.review.clip import RunChoice, Wanted
-from studio.ui.review.run_bar import RunChooser
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.ui.widgets.run_chooser import RunChooser
 
 FILE = "\0file"
 """The list's value for choosing a file; a chosen one is its path behind this."""
 
 
-class SourceCard(Card):
+class LiveSourceCard(Card):
     """The card's layout.
 
     Signals:
@@ -90,7 +90,7 @@ class SourceCard(Card):
         """Whether noise is to be taken out."""
         return self.noise.isChecked()
 
-    def show_runs(self, choices: Sequence[RunChoice], wanted: Wanted) -> None:
+    def show_runs(self, choices: Sequence[RunChoice], wanted: RunSelection) -> None:
         """Fill the run chooser."""
         self.run.show_runs(choices, wanted)
         self._show_style()

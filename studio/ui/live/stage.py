@@ -7,9 +7,9 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
-from studio.picture.stance import Stance
+from studio.render.world_pose import WorldPose
 from studio.ui.widgets.avatar_button import AvatarButton
-from studio.ui.widgets.pane import Pane
+from studio.ui.widgets.figure.pane import Pane
 
 
 class LiveStage(QWidget):
@@ -42,7 +42,7 @@ class LiveStage(QWidget):
         if not self._performs:
             self.show_nobody()
 
-    def show_stance(self, stance: Stance) -> None:
+    def show_stance(self, stance: WorldPose) -> None:
         """Show the performer at this moment; bones or shapes may be missing."""
         self._performs = True
         self.pane.show_stance(stance)
@@ -52,7 +52,7 @@ class LiveStage(QWidget):
         self._performs = False
         worn = self.figure.avatar
         if worn is not None:
-            self.pane.show_stance(Stance.at_ease(worn.skeleton))
+            self.pane.show_stance(WorldPose.rest_pose(worn.skeleton))
         else:
             self.pane.show_nothing(self._waiting)
 

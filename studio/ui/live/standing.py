@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer
 
-from studio.ui.live.performing import Performing, Phase
-from studio.ui.live.state import Ready, State
+from studio.ipc.events import LiveStateEvent
+from studio.ui.live.performing import LiveTask, Phase
+from studio.ui.live.state import Ready
 from studio.ui.live.view import LiveView
 
 NOTICE_MS = 6_000
 """How long a notice of the child stands in the place of it."""
 
 
-class Standing(QObject):
+class StatusPresenter(QObject):
     """Keeps the sentence up to what is known."""
 
-    def __init__(self, view: LiveView, performing: Performing) -> None:
+    def __init__(self, view: LiveView, performing: LiveTask) -> None:
         super().__init__(view)
         self._view, self._performing = view, performing
         self._ready: Ready | None = None
-        self._state: State | None = None
+        self._state: LiveStateEvent | None = None
         self._notice = QTimer(self)
         self._notice.setSingleShot(True)
         self._notice.setInterval(NOTICE_MS)
@@ -28,7 +29,7 @@ class Standing(QObject):
         performing.silent.connect(self._on_silent)
         self._say()
 
-    def show(self, ready: Ready | None, state: State | None) -> None:
+    def show(self, ready: Ready | None, state: LiveStateEvent | None) -> None:
         """What the child told last."""
         self._ready, self._state = ready, state
         if not self._notice.isActive():
@@ -65,7 +66,7 @@ class Standing(QObject):
             return self.tr("Getting ready…"), ""
         return self._live_words(ready.source, state)
 
-    def _live_words(self, source: str, state: State) -> tuple[str, str]:
+    def _live_words(self, source: str, state: LiveStateEvent) -> tuple[str, str]:
         also = " " + self.tr("Muted too (M).") if state.muted else ""
         if state.neutral:
             told = self.tr("Neutral: the avatar stands still until you switch it off (N).")

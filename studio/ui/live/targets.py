@@ -9,13 +9,14 @@ from collections.abc import Callable, Mapping
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QWidget
 
-from studio.playback.neutral import WAVE_SECONDS
-from studio.playback.vmc_target import Destination, Light, TargetState, VmcTarget
-from studio.ui import background, messages, theme
-from studio.ui.review.send_panel import SendPanel, TargetRow, kept_targets
+from studio.ipc.commands import Command
+from studio.motion.neutral import WAVE_SECONDS
+from studio.ui import messages, tasks, theme
 from studio.ui.session import Session
+from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
+from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
 
-OFF = TargetState(Light.OFF, 0, 0)
+OFF = TargetState(TargetStatus.OFF, 0, 0)
 
 
 class LiveTargets(QObject):
@@ -27,7 +28,7 @@ class LiveTargets(QObject):
         tell: says a line to the child; does nothing where there is none.
     """
 
-    def __init__(self, panel: SendPanel, session: Session, tell: Callable[[str], None]) -> None:
+    def __init__(self, panel: SendPanel, session: Session, tell: Callable[[Command], None]) -> None:
         super().__init__(panel)
         self._panel, self._session, self._tell = panel, session, tell
         self._live = False
@@ -127,17 +128,17 @@ class LiveTargets(QObject):
             "to": name, "fps": where.fps, "names": options.names, "bundle": options.bundle,
             "rotations_only": options.rotations_only,
         }  # fmt: skip
-        self._tell(f"send {json.dumps(facts)}")
+        self._tell(Command("send", json.dumps(facts)))
 
     def _unsend(self, row: TargetRow) -> None:
         name = self._names.pop(row, None)
         if name is not None and name not in self._names.values():
             self._counts.pop(name, None)
-            self._tell(f"unsend {name}")
+            self._tell(Command("unsend", name))
 
     def _on_wave(self, row: TargetRow) -> None:
         if row in self._names:
-            self._tell(f"wave {self._names[row]}")
+            self._tell(Command("wave", self._names[row]))
             return
         target, where = VmcTarget(), self._panel.destination(row)
         self._waves.append(target)
@@ -150,7 +151,7 @@ class LiveTargets(QObject):
             target.start(where)
             target.wave()
 
-        background.run(
+        tasks.run(
             begin,
             lambda _: QTimer.singleShot(round(WAVE_SECONDS * 1000) + 100, self, done),
             lambda error: messages.show_error(self._panel, error),

@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject
 
+from studio.ipc.commands import Command
 from studio.playback.layers import presets
-from studio.ui import background
-from studio.ui.live.source_card import SourceCard
+from studio.ui import tasks
+from studio.ui.live.source_card import LiveSourceCard
 from studio.ui.session import Session
 
 
-class Tunings(QObject):
+class LiveTuningPresenter(QObject):
     """Thought of the tuning list.
 
     Args:
@@ -22,7 +23,7 @@ class Tunings(QObject):
         tell: says a line to the child; does nothing where there is none.
     """
 
-    def __init__(self, card: SourceCard, session: Session, tell: Callable[[str], None]) -> None:
+    def __init__(self, card: LiveSourceCard, session: Session, tell: Callable[[Command], None]) -> None:
         super().__init__(card)
         self._card, self._session, self._tell = card, session, tell
         self._presets: dict[str, presets.Preset] = {}
@@ -39,13 +40,13 @@ class Tunings(QObject):
             found = (one for one in (*presets.shipped(), *own) if not one.tuning.neutral)
             return {one.title: one for one in found}
 
-        background.run(read, self._show, owner=self)
+        tasks.run(read, self._show, owner=self)
 
     def send(self) -> None:
         """Tell the child which one is chosen."""
         preset = self._presets.get(self._chosen)
         plain = presets.to_plain(preset.tuning) if preset is not None else {}
-        self._tell(f"tune {json.dumps(plain, ensure_ascii=False)}")
+        self._tell(Command("tune", json.dumps(plain, ensure_ascii=False)))
 
     def _show(self, found: dict[str, presets.Preset]) -> None:
         self._presets = found

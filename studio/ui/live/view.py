@@ -8,11 +8,10 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QStackedLayou
 from studio.ui import theme
 from studio.ui.live.controls import Controls
 from studio.ui.live.latency_card import LatencyCard
-from studio.ui.live.source_card import SourceCard
+from studio.ui.live.source_card import LiveSourceCard
 from studio.ui.live.stage import LiveStage
-from studio.ui.review.send_panel import SendPanel, TargetRow
-from studio.ui.widgets.card import Card, EmptyState, Picture, label
-from studio.ui.widgets.columns import columns, rows
+from studio.ui.widgets.card import Card, EmptyState, Picture, columns, label, rows
+from studio.ui.widgets.send_panel import SendPanel, TargetRow
 from studio.ui.widgets.shape_meters import ShapeMeters
 
 
@@ -62,7 +61,7 @@ class LiveView(QWidget):
             self.controls.heed_keys_of(box)
 
     def _left(self) -> QWidget:
-        self.source, self.latency = SourceCard(), LatencyCard()
+        self.source, self.latency = LiveSourceCard(), LatencyCard()
         inner = QWidget()
         inner.setObjectName("scrolled")
         column = QVBoxLayout(inner)

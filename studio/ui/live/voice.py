@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QWidget
 
-from studio.ui import background, theme
+from studio.ipc.commands import Command
+from studio.ui import tasks, theme
 from studio.ui.session import Session
 from studio.ui.widgets.card import label
 
@@ -71,7 +72,7 @@ class VoiceRow(QWidget):
         )
 
 
-class Voice(QObject):
+class DelayedVoicePresenter(QObject):
     """Thought of the row.
 
     Args:
@@ -80,7 +81,7 @@ class Voice(QObject):
         tell: says a line to the performance, if there is one.
     """
 
-    def __init__(self, row: VoiceRow, session: Session, tell: Callable[[str], None]) -> None:
+    def __init__(self, row: VoiceRow, session: Session, tell: Callable[[Command], None]) -> None:
         super().__init__(row)
         self._row, self._session, self._tell = row, session, tell
         self._told = ""  # where the performance says the voice goes, "" before it does
@@ -91,14 +92,14 @@ class Voice(QObject):
 
     def look(self) -> None:
         """List the outputs there are."""
-        from studio.capture.audio import output_names
+        from studio.capture.microphone import output_names
 
-        background.run(output_names, self._show, lambda _: None, owner=self)
+        tasks.run(output_names, self._show, lambda _: None, owner=self)
 
     def begin(self, file: bool) -> None:
         """A performance begins."""
         if not file and self._wanted != NOBODY:
-            self._tell(f"voice-to {self._wanted}")
+            self._tell(Command("voice-to", self._wanted))
 
     def told(self, to: str | None) -> None:
         """The performance says where the voice goes; what was chosen and cannot be is off."""
@@ -120,4 +121,4 @@ class Voice(QObject):
 
     def _on_chosen(self, value: str) -> None:
         self._session.change_settings(live_voice="" if value == NOBODY else value)
-        self._tell(f"voice-to {value}")
+        self._tell(Command("voice-to", value))

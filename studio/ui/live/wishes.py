@@ -9,7 +9,7 @@ HEARD_S = 1.0
 """Seconds within which a child that is well has heard a wish and told how it stands since."""
 
 
-class Wishes:
+class PendingSwitches:
     """What was wished lately, by the switch's name.
 
     Args:

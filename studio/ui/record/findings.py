@@ -5,11 +5,13 @@ from __future__ import annotations
 from PySide6.QtCore import QCoreApplication
 
 from studio.capture.health import is_quiet
+from studio.capture.input_tests import grade
 from studio.capture.snapshot import Snapshot
-from studio.capture.sync_test import grade
-from studio.ui.plural import counted
+from studio.files.disk import size_text
+from studio.ui.messages import counted
 
 LOW_DISK_S = 30 * 60.0
+LOW_DISK_BYTES = 1_000_000_000
 NAMELESS = ("default", "pulse", "sysdefault")
 """What sound systems call the microphone that the system chooses."""
 
@@ -136,9 +138,8 @@ def disk(snap: Snapshot) -> tuple[str, str, bool]:
     """Room on the disk: for the strip, for the slate bar, and whether it is low."""
     if snap.disk_free_bytes <= 0:
         return "", "", False
-    gigabytes = snap.disk_free_bytes / 1e9
-    free = f"{gigabytes:.0f} GB" if gigabytes >= 10 else f"{gigabytes:.1f} GB"
-    low = 0 < snap.seconds_left < LOW_DISK_S or gigabytes < 1
+    free = size_text(snap.disk_free_bytes)
+    low = 0 < snap.seconds_left < LOW_DISK_S or snap.disk_free_bytes < LOW_DISK_BYTES
     if snap.seconds_left <= 0:
         return free, _tr("{0} free").format(free), low
     hours = snap.seconds_left / 3600

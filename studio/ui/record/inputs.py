@@ -20,18 +20,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.capture.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 from studio.ui import theme
 from studio.ui.record.phone_row import PhoneRow
 from studio.ui.widgets.card import Card, Picture, label
 from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = (39539, 39540)
 OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
-NO_MICROPHONE = "none"
-"""The microphone list's value for recording motion alone; "" is the system's own device."""
 
 
 class InputsCard(Card):

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer
 
-from studio.capture.input_error import InputError
-from studio.capture.phones import IFACIALMOCAP_PORT
 from studio.capture.snapshot import Snapshot
-from studio.errors import StudioError
-from studio.ui import background, messages
-from studio.ui.record.inputs import EVERYWHERE, NO_MICROPHONE, InputsCard
+from studio.errors import InputError, StudioError
+from studio.settings import NO_MICROPHONE
+from studio.ui import messages, tasks
+from studio.ui.record.inputs import EVERYWHERE, InputsCard
 from studio.ui.record.phone import PhoneLink
 from studio.ui.session import Session
+from studio.vmc.phones import IFACIALMOCAP_PORT
 
 if TYPE_CHECKING:
-    from studio.capture.audio import AudioDevice
+    from studio.capture.microphone import AudioDevice
     from studio.capture.recorder import Recorder
 
 
@@ -129,7 +129,7 @@ class InputsPresenter(QObject):
             self._open_sound(again=True)
 
     def _list_devices(self, refresh: bool, asked: bool = False) -> None:
-        from studio.capture.audio import input_devices
+        from studio.capture.microphone import input_devices
 
         def done(devices: tuple[AudioDevice, ...]) -> None:
             self._devices = devices
@@ -187,7 +187,7 @@ class InputsPresenter(QObject):
         refresh = again and self.may_refresh
 
         def work() -> None:
-            from studio.capture.audio import input_devices
+            from studio.capture.microphone import input_devices
 
             recorder.close_audio()
             if device == NO_MICROPHONE:
@@ -231,4 +231,4 @@ class InputsPresenter(QObject):
         on_error: Callable[[BaseException], None] | None = None,
     ) -> None:
         """Do something with the inputs after all that was asked before has been done."""
-        background.run(work, on_done, on_error, owner=self, pool=self._in_order)
+        tasks.run(work, on_done, on_error, owner=self, pool=self._in_order)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from studio.capture import level_test
+from studio.capture import input_tests
 from studio.capture.snapshot import Snapshot
 from studio.ui import messages
 from studio.ui.record.inputs import InputsCard
@@ -25,7 +25,7 @@ class LevelTest(QObject):
         super().__init__(parent)
         self._card = card
         self._clear_clip = clear_clip
-        self._heard = level_test.Heard()
+        self._heard = input_tests.LevelStats()
         self._fresh = False
         self._end = 0.0
         self._timer = QTimer(self)
@@ -43,10 +43,10 @@ class LevelTest(QObject):
         if self.running:
             self._timer.stop()
             return
-        self._heard, self._fresh = level_test.Heard(), True
+        self._heard, self._fresh = input_tests.LevelStats(), True
         self._clear_clip()
-        self._end = time.monotonic() + level_test.LISTEN_S
-        self._timer.start(int(level_test.LISTEN_S * 1000))
+        self._end = time.monotonic() + input_tests.LEVEL_SECONDS
+        self._timer.start(int(input_tests.LEVEL_SECONDS * 1000))
 
     def follow(self, snap: Snapshot) -> None:
         """One look at the meter."""
@@ -68,7 +68,7 @@ class LevelTest(QObject):
         messages.show_note(self._card, *words_of(self._heard))
 
 
-def words_of(heard: level_test.Heard) -> tuple[str, str]:
+def words_of(heard: input_tests.LevelStats) -> tuple[str, str]:
     """What was heard, and what to do."""
     peak = f"{heard.peak_dbfs:.0f}"
     change = f"{abs(heard.change_db):.0f}"

@@ -8,9 +8,9 @@ import socket
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from studio.capture import clock
-from studio.capture.phones import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
+from studio import clock
 from studio.capture.snapshot import Snapshot
+from studio.vmc.phones import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 
 ASK_EVERY_MS = 2_000
 _QUIET_S = 2.0

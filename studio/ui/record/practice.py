@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.errors import StudioError
-from studio.ui.jobs import Job
+from studio.ipc.events import ChildEvent, LineEvent, ProblemEvent
+from studio.ui.tasks import Job
 
 PERFORMER_NAME = "Mia"
 """As in the sample project, which is not asked: loading it takes too long while a take is saved."""
@@ -38,7 +37,7 @@ class Practice(QObject):
         self._impatience.setSingleShot(True)
         self._impatience.setInterval(PATIENCE_MS)
         self._impatience.timeout.connect(self._job.cancel)
-        self._job.event_received.connect(self._on_event)
+        self._job.told.connect(self._on_event)
         self._job.failed.connect(self._on_failed)
         self._job.ended.connect(self._on_ended)
 
@@ -84,11 +83,11 @@ class Practice(QObject):
         voice = ["--device", device] if device else []
         self._job.start(["performer", "--to", f"127.0.0.1:{port}", *voice])
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        if event["event"] == "line":
-            self.speaking = str(event.get("text", ""))
-        elif event["event"] == "problem":
-            self.problem = str(event.get("what", ""))
+    def _on_event(self, event: ChildEvent) -> None:
+        if isinstance(event, LineEvent):
+            self.speaking = event.text
+        elif isinstance(event, ProblemEvent):
+            self.problem = event.what
 
     def _on_failed(self, what: str, remedy: str) -> None:
         if self._wanted:

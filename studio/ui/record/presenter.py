@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, QTimer
 
-from studio.capture.snapshot import Snapshot, State
+from studio.capture.health import losses
+from studio.capture.snapshot import RecorderState, Snapshot
 from studio.errors import StudioError
+from studio.settings import NO_MICROPHONE
 from studio.take.take import Take
-from studio.ui import background, messages
+from studio.ui import messages, tasks
 from studio.ui.record import findings
 from studio.ui.record.countdown import Countdown
-from studio.ui.record.inputs import NO_MICROPHONE
 from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.level import LevelTest
 from studio.ui.record.live_pose import LivePose
@@ -25,6 +26,7 @@ from studio.ui.record.view import RecordView
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
+    from studio.capture.cut_off import CutOff
     from studio.capture.recorder import Recorder
     from studio.project import Project
 
@@ -45,8 +47,6 @@ class RecordPresenter(QObject):
         self._recorder: Recorder | None = None
         self._busy = ""
         """"starting" or "saving" while that is going on off the GUI thread, else ""."""
-        self._ended_by: tuple[str, str] | None = None
-        """Why the recorder ended the take by itself, and what to do."""
         self._slate = session.settings.slate
         self._number = 1
         self._practised = False  # the take that rolls was begun with the practice performer
@@ -57,6 +57,7 @@ class RecordPresenter(QObject):
         self.sync = SyncTest(view.inputs, session, lambda: self.practice.on, self)
         self.level = LevelTest(view.inputs, self._on_clip_reset, self)
         self.takes = TakesPresenter(view.takes, session, self)
+        self.undo_scope = self.takes.undo_scope
         self.practice = Practice(self)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -86,7 +87,7 @@ class RecordPresenter(QObject):
         """Whether the window may close; a running recording asks, and is saved."""
         self._countdown.cancel()
         if self._busy:
-            background.wait()
+            tasks.wait()
         if not self.rolling or self._recorder is None:
             return True
         question = self.tr("A recording is running.")
@@ -137,6 +138,10 @@ class RecordPresenter(QObject):
             error = StudioError(self._session.locked_reason, project.read_only_remedy)
             messages.show_error(self._view, error)
             return
+        if not project.folder.is_dir():  # a take would make an empty shell of a project in its place
+            what = self.tr("The folder of {0} is gone.").format(project.name)
+            messages.show_failure(self._view, what, self.tr("Open the project where it is now."))
+            return
         self.takes.stop()
         self._on_slate_edited(self._view.slate_bar.slate.text())
         self._countdown.start(self._session.settings.countdown)
@@ -161,25 +166,30 @@ class RecordPresenter(QObject):
             return
         self._busy = "saving"
         self._session.set_rolling(False)
-        background.run(recorder.stop, self._on_saved, self._on_failed, owner=self)
+        tasks.run(
+            recorder.stop, lambda take: self._on_saved(take, recorder.cut_off), self._on_failed, owner=self
+        )
 
     def _on_started(self) -> None:
         self._busy = ""
         self._session.set_rolling(True)
 
-    def _on_saved(self, take: Take) -> None:
+    def _on_saved(self, take: Take, cut: CutOff | None = None) -> None:
         self._busy = ""
         project = self._session.project
         if project is None or take.folder.parent != project.takes_folder:
-            return  # another project was opened while it was saved; its own finds it when it is opened again
+            # Its folder went away; or another project was opened while it was saved, and its own finds it
+            # when it is opened again.
+            if cut is not None:
+                messages.show_failure(self._view, cut.what, cut.remedy)
+            return
         self._session.adopt(take, self._performer())
         moved = self.sync.apply(take, self._recorder.snapshot()) if self._recorder is not None else ""
         self._next_number()
         if take.info.duration > 0:
             self._say_saved(take, moved)
-        why, self._ended_by = self._ended_by, None
-        if why is not None:
-            messages.show_failure(self._view, *why)
+        if cut is not None:
+            messages.show_failure(self._view, cut.what, cut.remedy)
 
     def _performer(self) -> str:
         """Who is seen in the take that was just recorded, where that is known."""
@@ -189,16 +199,16 @@ class RecordPresenter(QObject):
         text = self.tr("{0} is saved: {1} s.").format(take.id, f"{take.info.duration:.1f}")
         play = (self.tr("Play"), lambda: self.takes.toggle_play(take.id))
         if take.info.frames:
-            messages.show_note(self._view, text, moved, play)
+            messages.show_note(self._view, text, " ".join((moved, *losses(take.info))).strip(), play)
             return
         text = self.tr("{0} is saved with sound alone: {1} s.").format(take.id, f"{take.info.duration:.1f}")
         remedy = self.tr("No motion came in. Start the motion sender or the practice performer and redo it.")
         messages.show_warning(self._view, text, remedy, play)
 
     def _on_failed(self, error: BaseException) -> None:
-        self._busy, self._ended_by = "", None
-        state = self._recorder.snapshot().state if self._recorder else State.IDLE
-        self._session.set_rolling(state == State.ROLLING)
+        self._busy = ""
+        state = self._recorder.snapshot().state if self._recorder else RecorderState.IDLE
+        self._session.set_rolling(state == RecorderState.ROLLING)
         self._next_number()
         messages.show_error(self._view, error)
 
@@ -214,14 +224,16 @@ class RecordPresenter(QObject):
         self._next_number()
         self.takes.refresh()
         # First what an earlier session left behind; only then may a new journal be begun.
-        background.run(
+        tasks.run(
             lambda: _recovered(folder),
-            lambda takes: self._on_recovered(project, takes),
+            lambda found: self._on_recovered(project, *found),
             lambda error: self._on_not_recovered(project, error),
             owner=self,
         )
 
-    def _on_recovered(self, project: Project, takes: tuple[Take, ...]) -> None:
+    def _on_recovered(
+        self, project: Project, takes: tuple[Take, ...], failed: tuple[tuple[str, StudioError], ...] = ()
+    ) -> None:
         """The project's recorder; nothing where another project was opened meanwhile, which has its own."""
         from studio.capture.recorder import Recorder
 
@@ -237,7 +249,12 @@ class RecordPresenter(QObject):
         if takes:
             names = ", ".join(f"{take.id} ({take.info.duration:.0f} s)" for take in takes)
             text = self.tr("A recording that was cut short was recovered: {0}.").format(names)
-            messages.show_note(self._view, text, self.tr("It is among your takes."))
+            damage = " ".join(take.info.extra.get("damage", "") for take in takes).strip()
+            show = messages.show_warning if damage else messages.show_note
+            show(self._view, text, damage or self.tr("It is among your takes."))
+        for name, error in failed[:1]:  # the rest is told when this one is out of the way
+            text = self.tr("{0} was not recovered. {1}").format(name, error.what)
+            messages.show_failure(self._view, text, error.remedy)
 
     def _on_not_recovered(self, project: Project, error: BaseException) -> None:
         messages.show_error(self._view, error)
@@ -254,7 +271,7 @@ class RecordPresenter(QObject):
         if wait:
             recorder.close()
         else:
-            background.run(recorder.close, lambda _r: None, owner=self)
+            tasks.run(recorder.close, lambda _r: None, owner=self)
 
     # The slate
 
@@ -284,9 +301,8 @@ class RecordPresenter(QObject):
         if recorder is None:
             return
         snap = recorder.snapshot()
-        if self.rolling and not self._busy and snap.state != State.ROLLING:
-            self._ended_by = next(iter(snap.problems), None)
-            self._stop()  # the recorder ended the take by itself, and says why first
+        if self.rolling and not self._busy and snap.state != RecorderState.ROLLING:
+            self._stop()  # the recorder ended the take by itself, and says why
         shown = self._view.isVisible()
         self.inputs.may_refresh = shown and self.takes.hearing is None
         self._ticks += 1
@@ -408,8 +424,10 @@ class RecordPresenter(QObject):
         session.project_opened.connect(self._on_project_opened)
 
 
-def _recovered(folder: Path) -> tuple[Take, ...]:
-    """Takes that were cut short by a crash. Runs on a pool thread."""
+def _recovered(folder: Path) -> tuple[tuple[Take, ...], tuple[tuple[str, StudioError], ...]]:
+    """Takes that were cut short by a crash, and those that could not be recovered. Runs on a pool thread."""
     from studio.capture.recorder import recover
 
-    return recover(folder)
+    failed: list[tuple[str, StudioError]] = []
+    takes = recover(folder, lambda left, error: failed.append((left.name, error)))
+    return takes, tuple(failed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QPushButton
 
-from studio.take.safe_file import safe_name
+from studio.files.atomic import safe_name
 from studio.ui import theme
 from studio.ui.widgets.card import Card, CutLabel, label
 

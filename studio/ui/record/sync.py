@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from studio.capture import sync_test
+from studio.capture import input_tests
 from studio.capture.snapshot import Snapshot
 from studio.dataset import edits
 from studio.take.take import Take
-from studio.ui import background, messages
+from studio.ui import messages, tasks
 from studio.ui.record.inputs import InputsCard
+from studio.ui.record.takes_presenter import TAB
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
@@ -64,8 +65,8 @@ class SyncTest(QObject):
             text = _tr("The sync test needs a microphone and motion.")
             messages.show_note(self._card, text, _tr("Choose a microphone and start your tracking program."))
             return
-        self._end = time.monotonic() + sync_test.LISTEN_S
-        self._timer.start(int(sync_test.LISTEN_S * 1000))
+        self._end = time.monotonic() + input_tests.LISTEN_S
+        self._timer.start(int(input_tests.LISTEN_S * 1000))
 
     def show(self, snap: Snapshot, otherwise: tuple[str, str]) -> None:
         """Show how it stands.
@@ -89,11 +90,11 @@ class SyncTest(QObject):
         sender = self._sender(snap)
         if not snap.device or not sender:
             return None
-        return sync_test.remembered(self._session.settings.sync_offsets, snap.device, sender)
+        return input_tests.remembered(self._session.settings.sync_offsets, snap.device, sender)
 
     def _sender(self, snap: Snapshot) -> str:
         """Who sends: a camera's delay is not the practice performer's, though both come to one port."""
-        return PRACTICE if self._practising() else sync_test.sender_of(snap.sources)
+        return PRACTICE if self._practising() else input_tests.sender_of(snap.sources)
 
     def apply(self, take: Take, snap: Snapshot) -> str:
         """Give a new take the offset of its pair; a sentence that says so, "" where nothing is known."""
@@ -101,7 +102,7 @@ class SyncTest(QObject):
         if project is None or not ms or take.id not in project.dataset:
             return ""
         name = _tr("Sync of {0}").format(take.id)
-        self._session.edit(name, edits.set_offset(project.dataset, [take.id], round(-ms / 1000, 4)))
+        self._session.edit(name, edits.set_offset(project.dataset, [take.id], round(-ms / 1000, 4)), TAB)
         return _tr("Its motion is moved by {0} ms, as the sync test found.").format(f"{-ms:+.0f}")
 
     def _on_heard(self) -> None:
@@ -110,18 +111,18 @@ class SyncTest(QObject):
             return
         snap = recorder.snapshot()
 
-        def work() -> sync_test.Measured:
-            heard = recorder.recent(sync_test.LISTEN_S)
-            return sync_test.measure(*heard) if heard else sync_test.Measured(None, why_not="silent")
+        def work() -> input_tests.Measured:
+            heard = recorder.recent(input_tests.LISTEN_S)
+            return input_tests.measure(*heard) if heard else input_tests.Measured(None, why_not="silent")
 
-        background.run(work, lambda found: self._on_measured(found, snap), self._on_failed, owner=self)
+        tasks.run(work, lambda found: self._on_measured(found, snap), self._on_failed, owner=self)
 
-    def _on_measured(self, found: sync_test.Measured, snap: Snapshot) -> None:
+    def _on_measured(self, found: input_tests.Measured, snap: Snapshot) -> None:
         sender = self._sender(snap)
         if found.ms is None or not snap.device or not sender:
             messages.show_note(self._card, *_why_not()[found.why_not or "unsure"])
             return
-        kept = sync_test.with_pair(self._session.settings.sync_offsets, snap.device, sender, found.ms)
+        kept = input_tests.with_pair(self._session.settings.sync_offsets, snap.device, sender, found.ms)
         self._session.change_settings(sync_offsets=kept)
         what = _tr("mouth") if found.by == "mouth" else _tr("hands")
         side = _tr("after") if found.ms >= 0 else _tr("before")
@@ -140,7 +141,7 @@ class SyncTest(QObject):
 def verdict(ms: float) -> tuple[str, str]:
     """A measured offset in words, and its health."""
     words = {"good": _tr("in sync"), "warn": _tr("slightly off"), "bad": _tr("off")}
-    judged = sync_test.grade(ms)
+    judged = input_tests.grade(ms)
     return f"{ms:+.0f} ms  {words[judged]}", judged
 
 

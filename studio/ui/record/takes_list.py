@@ -38,7 +38,7 @@ class TakeLine:
     playing: bool = False
 
 
-class TakeRow(QFrame):
+class SavedTakeRow(QFrame):
     """One take.
 
     Signals:
@@ -157,7 +157,7 @@ class TakesCard(Card):
 
     def __init__(self) -> None:
         super().__init__(self.tr("Takes today"))
-        self._rows: dict[str, TakeRow] = {}
+        self._rows: dict[str, SavedTakeRow] = {}
         go_on = QToolButton()
         go_on.setObjectName("go_to_curate")
         go_on.setText(self.tr("Curate ›"))
@@ -205,14 +205,14 @@ class TakesCard(Card):
         """The ids listed, from the top."""
         rows = (self._column.itemAt(i) for i in range(self._column.count() - 1))
         widgets = (item.widget() for item in rows if item is not None)
-        return tuple(widget.take_id for widget in widgets if isinstance(widget, TakeRow))
+        return tuple(widget.take_id for widget in widgets if isinstance(widget, SavedTakeRow))
 
-    def row(self, take_id: str) -> TakeRow:
+    def row(self, take_id: str) -> SavedTakeRow:
         """The row of a take."""
         return self._rows[take_id]
 
-    def _new_row(self, take_id: str) -> TakeRow:
-        row = TakeRow(take_id)
+    def _new_row(self, take_id: str) -> SavedTakeRow:
+        row = SavedTakeRow(take_id)
         row.play_clicked.connect(self.play_requested)
         row.keep_clicked.connect(self.keep_requested)
         row.redo_clicked.connect(self.redo_requested)

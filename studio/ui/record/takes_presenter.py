@@ -14,14 +14,17 @@ from studio.dataset import edits
 from studio.errors import StudioError
 from studio.motion import Motion, Pose
 from studio.take.take import Take
-from studio.ui import background, messages
+from studio.ui import messages, tasks, undo
 from studio.ui.record.takes_list import TakeLine, TakesCard
 from studio.ui.session import Session
+from studio.ui.undo import DatasetUndo
 
 if TYPE_CHECKING:
     from studio.playback.player import Player
 
 
+TAB = "record"
+"""Whose steps of undo these are."""
 EVENING = timedelta(hours=8)
 """How long a take stays listed past midnight."""
 
@@ -35,7 +38,7 @@ class Verdict:
 
 
 @dataclass
-class Hearing:
+class TakePlayback:
     """A take that is being played."""
 
     take: Take
@@ -58,8 +61,9 @@ class TakesPresenter(QObject):
         self._session = session
         self._verdicts: dict[Path, Verdict] = {}
         self._asked: set[Path] = set()
-        self._hearing: Hearing | None = None
+        self._hearing: TakePlayback | None = None
         self._wanted = ""
+        self.undo_scope = DatasetUndo(session, TAB, self)
         card.play_requested.connect(self.toggle_play)
         card.keep_requested.connect(self._on_keep)
         card.redo_requested.connect(self._on_redo)
@@ -69,7 +73,7 @@ class TakesPresenter(QObject):
         session.dataset_changed.connect(self.refresh)
 
     @property
-    def hearing(self) -> Hearing | None:
+    def hearing(self) -> TakePlayback | None:
         """What is played now; None once it has ended."""
         if self._hearing is not None and not self._hearing.player.playing:
             self.stop()
@@ -98,19 +102,19 @@ class TakesPresenter(QObject):
             return
         self._wanted = take_id
         take = self._session.project.take(take_id)
-        background.run(lambda: _open(take), self._on_opened, self._show_error, owner=self)
+        tasks.run(lambda: _open(take), self._on_opened, self._show_error, owner=self)
 
     def stop(self) -> None:
         """Stop playing."""
         self._wanted = ""
         if self._hearing is not None:
             hearing, self._hearing = self._hearing, None
-            background.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
+            tasks.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
             self.refresh()
 
-    def _on_opened(self, hearing: Hearing) -> None:
+    def _on_opened(self, hearing: TakePlayback) -> None:
         if hearing.take.id != self._wanted:
-            background.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
+            tasks.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
             return
         self._hearing = hearing
         if hearing.player.problem is not None:
@@ -150,7 +154,7 @@ class TakesPresenter(QObject):
             self._verdicts[take.folder] = verdict
             self.refresh()
 
-        background.run(lambda: _judge(take), done, lambda _e: done(Verdict("?", "")), owner=self)
+        tasks.run(lambda: _judge(take), done, lambda _e: done(Verdict("?", "")), owner=self)
 
     def _edit(self, name: str, work: Callable[[], None]) -> None:
         try:
@@ -165,14 +169,15 @@ class TakesPresenter(QObject):
         kept = project.dataset[take_id].stars > 0
         name = self.tr("Unkeep {0}") if kept else self.tr("Keep {0}")
         changed = edits.set_stars(project.dataset, [take_id], 0 if kept else 3)
-        self._edit(take_id, lambda: self._session.edit(name.format(take_id), changed))
+        self._edit(take_id, lambda: self._session.edit(name.format(take_id), changed, TAB))
 
     def _on_note(self, take_id: str, note: str) -> None:
         project = self._session.project
         if project is None or take_id not in project.dataset:
             return
         changed = edits.set_note(project.dataset, take_id, note)
-        self._edit(take_id, lambda: self._session.edit(self.tr("Note on {0}").format(take_id), changed))
+        name = self.tr("Note on {0}").format(take_id)
+        self._edit(take_id, lambda: self._session.edit(name, changed, TAB))
 
     def _on_redo(self, take_id: str) -> None:
         project = self._session.project
@@ -181,16 +186,12 @@ class TakesPresenter(QObject):
         take = project.take(take_id)
         self.stop()
         try:
-            self._session.remove_take(take_id)
+            self._session.remove_take(take_id, TAB)
         except StudioError as error:
             messages.show_error(self._card, error)
             return
-        back = (self.tr("Undo"), self._bring_back)
-        messages.show_note(self._card, self.tr("{0} is in the trash.").format(take_id), "", back)
+        undo.tell_change(self._card, self.undo_scope, self.tr("{0} is in the trash.").format(take_id))
         self.redo_requested.emit(take)
-
-    def _bring_back(self) -> None:
-        self._session.undo()
 
     def _show_error(self, error: BaseException) -> None:
         messages.show_error(self._card, error)
@@ -209,7 +210,7 @@ def of_today(created: str, now: datetime) -> bool:
     return made.date() == now.date() or now - made < EVENING
 
 
-def _open(take: Take) -> Hearing:
+def _open(take: Take) -> TakePlayback:
     """Everything needed to play a take, already playing. Runs on a pool thread."""
     from studio.playback.player import Player
     from studio.take.motion_file import read_motion
@@ -217,7 +218,7 @@ def _open(take: Take) -> Hearing:
     motion = read_motion(take.motion_path) if take.motion_path else None
     player = Player(take.audio_path, take.info.duration or None)
     player.play()
-    return Hearing(take, player, motion)
+    return TakePlayback(take, player, motion)
 
 
 def _judge(take: Take) -> Verdict:

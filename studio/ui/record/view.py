@@ -24,8 +24,8 @@ from studio.ui.record.inputs import InputsCard
 from studio.ui.record.slate_bar import SlateBar
 from studio.ui.record.takes_list import TakesCard
 from studio.ui.widgets.card import Card
-from studio.ui.widgets.drawn_face import DrawnFace
-from studio.ui.widgets.figure import StickFigure
+from studio.ui.widgets.figure.drawn_face import DrawnFace
+from studio.ui.widgets.figure.figure import StickFigure
 from studio.ui.widgets.shape_meters import ShapeMeters
 
 FACE = QSize(116, 116)

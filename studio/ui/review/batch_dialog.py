@@ -25,18 +25,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui import theme
-from studio.ui.review.clip import RunChoice, Wanted
 from studio.ui.review.export_options import MoreFormats
 from studio.ui.review.export_panel import FormatChoice
-from studio.ui.review.run_bar import RunChooser
 from studio.ui.widgets.card import label
+from studio.ui.widgets.run_chooser import RunChooser
 
 KINDS = "*.wav *.mp3 *.flac *.ogg *.opus *.m4a *.aac *.mp4 *.mov *.mkv *.webm"
 
 
 @dataclass(frozen=True)
-class BatchWish:
+class BatchRequest:
     """What a batch is to make.
 
     Args:
@@ -48,7 +48,7 @@ class BatchWish:
     """
 
     sounds: tuple[Path, ...]
-    wanted: Wanted
+    wanted: RunSelection
     formats: tuple[str, ...]
     folder: Path
     tuned: bool
@@ -79,7 +79,7 @@ class BatchDialog(QDialog):
     def __init__(
         self,
         runs: Sequence[RunChoice],
-        wanted: Wanted,
+        wanted: RunSelection,
         formats: Sequence[FormatChoice],
         folder: Path,
         parent: QWidget | None = None,
@@ -199,7 +199,7 @@ class BatchDialog(QDialog):
             names = self.more.chosen(besides="") or ("vrma",)
             sounds = () if takes else self._sounds
             wanted = self.chooser.wanted
-            wish = BatchWish(sounds, wanted, names, Path(folder).expanduser(), self.tuned.isChecked())
+            wish = BatchRequest(sounds, wanted, names, Path(folder).expanduser(), self.tuned.isChecked())
             self.start_requested.emit(wish)
 
     def _on_skip(self) -> None:
@@ -252,7 +252,7 @@ class BatchDialog(QDialog):
         self.formats.setText(", ".join(self._titles.get(name, name) for name in names))
 
     def _build_form(
-        self, runs: Sequence[RunChoice], wanted: Wanted, formats: Sequence[FormatChoice], folder: Path
+        self, runs: Sequence[RunChoice], wanted: RunSelection, formats: Sequence[FormatChoice], folder: Path
     ) -> QGridLayout:
         self.material = QComboBox()
         self.material.setObjectName("batch_material")
@@ -304,7 +304,7 @@ class BatchDialog(QDialog):
             grid.addLayout(line, row, 1)
         return grid
 
-    def _build_run(self, runs: Sequence[RunChoice], wanted: Wanted) -> None:
+    def _build_run(self, runs: Sequence[RunChoice], wanted: RunSelection) -> None:
         """The same choice as over the stage, on what is chosen there."""
         self.chooser = RunChooser("", "_batch", "")
         self.chooser.caption.hide()

@@ -6,26 +6,27 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
+from studio.files import leftovers
+from studio.ipc.commands import skip
+from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, ProgressEvent, QueueEvent
 from studio.playback.layers import Tuning, presets
-from studio.take import safe_file
+from studio.training.run_choice import RunSelection
 from studio.ui import messages
-from studio.ui.jobs import Job
-from studio.ui.plural import counted
-from studio.ui.review.batch_dialog import BatchDialog, BatchWish
-from studio.ui.review.clip import Wanted
+from studio.ui.messages import counted
+from studio.ui.review.batch_dialog import BatchDialog, BatchRequest
 from studio.ui.review.exporting import choices
-from studio.ui.review.listing import Listing
+from studio.ui.review.listing import ReviewList
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 
 
-def words_of(wish: BatchWish, project: Path, takes: Sequence[str]) -> list[str]:
+def words_of(wish: BatchRequest, project: Path, takes: Sequence[str]) -> list[str]:
     """The command that makes a batch, of its sounds or of all takes of a project."""
     wanted = wish.wanted
     if wish.sounds:
@@ -36,19 +37,18 @@ def words_of(wish: BatchWish, project: Path, takes: Sequence[str]) -> list[str]:
     return [*words, "-o", str(wish.folder), "--format", ",".join(wish.formats)]
 
 
-class Batching(QObject):
+class BatchPresenter(QObject):
     """Thought of the batch dialog; one batch at a time."""
 
     def __init__(
-        self, view: ReviewView, listing: Listing, session: Session, tuning: Callable[[], Tuning]
+        self, view: ReviewView, listing: ReviewList, session: Session, tuning: Callable[[], Tuning]
     ) -> None:
         super().__init__(view)
         self._view, self._listing, self._session, self._tuning = view, listing, session, tuning
         self._dialog: BatchDialog | None = None
         self._job: Job | None = None
-        self._wish: BatchWish | None = None
+        self._wish: BatchRequest | None = None
         self._scratch: Path | None = None
-        self._ended_child = 0
         self._leaving = False  # the child is of the project before, and is ending
         view.sources_card.batch_requested.connect(self.show)
         session.batch_dropped.connect(self._on_dropped)
@@ -81,7 +81,7 @@ class Batching(QObject):
         self._dialog.show()
         self._dialog.raise_()
 
-    def _wanted(self) -> Wanted:
+    def _wanted(self) -> RunSelection:
         """What the bar over the stage shows, else the newest run as it moves unasked.
 
         In a blind vote that is A, wherever it hides.
@@ -90,7 +90,7 @@ class Batching(QObject):
         second = bar.two.isChecked() and not bar.vote.running and bar.shown_number == 2
         wanted = (bar.second if second else bar.first).wanted
         runs = self._listing.runs()
-        return wanted if wanted.run or not runs else Wanted(runs[-1].id)
+        return wanted if wanted.run or not runs else RunSelection(runs[-1].id)
 
     def close(self) -> None:
         """The window closes."""
@@ -116,7 +116,7 @@ class Batching(QObject):
             self._dialog.deleteLater()
             self._dialog = None
 
-    def _on_start(self, wish: BatchWish) -> None:
+    def _on_start(self, wish: BatchRequest) -> None:
         if self.busy and self._dialog is not None:
             words = self.tr("The batch before is ending: press Start again in a moment.")
             self._dialog.show_told(words, "warn")
@@ -124,7 +124,7 @@ class Batching(QObject):
         self._wish = wish
         self._start(wish, force=False)
 
-    def _start(self, wish: BatchWish, force: bool) -> None:
+    def _start(self, wish: BatchRequest, force: bool) -> None:
         project, dialog = self._session.project, self._dialog
         if project is None or dialog is None or self.busy:
             return
@@ -139,7 +139,7 @@ class Batching(QObject):
             messages.show_error(dialog, error)
             return
         job = self._job = Job(self)
-        job.event_received.connect(self._on_event)
+        job.told.connect(self._on_event)
         job.done.connect(self._on_done)
         job.failed.connect(self._on_failed)
         job.cancelled.connect(self._on_cancelled)
@@ -152,35 +152,33 @@ class Batching(QObject):
 
     def _tuned(self) -> list[str]:
         """The sliders as they stand, as a file the command reads."""
-        self._scratch = Path(tempfile.mkdtemp(prefix="saia-batch-"))
+        self._scratch = Path(tempfile.mkdtemp(prefix=leftovers.scratch_prefix("batch")))
         path = self._scratch / "tuning.json"
         presets.write(path, "Batch", self._tuning())
         return ["--tune", str(path)]
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        dialog, kind = self._dialog, event.get("event")
+    def _on_event(self, event: ChildEvent) -> None:
+        dialog = self._dialog
         if dialog is None or self._leaving:
             return
-        if kind == "queue":
-            dialog.show_entries([str(name) for name in event.get("names", ())])
-        elif kind == "entry":
-            words = f"{event['what']} {event['remedy']}" if event.get("what") else ""
-            dialog.show_entry(int(event["index"]), str(event["state"]), words)
-        elif kind == "progress":
-            own, fraction = float(event.get("entry") or 0.0), float(event.get("fraction") or 0.0)
-            dialog.show_progress(int(event.get("index") or 0), own, fraction, self._left(event))
+        match event:
+            case QueueEvent():
+                dialog.show_entries(list(event.names))
+            case EntryEvent():
+                words = f"{event.what} {event.remedy}" if event.what else ""
+                dialog.show_entry(event.index, event.state, words)
+            case ProgressEvent():
+                dialog.show_progress(event.index, event.entry, event.fraction, self._left(event))
 
-    def _left(self, event: dict[str, Any]) -> str:
-        done = self.tr("{0} %").format(round(100 * float(event.get("fraction") or 0.0)))
-        eta = event.get("eta_s")
-        if not isinstance(eta, int | float) or eta < 1:
+    def _left(self, event: ProgressEvent) -> str:
+        done = self.tr("{0} %").format(round(100 * event.fraction))
+        if event.eta_s is None or event.eta_s < 1:
             return done
-        minutes, seconds = divmod(round(eta), 60)
+        minutes, seconds = divmod(round(event.eta_s), 60)
         return f"{done}   " + self.tr("{0} left").format(f"{minutes}:{seconds:02d}")
 
-    def _on_done(self, facts: dict[str, Any]) -> None:
-        made, failed = len(facts.get("files", ())), len(facts.get("failed", ()))
-        left = len(facts.get("cancelled", ()))
+    def _on_done(self, done: FilesDone) -> None:
+        made, failed, left = len(done.files), len(done.failed), len(done.cancelled)
         files = counted(made, self.tr("1 file"), self.tr("{0} files"))
         words = self.tr("{0} written and read back.").format(files)
         words += " " + self.tr("{0} failed; the list says why.").format(failed) if failed else ""
@@ -213,16 +211,15 @@ class Batching(QObject):
 
     def _on_skip(self, index: int) -> None:
         if self._job is not None:
-            self._job.tell(f"skip {index}")
+            self._job.tell(skip(index))
 
     def _on_cancel(self) -> None:
         if self._job is not None:
-            self._ended_child = self._job.pid
             self._job.cancel()
 
     def _on_cancelled(self) -> None:
-        if self._wish is not None and self._ended_child:
-            safe_file.sweep(self._wish.folder, self._ended_child)  # it may have been too busy to do so
+        if self._wish is not None:
+            leftovers.sweep_killed(self._wish.folder)  # the child may have been too busy to do so itself
         self._tell(self.tr("Cancelled. What was finished stays."))
 
     def _on_ended(self) -> None:

@@ -6,7 +6,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
-from studio.picture.camera import Orbit
+from studio.render.camera import Orbit
 from studio.ui import theme
 from studio.ui.review.stage import Stage
 

@@ -5,8 +5,6 @@ Everything that reads files here runs on the thread pool.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,25 +13,16 @@ from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
 from studio.playback.layers import Tuning, tuned
 from studio.playback.player import Player
-from studio.project import Project, Run
+from studio.project import Project
+from studio.sound.peaks import Peaks, peaks
 from studio.take import Take
-from studio.take.cleaned import heard
+from studio.take.cleaned import sound_path
 from studio.take.motion_file import read_motion
-from studio.take.peaks import Peaks, peaks
-from studio.take.safe_file import safe_name
-from studio.training.styles import AVERAGE
-from studio.ui.review.comparing import Comparison, compare
-
-GENERATED = Path(".cache") / "generated"
-"""Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
-
-
-DRAWING_FORMS = frozenset({"mixture"})
-"""Forms of recipes whose networks draw their motion, for runs that do not say whether they draw."""
+from studio.ui.review.comparing import MotionComparison, compare
 
 
 @dataclass(frozen=True)
-class Source:
+class ReviewItem:
     """Something that can be reviewed.
 
     Args:
@@ -59,65 +48,6 @@ class Source:
         return self.sound, (used.in_point, used.out_point, used.offset) if used is not None else None
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What is to make the motion.
-
-    Args:
-        run: the run's id, "" for no run.
-        style: one that it knows, "" for the one chosen on validation.
-        seed: which of the takes that a run draws, for runs that draw.
-        liveliness: how far drawn motion goes from what is expected: 0 not at all, 1 as it was learnt.
-    """
-
-    run: str = ""
-    style: str = ""
-    seed: int = 0
-    liveliness: float = 1.0
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """What `saia generate` is told besides the run and the sound."""
-        style = (f"--style={self.style}",) if self.style else ()
-        lively = (f"--liveliness={self.liveliness:g}",) if self.liveliness != 1.0 else ()
-        return (*style, *lively, f"--seed={self.seed}") if self.seed else (*style, *lively)
-
-    @property
-    def title(self) -> str:
-        """What people call it."""
-        more = self._more()
-        return f"{self.run} ({', '.join(more)})" if more else self.run
-
-    @property
-    def name(self) -> str:
-        """Part of a file's name."""
-        more = self._more()
-        return safe_name("_".join([self.run, *more])) if more else self.run
-
-    def _more(self) -> list[str]:
-        """What it differs in from what the run does unasked."""
-        more = [self.style] if self.style else []
-        more += [f"x{self.liveliness:g}"] if self.liveliness != 1.0 else []
-        return more + ([str(self.seed + 1)] if self.seed else [])
-
-
-@dataclass(frozen=True)
-class RunChoice:
-    """A run that can generate.
-
-    Args:
-        id: its id.
-        styles: what it can be asked for, "average" among them; empty where it learnt none.
-        style: the one used unless another is asked for.
-        draws: the same sound gives another motion with another seed.
-    """
-
-    id: str
-    styles: tuple[str, ...] = ()
-    style: str = ""
-    draws: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class Captured:
     """The recorded motion of a source with its trims, on the clock of its sound."""
@@ -128,7 +58,7 @@ class Captured:
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class ReviewClip:
     """A source that was read: what was captured, how loud it is, and a player standing at its start."""
 
     captured: Captured
@@ -141,10 +71,10 @@ class Tuned:
     """The motion that is seen, sent and exported, and how it compares with the captured one."""
 
     motion: Motion
-    comparison: Comparison | None
+    comparison: MotionComparison | None
 
 
-def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
+def review_items(project: Project, sounds: dict[Path, float]) -> tuple[ReviewItem, ...]:
     """Dropped sounds with their seconds (0 where not known yet) first, then all takes as they are heard.
 
     Each part that was cut from a take is an entry of its own.
@@ -152,7 +82,7 @@ def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
     used: dict[str, list[Selection]] = {}
     for selection in project.dataset.selections:
         used.setdefault(selection.take, []).append(selection)
-    dropped = [Source(f"sound:{path}", path.stem, path, None, length) for path, length in sounds.items()]
+    dropped = [ReviewItem(f"sound:{path}", path.stem, path, None, length) for path, length in sounds.items()]
     takes = [
         _source(take, selection)
         for take in project.takes
@@ -162,17 +92,17 @@ def sources(project: Project, sounds: dict[Path, float]) -> tuple[Source, ...]:
     return (*dropped, *takes)
 
 
-def _source(take: Take, selection: Selection | None) -> Source:
+def _source(take: Take, selection: Selection | None) -> ReviewItem:
     if selection is None:
-        return Source(f"take:{take.id}", take.id, take.audio_path, take, take.info.duration)
+        return ReviewItem(f"take:{take.id}", take.id, take.audio_path, take, take.info.duration)
     start, end = selection.span(take.info.duration)
     sound = _heard(take, selection.clean)
-    return Source(f"take:{selection.id}", selection.id, sound, take, end - start, selection)
+    return ReviewItem(f"take:{selection.id}", selection.id, sound, take, end - start, selection)
 
 
 def _heard(take: Take, way: str) -> Path | None:
     """The take's sound, cleaned where that was chosen and is made."""
-    return heard(take.audio_path, way) if take.audio_path is not None else None
+    return sound_path(take.audio_path, way) if take.audio_path is not None else None
 
 
 def load_captured(take: Take, selection: Selection | None) -> Captured:
@@ -185,7 +115,7 @@ def load_captured(take: Take, selection: Selection | None) -> Captured:
     return Captured(motion, selection.in_point, selection.out_point)
 
 
-def load(source: Source, device: str | None) -> Clip:
+def load(source: ReviewItem, device: str | None) -> ReviewClip:
     """Read everything about a source.
 
     Args:
@@ -200,7 +130,7 @@ def load(source: Source, device: str | None) -> Clip:
     if captured.motion is not None and len(captured.motion):
         duration = max(duration, float(captured.motion.times[-1]))
     loudness = peaks(source.sound) if source.sound else None
-    return Clip(captured, loudness, Player(source.sound, duration or None, device))
+    return ReviewClip(captured, loudness, Player(source.sound, duration or None, device))
 
 
 def tune(main: Motion, truth: Motion | None, tuning: Tuning) -> Tuned:
@@ -209,7 +139,7 @@ def tune(main: Motion, truth: Motion | None, tuning: Tuning) -> Tuned:
     return Tuned(motion, compare(truth, motion) if truth is not None else None)
 
 
-def lively(*motions: Motion | None) -> list[str]:
+def shapes_by_activity(*motions: Motion | None) -> list[str]:
     """Blend shapes of some motions: the mouth's first, since speech tells most of it, the liveliest first."""
     spread: dict[str, float] = {}
     for motion in motions:
@@ -217,43 +147,3 @@ def lively(*motions: Motion | None) -> list[str]:
             for name, value in zip(motion.shape_names, motion.shapes.std(axis=0), strict=True):
                 spread[name] = max(spread.get(name, 0.0), float(value))
     return sorted(spread, key=lambda name: (not is_mouth_shape(name), -spread[name]))
-
-
-def newest(runs: Sequence[Run]) -> Run:
-    """The run trained last, so that a person sees what it learnt without looking for it."""
-    return max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id))
-
-
-def run_choice(run: Run) -> RunChoice:
-    """A run with the styles that its report names."""
-    report = run.report or {}
-    found = report.get("styles")
-    styles = tuple(str(name) for name in found) if isinstance(found, list) else ()
-    draws = bool(report.get("draws", report.get("form") in DRAWING_FORMS))
-    if not styles:
-        return RunChoice(run.id, draws=draws)
-    return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE), draws)
-
-
-def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
-    """Where a run keeps the motion it made for a sound.
-
-    Args:
-        run: the run.
-        sound: the sound.
-        words: whatever else `saia generate` is told: another style is another motion.
-
-    Returns:
-        Another name once sound, weights or words change.
-    """
-    stat = sound.stat()
-    weights = run.folder / "best.safetensors"
-    made = weights.stat().st_mtime_ns if weights.is_file() else 0
-    facts = "|".join((str(sound.absolute()), str(stat.st_size), str(stat.st_mtime_ns), str(made), *words))
-    digest = hashlib.sha256(facts.encode()).hexdigest()[:12]
-    return generated_folder(run) / f"{digest}.arrow"
-
-
-def generated_folder(run: Run) -> Path:
-    """Where everything that a run made is kept."""
-    return run.folder.parent.parent / GENERATED / run.id

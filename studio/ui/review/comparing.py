@@ -17,7 +17,7 @@ FULL_HEAT_DEGREES = 25.0
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class MotionComparison:
     """Predicted against captured, on the frames both have.
 
     Args:
@@ -37,7 +37,7 @@ class Comparison:
     degrees: float | None
 
 
-def compare(captured: Motion, predicted: Motion) -> Comparison | None:
+def compare(captured: Motion, predicted: Motion) -> MotionComparison | None:
     """The comparison; None where they share no channel or no time."""
     if not len(captured) or not len(predicted):
         return None
@@ -61,7 +61,7 @@ def compare(captured: Motion, predicted: Motion) -> Comparison | None:
         angle = _angles(truth, guess, bones)
         degrees = float(angle.mean())
         heat = np.maximum(heat, np.clip(angle.mean(axis=1) / FULL_HEAT_DEGREES, 0.0, 1.0))
-    return Comparison(np.asarray(times), heat, rmse, pearson, motion, degrees)
+    return MotionComparison(np.asarray(times), heat, rmse, pearson, motion, degrees)
 
 
 def _columns(motion: Motion, names: list[str]) -> NDArray[np.float64]:

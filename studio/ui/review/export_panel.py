@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio import formats
-from studio.take.safe_file import safe_name
+from studio.files.atomic import safe_name
 from studio.ui import theme
 from studio.ui.review.export_options import DRAWN, ExportOptions, MoreFormats, OptionsForm, caption
 from studio.ui.widgets.card import label
@@ -43,7 +43,7 @@ class FormatChoice:
 
 
 @dataclass(frozen=True)
-class ExportWish:
+class ExportRequest:
     """What to export: name without suffix, formats, frames a second (0: as they are), folder, options."""
 
     name: str
@@ -152,8 +152,8 @@ class ExportPanel(QWidget):
 
     def show_what(self, predicted: bool) -> None:
         """Which motion is exported: the one a run predicted, or the captured one."""
-        words = self.tr("The predicted motion is exported.")
-        self.what.setText(words if predicted else self.tr("The captured motion is exported."))
+        words = self.tr("The predicted motion will be exported.")
+        self.what.setText(words if predicted else self.tr("The captured motion will be exported."))
         self.what.setVisible(self._ready)
 
     def show_busy(self, fraction: float | None) -> None:
@@ -221,7 +221,7 @@ class ExportPanel(QWidget):
         elif choice is not None:
             folder = Path(self.folder.text().strip()).expanduser()
             fps, options = float(self.fps.currentData()), self.options.options
-            self.export_requested.emit(ExportWish(name, (choice, *self._also()), fps, folder, options))
+            self.export_requested.emit(ExportRequest(name, (choice, *self._also()), fps, folder, options))
 
     def _build_format(self, form: QVBoxLayout) -> None:
         """Which formats, and what they leave out."""

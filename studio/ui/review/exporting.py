@@ -7,26 +7,26 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from studio import formats
+from studio.files import leftovers
+from studio.ipc.events import ChildEvent, FilesDone, ProgressEvent
 from studio.motion import Motion
-from studio.motion.clip import only_part
-from studio.take import safe_file
+from studio.motion.motion import only_part
+from studio.sound.sound_file import Sound, open_file, read_sound, read_span, write_sound
 from studio.take.motion_file import write_motion
-from studio.take.sound import Sound, open_file, read_sound, read_span, write_sound
-from studio.ui import background, messages, theme
-from studio.ui.jobs import Job
+from studio.ui import messages, tasks, theme
 from studio.ui.review.export_options import ExportOptions
-from studio.ui.review.export_panel import ExportPanel, ExportWish, FormatChoice
+from studio.ui.review.export_panel import ExportPanel, ExportRequest, FormatChoice
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 
 
 @dataclass(frozen=True, eq=False)
-class Exhibit:
+class ExportInput:
     """What is on screen.
 
     Args:
@@ -54,14 +54,14 @@ class Exhibit:
     view: tuple[float, float, float] = (0.0, 4.0, 1.0)
     avatar: Path | None = None
 
-    def only_selection(self) -> Exhibit:
+    def only_selection(self) -> ExportInput:
         """The same, of what is selected on the timeline."""
         if self.selection is None:
             return self
         return replace(self, start=self.selection[0], end=self.selection[1], whole=False)
 
 
-class Exporting(QObject):
+class ExportPresenter(QObject):
     """The Export panel's thought.
 
     Args:
@@ -70,14 +70,16 @@ class Exporting(QObject):
         session: the open project, and the frame rate of the last time.
     """
 
-    def __init__(self, panel: ExportPanel, exhibit: Callable[[], Exhibit | None], session: Session) -> None:
+    def __init__(
+        self, panel: ExportPanel, exhibit: Callable[[], ExportInput | None], session: Session
+    ) -> None:
         super().__init__(panel)
         self._panel, self._exhibit, self._session = panel, exhibit, session
         self._job: Job | None = None
         self._scratch: Path | None = None
         self._turn = 0  # what was prepared for another wish is dropped
         self._preparing = False
-        self._ended_child, self._target = 0, Path()
+        self._target = Path()
         self._files: list[Path] = []
         panel.show_formats(choices())
         panel.show_fps(session.settings.export_fps)
@@ -96,7 +98,7 @@ class Exporting(QObject):
             self._job.close()
         self._clean()
 
-    def _on_export(self, wish: ExportWish) -> None:
+    def _on_export(self, wish: ExportRequest) -> None:
         exhibit, project = self._exhibit(), self._session.project
         if exhibit is None or project is None or self.busy:
             return
@@ -109,9 +111,9 @@ class Exporting(QObject):
         options = wish.options
         if options.selection:
             exhibit = exhibit.only_selection()
-        self._target, self._ended_child = wish.folder, 0
+        self._target = wish.folder
         self._turn += 1
-        turn, scratch = self._turn, Path(tempfile.mkdtemp(prefix="saia-review-"))
+        turn, scratch = self._turn, Path(tempfile.mkdtemp(prefix=leftovers.scratch_prefix("review")))
         self._scratch, self._preparing = scratch, True
         self._panel.show_busy(-1.0)
 
@@ -134,9 +136,9 @@ class Exporting(QObject):
             else:
                 shutil.rmtree(scratch, ignore_errors=True)
 
-        background.run(lambda: _prepare(exhibit, scratch, options), prepared, failed, owner=self)
+        tasks.run(lambda: _prepare(exhibit, scratch, options), prepared, failed, owner=self)
 
-    def _may_write(self, wish: ExportWish) -> bool:
+    def _may_write(self, wish: ExportRequest) -> bool:
         """Whether nothing is in the way, or a person wants it replaced."""
         there = wish.files_there
         if not there:
@@ -157,25 +159,24 @@ class Exporting(QObject):
 
     def _start(self, words: list[str]) -> None:
         job = self._job = Job(self)
-        job.event_received.connect(self._on_event)
+        job.told.connect(self._on_event)
         job.done.connect(self._on_done)
         job.failed.connect(self._on_failed)
         job.cancelled.connect(self._on_cancelled)
         job.ended.connect(self._on_ended)
         job.start(words)
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        if event.get("event") == "progress":
-            self._panel.show_busy(float(event.get("fraction") or 0.0))
+    def _on_event(self, event: ChildEvent) -> None:
+        if isinstance(event, ProgressEvent):
+            self._panel.show_busy(event.fraction)
 
-    def _on_done(self, facts: dict[str, Any]) -> None:
-        self._files = [Path(str(file)) for file in facts.get("files", ())]
+    def _on_done(self, done: FilesDone) -> None:
+        self._files = [Path(file) for file in done.files]
         self._panel.show_busy(None)
         names = ", ".join(_told_apart(self._files))
         told = [self.tr("Exported and read back: {0}.").format(names)] if names else []
-        failed = facts.get("failed") or []
-        told += [f"{one['name']}: {one['what']} {one['remedy']}" for one in failed]
-        self._panel.show_result("\n".join(told), not failed)
+        told += [f"{one.name}: {one.what} {one.remedy}" for one in done.failed]
+        self._panel.show_result("\n".join(told), not done.failed)
 
     def _on_failed(self, what: str, remedy: str) -> None:
         self._panel.show_busy(None)
@@ -197,7 +198,6 @@ class Exporting(QObject):
     def _on_cancel(self) -> None:
         """End it, whether it is being prepared or written; of a half-written file nothing stays."""
         if self._job is not None:
-            self._ended_child = self._job.pid
             self._job.cancel()
         elif self._preparing:
             self._turn += 1
@@ -205,8 +205,7 @@ class Exporting(QObject):
             self._on_cancelled()
 
     def _on_cancelled(self) -> None:
-        if self._ended_child:
-            safe_file.sweep(self._target, self._ended_child)  # it may have been too busy to do so itself
+        leftovers.sweep_killed(self._target)  # the child may have been too busy to do so itself
         self._panel.show_busy(None)
         self._panel.show_result(self.tr("Cancelled."), False)
 
@@ -220,7 +219,7 @@ class Exporting(QObject):
             self._scratch = None
 
 
-def _prepare(exhibit: Exhibit, scratch: Path, options: ExportOptions) -> Path | None:
+def _prepare(exhibit: ExportInput, scratch: Path, options: ExportOptions) -> Path | None:
     """Write the wanted part of motion and sound for the child. Runs on a pool thread."""
     motion = only_part(exhibit.motion if options.tuned else exhibit.untuned, options.part)
     if not exhibit.whole:
@@ -242,7 +241,7 @@ def _span(path: Path, start: float, end: float) -> Sound:
     return Sound(whole.samples[first:last], whole.sample_rate)
 
 
-def _look(exhibit: Exhibit, options: ExportOptions) -> list[str]:
+def _look(exhibit: ExportInput, options: ExportOptions) -> list[str]:
     """How films and stills are drawn: as they are seen on the stage."""
     words = [f"--size={options.size[0]}x{options.size[1]}"]
     words.append("--view=" + ",".join(f"{value:.3f}" for value in exhibit.view))

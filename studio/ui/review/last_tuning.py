@@ -7,10 +7,10 @@ from pathlib import Path
 from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
 
 from studio.errors import StudioError
+from studio.files import atomic
 from studio.playback.layers import Tuning, presets
 from studio.project.files import is_project
-from studio.take import safe_file
-from studio.ui import background, messages
+from studio.ui import messages, tasks
 from studio.ui.review.tune_panel import TunePanel
 from studio.ui.session import Session
 
@@ -76,7 +76,7 @@ class LastTuning(QObject):
         def failed(error: BaseException) -> None:
             if turn != self._turn:
                 return
-            if not isinstance(error, safe_file.NewerVersionError):
+            if not isinstance(error, atomic.NewerVersionError):
                 show(Tuning())
             elif not self._touched:
                 self._panel.begin(Tuning())  # the file is left as it is
@@ -84,7 +84,7 @@ class LastTuning(QObject):
             remedy = self.tr("They begin as if nothing was tuned; your presets are as they were.")
             messages.show_warning(self._panel, what, remedy)
 
-        background.run(lambda: _read(folder), show, failed, owner=self, pool=self._pool)
+        tasks.run(lambda: _read(folder), show, failed, owner=self, pool=self._pool)
 
     def _on_changed(self, _tuning: Tuning) -> None:
         self._touched = True
@@ -104,7 +104,7 @@ class LastTuning(QObject):
                 self._kept = None  # the next time sliders rest, or the window closes, it is tried again
             self._on_error(error)
 
-        background.run(lambda: _keep(folder, tuning), lambda _: None, failed, owner=self, pool=self._pool)
+        tasks.run(lambda: _keep(folder, tuning), lambda _: None, failed, owner=self, pool=self._pool)
 
     def _on_error(self, error: BaseException) -> None:
         """Said once a project: a full disk would say it with each slider."""

@@ -9,31 +9,37 @@ from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
 from studio.project import Project, Run
-from studio.ui import background, messages
+from studio.training.run_choice import RunChoice, newest, run_choice
+from studio.ui import messages, tasks, undo
 from studio.ui.review import sounds
-from studio.ui.review.clip import RunChoice, Source, newest, run_choice, sources
-from studio.ui.review.source_card import SourceCard
+from studio.ui.review.clip import ReviewItem, review_items
+from studio.ui.review.source_card import ReviewListCard
 from studio.ui.session import Session
+from studio.ui.undo import Step, StepsUndo
 
 
-class Listing(QObject):
+class ReviewList(QObject):
     """Keeps the sources of a project and the sounds that were dropped on it.
 
     Signals:
         changed: the lists are to be shown anew.
         wanted: key of a source that is to come on the stage.
         going: key of a sound whose file is about to go.
+
+    Attributes:
+        steps: sounds removed since the project was opened.
     """
 
     changed = Signal()
     wanted = Signal(str)
     going = Signal(str)
 
-    def __init__(self, card: SourceCard, session: Session) -> None:
+    def __init__(self, card: ReviewListCard, session: Session) -> None:
         super().__init__(card)
         self._card, self._session = card, session
         self._sounds: dict[Path, float] = {}  # what was dropped, with its seconds
-        self.sources: tuple[Source, ...] = ()
+        self.steps = StepsUndo(self)
+        self.sources: tuple[ReviewItem, ...] = ()
         card.add_requested.connect(self._on_add)
         card.removed.connect(self.remove)
 
@@ -44,28 +50,29 @@ class Listing(QObject):
     def open(self) -> None:
         """Another project, or none."""
         project = self._project
+        self.steps.forget()
         self._sounds = dict.fromkeys(sounds.kept_sounds(project), 0.0) if project is not None else {}
 
     def refresh(self) -> None:
         """Read the sources again."""
-        self.sources = sources(self._project, self._sounds) if self._project is not None else ()
+        self.sources = review_items(self._project, self._sounds) if self._project is not None else ()
 
-    def find(self, key: str) -> Source | None:
+    def find(self, key: str) -> ReviewItem | None:
         """A source by its key."""
         return next((source for source in self.sources if source.key == key), None)
 
-    def show(self, chosen: Source | None) -> None:
+    def show(self, chosen: ReviewItem | None) -> None:
         """Fill the list on screen."""
         self._card.show_sources(self.sources, chosen.key if chosen else "")
 
-    def note_duration(self, source: Source, seconds: float) -> bool:
+    def note_duration(self, source: ReviewItem, seconds: float) -> bool:
         """Keep how long a dropped sound turned out to be; whether that was news."""
         if source.sound not in self._sounds or self._sounds[source.sound] == seconds:
             return False
         self._sounds[source.sound] = seconds
         return True
 
-    def first(self) -> Source | None:
+    def first(self) -> ReviewItem | None:
         """A take nobody trained on where there is one: that is what a model is judged by."""
         for split in ("test", "val"):
             for source in self.sources:
@@ -100,7 +107,7 @@ class Listing(QObject):
                 self.changed.emit()
                 self.wanted.emit(f"sound:{good[0]}")
 
-        background.run(lambda: [_kept(project, path) for path in paths], kept, owner=self)
+        tasks.run(lambda: [_kept(project, path) for path in paths], kept, owner=self)
 
     def remove(self, key: str, why: str = "") -> None:
         """Take a dropped sound off the list; its file goes to the project's trash.
@@ -112,20 +119,32 @@ class Listing(QObject):
         project, source = self._project, self.find(key)
         if project is None or source is None or source.sound is None or source.take is not None:
             return
-        self.going.emit(key)
+        sound = _MovingSound(self, project, source.sound)
         try:
-            if not project.read_only and source.sound.parent == project.folder / sounds.FOLDER:
-                sounds.remove(project, source.sound)
+            sound.put_away()
         except StudioError as error:
             messages.show_error(self._card, error)
             return
-        self._sounds.pop(source.sound, None)
-        self.changed.emit()
-        told = self.tr("{0} is in the project's trash.").format(source.sound.name)
+        name = source.sound.name
+        told = (
+            self.tr("{0} is in the project's trash.") if sound.kept else self.tr("{0} is no longer listed.")
+        )
         if why:
-            messages.show_error(self._card, StudioError(why, told))
-        else:
-            messages.show_note(self._card, told)
+            messages.show_error(self._card, StudioError(why, told.format(name)))
+            return
+        self.steps.push(Step(self.tr("Remove {0}").format(name), sound.bring_back, sound.put_away))
+        undo.tell_change(self._card, self.steps, told.format(name))
+
+    def unlist(self, sound: Path) -> None:
+        """Take a sound off the list, whatever becomes of its file."""
+        self._sounds.pop(sound, None)
+        self.changed.emit()
+
+    def relist(self, sound: Path) -> None:
+        """Put a sound on the list again and show it."""
+        self._sounds = {sound: 0.0} | self._sounds
+        self.changed.emit()
+        self.wanted.emit(f"sound:{sound}")
 
     def _usable(self) -> list[Run]:
         return [run for run in self._project.runs if run.has_weights] if self._project is not None else []
@@ -134,6 +153,33 @@ class Listing(QObject):
         kinds = self.tr("Sound and video (*.wav *.mp3 *.flac *.ogg *.m4a *.aac *.mp4 *.mov *.mkv *.webm)")
         found, _ = QFileDialog.getOpenFileNames(self._card, self.tr("Add a sound"), "", kinds)
         self.add([Path(name) for name in found])
+
+
+class _MovingSound:
+    """A dropped sound on its way between the list and the trash.
+
+    Attributes:
+        kept: where it lies in the trash; None while it is listed, or where only its place in the list went.
+    """
+
+    def __init__(self, listing: ReviewList, project: Project, sound: Path) -> None:
+        self._listing, self._project, self._sound = listing, project, sound
+        self.kept: Path | None = None
+
+    def put_away(self) -> None:
+        """Off the list; StudioError where its copy cannot be moved to the trash."""
+        sound, project = self._sound, self._project
+        self._listing.going.emit(f"sound:{sound}")
+        if not project.read_only and sound.parent == project.folder / sounds.FOLDER:
+            self.kept = sounds.remove(project, sound)
+        self._listing.unlist(sound)
+
+    def bring_back(self) -> None:
+        """On the list again; StudioError where its copy cannot be moved back."""
+        kept, self.kept = self.kept, None
+        if kept is not None:
+            self._sound = sounds.bring_back(self._project, kept, self._sound.name)
+        self._listing.relist(self._sound)
 
 
 def _kept(project: Project, path: Path) -> Path | StudioError:

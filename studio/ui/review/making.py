@@ -9,12 +9,13 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.motion import Motion
 from studio.playback.layers import Tuning
-from studio.ui import background, messages
+from studio.training.run_choice import RunSelection
+from studio.ui import messages, tasks
 from studio.ui.review import clip
-from studio.ui.review.clip import Tuned, Wanted
-from studio.ui.review.listing import Listing
-from studio.ui.review.predicting import Predicting
-from studio.ui.review.scene import A, B, Scene
+from studio.ui.review.clip import Tuned
+from studio.ui.review.listing import ReviewList
+from studio.ui.review.predicting import GenerateTask
+from studio.ui.review.scene import A, B, ReviewScene
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 
@@ -23,7 +24,7 @@ TUNE_MS = 120
 Result = tuple[Tuned | None, list[Tuned | None]]
 
 
-class Making(QObject):
+class GenerationPresenter(QObject):
     """Keeps the scene's motions what its sides want and its sliders say.
 
     Signals:
@@ -37,7 +38,7 @@ class Making(QObject):
     changed = Signal()
     spoilt = Signal()
 
-    def __init__(self, view: ReviewView, scene: Scene, listing: Listing, session: Session) -> None:
+    def __init__(self, view: ReviewView, scene: ReviewScene, listing: ReviewList, session: Session) -> None:
         super().__init__(view)
         self._view, self._scene, self._listing, self._session = view, scene, listing, session
         self.captured_only = False
@@ -48,7 +49,7 @@ class Making(QObject):
         self._timer.setSingleShot(True)
         self._timer.setInterval(TUNE_MS)
         self._timer.timeout.connect(self.tune)
-        self._children = (Predicting(self), Predicting(self))
+        self._children = (GenerateTask(self), GenerateTask(self))
         for side, child in enumerate(self._children):
             child.grown.connect(partial(self._on_grown, side))
             child.predicted.connect(partial(self._on_predicted, side))
@@ -84,7 +85,7 @@ class Making(QObject):
         for side in self._scene.sides:
             known = choices.get(side.wanted.run)
             if known is None:
-                side.wanted = Wanted()
+                side.wanted = RunSelection()
             elif side.wanted.style and side.wanted.style not in known.styles:
                 side.wanted = replace(side.wanted, style="")
         self._view.bar.show_runs(list(choices.values()), [side.wanted for side in self._scene.sides])
@@ -136,7 +137,7 @@ class Making(QObject):
             if self._again:
                 self.tune()
 
-        background.run(work, show, failed, owner=self)
+        tasks.run(work, show, failed, owner=self)
 
     def _next(self) -> None:
         """Ask for what is wanted and not there; B after A, since one child fills the machine."""
@@ -149,7 +150,7 @@ class Making(QObject):
                 side.asked = True
                 child.request(project, project.run(side.wanted.run), sound, side.wanted.words)
 
-    def _on_chosen(self, side: int, wanted: Wanted) -> None:
+    def _on_chosen(self, side: int, wanted: RunSelection) -> None:
         self._scene.sides[side].wanted = wanted
         if side == A:
             self.captured_only = not wanted.run
@@ -163,17 +164,17 @@ class Making(QObject):
             self.show_runs()
         self.ask(B)
 
-    def _another(self) -> Wanted:
+    def _another(self) -> RunSelection:
         """Something to hold beside A: the newest other run, else another style of the same."""
         choices, first = self._listing.runs(), self._scene.sides[A].wanted
         others = [choice for choice in choices if choice.id != first.run]
         if others:
-            return Wanted(others[-1].id)
+            return RunSelection(others[-1].id)
         styles = [
             name for run in choices if run.id == first.run for name in run.styles
             if name != (first.style or run.style)
         ]  # fmt: skip
-        return Wanted(first.run, styles[0]) if styles else Wanted()
+        return RunSelection(first.run, styles[0]) if styles else RunSelection()
 
     def _on_front(self, side: int) -> None:
         """Switch between A and B, at once."""
@@ -204,7 +205,7 @@ class Making(QObject):
         self._children[side].cancel()
         self._turn += 1
         self._scene.sides[side].clear()
-        self._scene.sides[side].wanted = Wanted()
+        self._scene.sides[side].wanted = RunSelection()
         self.captured_only = self.captured_only or side == A
         self.show_runs()
         self._next()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Qt, QTimer
 
-from studio.ui.review.scene import Scene
-from studio.ui.review.showing import Showing
+from studio.ui.review.scene import ReviewScene
+from studio.ui.review.showing import StagePresenter
 from studio.ui.review.view import ReviewView
 
 FRAME_MS = 16
@@ -13,7 +13,7 @@ AT_END_S = 0.05
 """So near to the end of what is used, Play begins anew."""
 
 
-class Playing(QObject):
+class TransportPresenter(QObject):
     """The transport's thought.
 
     Args:
@@ -22,7 +22,7 @@ class Playing(QObject):
         showing: draws the picture of a moment.
     """
 
-    def __init__(self, view: ReviewView, scene: Scene, showing: Showing) -> None:
+    def __init__(self, view: ReviewView, scene: ReviewScene, showing: StagePresenter) -> None:
         super().__init__(view)
         self._view, self._scene, self._showing = view, scene, showing
         self._span: tuple[float, float] | None = None

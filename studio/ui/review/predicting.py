@@ -10,21 +10,22 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from studio.errors import StudioError
+from studio.files import leftovers
+from studio.ipc.events import ChildEvent, PieceEvent, ProgressEvent
 from studio.motion import Motion
-from studio.motion.clip import concatenate
+from studio.motion.motion import concatenate
 from studio.project import Project, Run
+from studio.project.generated import generated_path
 from studio.take.motion_file import read_motion
-from studio.ui import background
-from studio.ui.jobs import Job
-from studio.ui.review.clip import generated_path
+from studio.ui import tasks
+from studio.ui.tasks import Job
 
 
-class Predicting(QObject):
+class GenerateTask(QObject):
     """One wish at a time; a new one ends that before.
 
     Signals:
@@ -102,12 +103,12 @@ class Predicting(QObject):
             if wish == self._wish:
                 self.failed.emit(error)
 
-        background.run(lambda: _read_kept(path), done, failed, owner=self)
+        tasks.run(lambda: _read_kept(path), done, failed, owner=self)
 
     def _generate(self, words: list[str], run_id: str, path: Path) -> None:
         job = self._job = Job(self)
         pieces = self._pieces = _Pieces.begin()
-        job.event_received.connect(lambda event: self._on_event(job, event))
+        job.told.connect(lambda event: self._on_event(job, event))
         job.done.connect(lambda _: self._on_generated(job, path))
         job.failed.connect(lambda what, remedy: self._on_failed(job, what, remedy))
         job.ended.connect(lambda: self._on_ended(job))
@@ -144,7 +145,7 @@ class Predicting(QObject):
             if wish == self._wish and pieces.over:
                 self._read_whole()
 
-        background.run(work, done, failed, owner=self)
+        tasks.run(work, done, failed, owner=self)
 
     def _complete(self) -> None:
         """The last piece is there: all of it together is the whole."""
@@ -158,19 +159,17 @@ class Predicting(QObject):
         self._pieces.drop()
         self._read(self._path)
 
-    def _on_event(self, job: Job, event: dict[str, Any]) -> None:
+    def _on_event(self, job: Job, event: ChildEvent) -> None:
         if job is not self._job:
             return  # a child that was cancelled may still speak
-        if event.get("event") == "piece":
-            self._pieces.files.append(Path(str(event.get("file"))))
+        if isinstance(event, PieceEvent):
+            self._pieces.files.append(Path(event.file))
             self._grow()
-        if event.get("event") != "progress":
-            return
-        fraction, eta = float(event.get("fraction") or 0.0), event.get("eta_s")
-        words = self.tr("{0} %").format(round(100 * fraction))
-        if isinstance(eta, int | float) and eta >= 1:
-            words += "  " + self.tr("{0} s left").format(round(eta))
-        self.progressed.emit(words, fraction)
+        elif isinstance(event, ProgressEvent):
+            words = self.tr("{0} %").format(round(100 * event.fraction))
+            if event.eta_s is not None and event.eta_s >= 1:
+                words += "  " + self.tr("{0} s left").format(round(event.eta_s))
+            self.progressed.emit(words, event.fraction)
 
     def _on_generated(self, job: Job, path: Path) -> None:
         pieces = self._pieces
@@ -231,7 +230,7 @@ class _Pieces:
     def begin(cls) -> _Pieces:
         """A new folder; without one the motion is seen when all of it is there."""
         try:
-            return cls(Path(tempfile.mkdtemp(prefix="saia-pieces-")))
+            return cls(Path(tempfile.mkdtemp(prefix=leftovers.scratch_prefix("pieces"))))
         except OSError:
             return cls()
 
@@ -249,6 +248,6 @@ class _Pieces:
         """Forget all of it. An hour of pieces is removed on the pool, where nobody waits for the disk."""
         folder = self.folder
         if folder is not None:
-            background.run(lambda: shutil.rmtree(folder, ignore_errors=True), lambda _: None)
+            tasks.run(lambda: shutil.rmtree(folder, ignore_errors=True), lambda _: None)
         self.folder, self.files, self.read, self.motion = None, [], 0, None
         self.reading = self.over = False

@@ -8,23 +8,25 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.errors import StudioError
 from studio.motion import Pose
-from studio.playback.vmc_target import PoseSource
-from studio.ui import background, messages
-from studio.ui.avatars import Avatars
+from studio.training.run_choice import RunSelection
+from studio.ui import messages, tasks
+from studio.ui.avatar_store import Avatars
 from studio.ui.review import clip
-from studio.ui.review.batching import Batching
-from studio.ui.review.clip import Clip, Source, Wanted
-from studio.ui.review.exporting import Exhibit, Exporting
-from studio.ui.review.listing import Listing
-from studio.ui.review.making import Making
-from studio.ui.review.playing import Playing
-from studio.ui.review.scene import A, B, Scene
-from studio.ui.review.sending import Sending
-from studio.ui.review.showing import Showing
-from studio.ui.review.tunings import Tunings
+from studio.ui.review.batching import BatchPresenter
+from studio.ui.review.clip import ReviewClip, ReviewItem
+from studio.ui.review.exporting import ExportInput, ExportPresenter
+from studio.ui.review.listing import ReviewList
+from studio.ui.review.making import GenerationPresenter
+from studio.ui.review.playing import TransportPresenter
+from studio.ui.review.scene import A, B, ReviewScene
+from studio.ui.review.sending import SendPresenter
+from studio.ui.review.showing import StagePresenter
+from studio.ui.review.tunings import TuningPresetPresenter
 from studio.ui.review.view import ReviewView
-from studio.ui.review.voting import Voting
+from studio.ui.review.voting import VotePresenter
 from studio.ui.session import Session
+from studio.ui.undo import JointUndo
+from studio.vmc.sender import PoseSource
 
 LOADING_MS = 250
 """What is loaded sooner is not announced: the figure before it would only flicker."""
@@ -36,22 +38,24 @@ class ReviewPresenter(QObject):
     def __init__(self, view: ReviewView, session: Session) -> None:
         super().__init__(view)
         self._view, self._session = view, session
-        self.scene = Scene()
+        self.scene = ReviewScene()
         self._active = False
-        self._loads = 0  # newest request wins
+        self._loading = tasks.LatestTask(self)  # newest request wins
         self._slow = QTimer(self)
         self._slow.setSingleShot(True)
         self._slow.timeout.connect(self._say_loading)
-        self._listing = Listing(view.sources_card, session)
-        self._showing = Showing(view, self.scene)
-        self._playing = Playing(view, self.scene, self._showing)
-        self._making = Making(view, self.scene, self._listing, session)
-        self._voting = Voting(view.bar, self.scene, lambda: session.project, self._show_motion)
-        self._sending = Sending(view.send, session, self._pose_source)
-        self._tunings = Tunings(view.tune, session)
+        self._listing = ReviewList(view.sources_card, session)
+        self._showing = StagePresenter(view, self.scene)
+        self._playing = TransportPresenter(view, self.scene, self._showing)
+        self._making = GenerationPresenter(view, self.scene, self._listing, session)
+        self._voting = VotePresenter(view.bar, self.scene, lambda: session.project, self._show_motion)
+        self._sending = SendPresenter(view.send, session, self._pose_source)
+        self._tunings = TuningPresetPresenter(view.tune, session)
+        self._tune_undo = view.tune.undo_scope
+        self.undo_scope = JointUndo((self._tune_undo, self._tunings.steps, self._listing.steps), self)
         self._avatars = Avatars(view.stage, session)
-        self._exporting = Exporting(view.export, self._exhibit, session)
-        self._batching = Batching(view, self._listing, session, lambda: view.tune.tuning)
+        self._exporting = ExportPresenter(view.export, self._exhibit, session)
+        self._batching = BatchPresenter(view, self._listing, session, lambda: view.tune.tuning)
         self._connect()
         self._on_project()
 
@@ -63,7 +67,7 @@ class ReviewPresenter(QObject):
             wanted = self._listing.newest_run()
         before = self.scene.source
         if wanted and wanted != self.scene.sides[A].wanted.run:
-            self.scene.sides[A].wanted = Wanted(wanted)
+            self.scene.sides[A].wanted = RunSelection(wanted)
         self._show_lists()
         if wanted and before is not None and self.scene.source is before:
             self._making.ask(A)
@@ -103,6 +107,7 @@ class ReviewPresenter(QObject):
         view.curve_chosen.connect(lambda _: self._showing.show_curves())
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         view.record_requested.connect(lambda: session.tab_requested.emit("record"))
+        self._tune_undo.stepped.connect(lambda: view.tabs.setCurrentWidget(view.tune))
         session.project_opened.connect(self._on_project)
         session.takes_changed.connect(self._show_lists)
         session.runs_changed.connect(self._show_lists)
@@ -113,7 +118,7 @@ class ReviewPresenter(QObject):
     def _on_project(self) -> None:
         self._making.captured_only = False
         for side in self.scene.sides:
-            side.wanted = Wanted()
+            side.wanted = RunSelection()
         self.scene.two = False
         self._view.bar.show_two(False)
         self._listing.open()
@@ -152,7 +157,7 @@ class ReviewPresenter(QObject):
         if source is not None and (before is None or source.key != before.key):
             self._choose(source)
 
-    def _choose(self, source: Source) -> None:
+    def _choose(self, source: ReviewItem) -> None:
         project = self._session.project
         if project is None:
             return
@@ -164,28 +169,21 @@ class ReviewPresenter(QObject):
             self._say_loading()
         else:
             self._slow.start(LOADING_MS)
-        self._loads += 1
-        turn = self._loads
         device = self._session.settings.audio_output or None
 
-        def loaded(found: Clip) -> None:
-            if turn != self._loads:
-                found.player.close()
-            else:
-                self._show_loaded(found)
-
         def failed(error: BaseException) -> None:
-            if turn == self._loads:
-                self._slow.stop()
-                self._on_load_error(source, error)
+            self._slow.stop()
+            self._on_load_error(source, error)
 
-        background.run(lambda: clip.load(source, device), loaded, failed, owner=self)
+        self._loading.run(
+            lambda: clip.load(source, device), self._show_loaded, failed, lambda found: found.player.close()
+        )
 
     def _say_loading(self) -> None:
         if self.scene.source is not None:
             self._showing.show_loading(self.scene.source.title)
 
-    def _on_load_error(self, source: Source, error: BaseException) -> None:
+    def _on_load_error(self, source: ReviewItem, error: BaseException) -> None:
         """Say what is wrong; a dropped sound that cannot be read is of no use in the list."""
         sentence = error.what if isinstance(error, StudioError) else str(error)
         self._view.stage.predicted.show_nothing(sentence, "mdi6.alert-outline")
@@ -194,7 +192,7 @@ class ReviewPresenter(QObject):
         else:
             messages.show_error(self._view, error)
 
-    def _show_loaded(self, loaded: Clip) -> None:
+    def _show_loaded(self, loaded: ReviewClip) -> None:
         scene = self.scene
         scene.captured, scene.player = loaded.captured, loaded.player
         if scene.source is not None and self._listing.note_duration(scene.source, loaded.player.duration):
@@ -212,7 +210,7 @@ class ReviewPresenter(QObject):
         """Clear the stage."""
         self._voting.end()
         self._making.forget()
-        self._loads += 1
+        self._loading.drop()
         self.scene.clear()
         self._showing.clear()
 
@@ -246,7 +244,7 @@ class ReviewPresenter(QObject):
 
         return PoseSource(motion.shape_names, motion.bone_names, pose_at, lambda: player.position)
 
-    def _exhibit(self) -> Exhibit | None:
+    def _exhibit(self) -> ExportInput | None:
         scene = self.scene
         if scene.tuned is None or not scene.whole or scene.source is None or scene.player is None:
             return None
@@ -254,7 +252,7 @@ class ReviewPresenter(QObject):
         whole = start <= 0.0 and end >= scene.player.duration - 1e-3
         untuned = scene.predicted if scene.predicted is not None else scene.captured.motion
         orbit = self._view.stage.predicted.figure.orbit
-        return Exhibit(
+        return ExportInput(
             scene.name,
             scene.tuned,
             untuned if untuned is not None else scene.tuned,

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolB
 from studio.playback.layers import Tuning
 from studio.playback.layers.presets import Preset
 from studio.ui import theme
-from studio.ui.review.tune_fields import CalmComboBox
+from studio.ui.review.tune_fields import NoWheelComboBox
 
 
 class PresetBar(QWidget):
@@ -31,7 +31,7 @@ class PresetBar(QWidget):
         super().__init__()
         self._presets: tuple[Preset, ...] = ()
         self._tuning = Tuning()
-        self.list = CalmComboBox()
+        self.list = NoWheelComboBox()
         self.list.setObjectName("tune_preset")
         self.list.setAccessibleName(self.tr("Preset"))
         self.list.setPlaceholderText(self.tr("Your own tuning"))

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 from studio.motion import Motion
 from studio.playback.player import Player
-from studio.ui.review.clip import Captured, Source, Tuned, Wanted
-from studio.ui.review.comparing import Comparison
+from studio.training.run_choice import RunSelection
+from studio.ui.review.clip import Captured, ReviewItem, Tuned
+from studio.ui.review.comparing import MotionComparison
 
 A, B = 0, 1
 
@@ -24,7 +25,7 @@ class Side:
         whole: all of it is there, and not only the beginning.
     """
 
-    wanted: Wanted = field(default_factory=Wanted)
+    wanted: RunSelection = field(default_factory=RunSelection)
     motion: Motion | None = None
     tuned: Tuned | None = None
     asked: bool = False
@@ -37,7 +38,7 @@ class Side:
 
 
 @dataclass
-class Scene:
+class ReviewScene:
     """The stage; the presenters of Review change it, and nothing else does.
 
     Args:
@@ -51,7 +52,7 @@ class Scene:
         blind: whether nobody may know which is which.
     """
 
-    source: Source | None = None
+    source: ReviewItem | None = None
     captured: Captured = field(default_factory=lambda: Captured(None, 0.0, None))
     calm: Tuned | None = None
     player: Player | None = None
@@ -90,7 +91,7 @@ class Scene:
         return self.tuned is not None and (self.predicted is None or self.side.whole)
 
     @property
-    def comparison(self) -> Comparison | None:
+    def comparison(self) -> MotionComparison | None:
         """How it compares with the captured one."""
         found = self.side.tuned if self.predicted is not None else None
         return found.comparison if found is not None else None

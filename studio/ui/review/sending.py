@@ -8,17 +8,17 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, QThreadPool, QTimer
 
 from studio.errors import StudioError
-from studio.playback.neutral import WAVE_SECONDS
-from studio.playback.vmc_target import PoseSource, TargetState, VmcTarget
-from studio.ui import background, messages
-from studio.ui.review.send_panel import SendPanel, TargetRow, kept_targets
+from studio.motion.neutral import WAVE_SECONDS
+from studio.ui import messages, tasks
 from studio.ui.session import Session
+from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
+from studio.vmc.sender import PoseSource, TargetState, VmcTarget
 
 STATE_MS = 400
 CLOSING_MS = 1000
 
 
-class Sending(QObject):
+class SendPresenter(QObject):
     """The Send panel's thought.
 
     Args:
@@ -105,7 +105,7 @@ class Sending(QObject):
     def _stop(self, row: TargetRow) -> None:
         """Fade the avatar to rest, after a start that may still look for the target's name."""
         target = self._targets[row]
-        background.run(lambda: target.stop(wait=False), lambda _: None, pool=self._pools[row])
+        tasks.run(lambda: target.stop(wait=False), lambda _: None, pool=self._pools[row])
 
     def _start(self, row: TargetRow, then: Callable[[], None] | None = None) -> None:
         target, destination = self._targets[row], self._panel.destination(row)
@@ -122,7 +122,7 @@ class Sending(QObject):
 
         # A name may have to be looked up on the network: not on the GUI thread.
         pool = self._pools[row]
-        background.run(lambda: target.start(destination, source), started, failed, owner=row, pool=pool)
+        tasks.run(lambda: target.start(destination, source), started, failed, owner=row, pool=pool)
 
     def _on_wave(self, row: TargetRow) -> None:
         target = self._targets[row]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
-from studio.picture.stance import Stance
+from studio.render.world_pose import WorldPose
 from studio.ui.review import clip
-from studio.ui.review.comparing import Comparison
-from studio.ui.review.scene import Scene
+from studio.ui.review.comparing import MotionComparison
+from studio.ui.review.scene import ReviewScene
 from studio.ui.review.view import ReviewView
 
 CAPTURED_COLOUR, PREDICTED_COLOUR = 1, 0
 
 
-class Showing(QObject):
+class StagePresenter(QObject):
     """Brings the view up to the scene.
 
     Attributes:
@@ -22,7 +22,7 @@ class Showing(QObject):
         busy: motion is being made.
     """
 
-    def __init__(self, view: ReviewView, scene: Scene) -> None:
+    def __init__(self, view: ReviewView, scene: ReviewScene) -> None:
         super().__init__(view)
         self._view, self._scene = view, scene
         self.dirty, self.busy = True, False
@@ -41,7 +41,7 @@ class Showing(QObject):
     def show_motion(self) -> None:
         """Everything that follows from the motions on the stage."""
         view, scene = self._view, self._scene
-        names = clip.lively(scene.tuned, scene.captured.motion)
+        names = clip.shapes_by_activity(scene.tuned, scene.captured.motion)
         view.meters.set_names(names)
         chosen = view.curve.currentText()
         view.show_curve_choices(names, chosen if chosen in names else (names[0] if names else ""))
@@ -110,13 +110,13 @@ class Showing(QObject):
         captured = scene.captured.motion if shown else scene.tuned
         recorded = None
         if captured is not None and len(captured):
-            recorded = Stance.of(captured, t)
+            recorded = WorldPose.of(captured, t)
             truth = recorded.shapes
             if stage.captured.isVisible():
                 stage.captured.show_stance(recorded)
         tuned = scene.tuned
         if shown and tuned is not None and len(tuned):
-            guess = Stance.of(tuned, t)
+            guess = WorldPose.of(tuned, t)
             predicted = guess.shapes
             stage.predicted.show_stance(guess)
             if stage.ghost:
@@ -137,7 +137,7 @@ class Showing(QObject):
         words = self.tr("Predicted by {0}").format(scene.side.wanted.title)
         return f"{'AB'[scene.front]}  {words}" if scene.two else words
 
-    def _metrics(self, c: Comparison | None) -> tuple[str, str]:
+    def _metrics(self, c: MotionComparison | None) -> tuple[str, str]:
         if c is None:
             return "", ""
         parts = []

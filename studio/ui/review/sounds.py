@@ -6,9 +6,9 @@ import filecmp
 import shutil
 from pathlib import Path
 
+from studio.files import atomic
 from studio.project import Project
-from studio.take import safe_file
-from studio.take.sound import sound_info
+from studio.sound.sound_file import sound_info
 
 FOLDER = "sounds"
 """Dropped sounds are copied here, so that a project that moves takes them along."""
@@ -46,15 +46,15 @@ def keep(project: Project, sound: Path) -> Path:
                 return target
             number += 1
             target = folder / f"{sound.stem}_{number}{sound.suffix}"
-        with safe_file.written(target) as beside:
+        with atomic.written(target) as beside:
             shutil.copyfile(sound, beside)
     except OSError as error:
-        raise safe_file.cannot_write(target, error) from error
+        raise atomic.cannot_write(target, error) from error
     return target
 
 
-def remove(project: Project, sound: Path) -> None:
-    """Move a kept sound to the project's trash.
+def remove(project: Project, sound: Path) -> Path:
+    """Move a kept sound to the project's trash; gives where it lies there.
 
     Raises:
         StudioError: it cannot be moved.
@@ -69,4 +69,22 @@ def remove(project: Project, sound: Path) -> None:
         sound.replace(target)
         sound.with_name(f".{sound.name}.peaks.npz").unlink(missing_ok=True)
     except OSError as error:
-        raise safe_file.cannot_write(target, error) from error
+        raise atomic.cannot_write(target, error) from error
+    return target
+
+
+def bring_back(project: Project, removed: Path, name: str) -> Path:
+    """Move a sound out of the trash under its name, or one like it where that is taken by now.
+
+    Raises:
+        StudioError: it cannot be moved.
+    """
+    target, number = project.folder / FOLDER / name, 1
+    try:
+        while target.exists():
+            number += 1
+            target = target.with_name(f"{Path(name).stem}_{number}{target.suffix}")
+        removed.rename(target)
+    except OSError as error:
+        raise atomic.cannot_write(target, error) from error
+    return target

@@ -9,12 +9,12 @@ from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QMenu, QPushButton, QWidget
 
 from studio.ui import theme
-from studio.ui.review.clip import Source
+from studio.ui.review.clip import ReviewItem
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.time_view import minutes
+from studio.ui.widgets.timeline.time_view import minutes
 
 
-class SourceCard(Card):
+class ReviewListCard(Card):
     """The list with its button.
 
     Signals:
@@ -62,7 +62,7 @@ class SourceCard(Card):
         self.setMinimumWidth(170)
         self.setMaximumWidth(420)
 
-    def show_sources(self, sources: Sequence[Source], chosen: str) -> None:
+    def show_sources(self, sources: Sequence[ReviewItem], chosen: str) -> None:
         """Fill the list."""
         icons = {kind: theme.icon(f"mdi6.{kind}", "muted") for kind in ("account-voice", "music-note")}
         with QSignalBlocker(self.list):

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
 from studio.ui.widgets.avatar_button import AvatarButton
-from studio.ui.widgets.pane import Pane
+from studio.ui.widgets.figure.pane import Pane
 
 
 class Stage(QWidget):

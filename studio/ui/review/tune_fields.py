@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
@@ -70,12 +70,21 @@ class ResetSlider(QSlider):
         event.ignore()  # the panel scrolls; what lies under the mouse by chance stays as it is
 
 
-class CalmSpinBox(QDoubleSpinBox):
-    """A number that the wheel changes only once it was clicked."""
+class NoWheelSpinBox(QDoubleSpinBox):
+    """A number that the wheel changes only once it was clicked, and whose undo is the tuning's."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def event(self, event: QEvent) -> bool:
+        """Leave undo to the tab: what is typed here is tuned at once, so there is no text to take back."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            keys = QKeySequence.StandardKey
+            if event.matches(keys.Undo) or event.matches(keys.Redo):
+                event.ignore()
+                return True
+        return super().event(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.hasFocus():
@@ -84,7 +93,7 @@ class CalmSpinBox(QDoubleSpinBox):
             event.ignore()
 
 
-class CalmComboBox(QComboBox):
+class NoWheelComboBox(QComboBox):
     """A choice that the wheel leaves alone, and that elides what does not fit."""
 
     def __init__(self) -> None:
@@ -109,7 +118,7 @@ class NumberRow(QWidget):
     def __init__(self, about: Number, grid: QGridLayout) -> None:
         super().__init__()
         self.about = about
-        self.slider, self.box = ResetSlider(), CalmSpinBox()
+        self.slider, self.box = ResetSlider(), NoWheelSpinBox()
         low, high = about.limits
         self.slider.setRange(round(low / about.step), round(high / about.step))
         self.slider.setObjectName(f"tune_{about.name}_slider")

@@ -17,7 +17,7 @@ from studio.playback.layers.tuning import (
     Tuning,
 )
 from studio.ui import theme
-from studio.ui.review.tune_fields import CalmComboBox, Fold, Number, NumberRow
+from studio.ui.review.tune_fields import Fold, NoWheelComboBox, Number, NumberRow
 from studio.ui.widgets.card import label
 
 
@@ -36,7 +36,7 @@ class ShapesFold(Fold):
         self.top_vowels = QCheckBox(self.tr("No more than two vowels at a time"))
         self.top_vowels.setObjectName("tune_top_vowels")
         self.body.insertWidget(0, self.top_vowels)
-        self.shape = CalmComboBox()
+        self.shape = NoWheelComboBox()
         self.shape.setObjectName("tune_shape")
         self.shape.setAccessibleName(self.tr("Blend shape"))
         self.grid.addWidget(label(self.tr("Shape")), 0, 0)
@@ -110,7 +110,7 @@ class MovesFold(Fold):
 
     def __init__(self) -> None:
         super().__init__("moves", self.tr("What moves"), False)
-        self.choice = CalmComboBox()
+        self.choice = NoWheelComboBox()
         self.choice.setObjectName("tune_mask")
         self.choice.setAccessibleName(self.tr("What moves"))
         for words, moves in (
@@ -121,7 +121,7 @@ class MovesFold(Fold):
             (self.tr("Your choice"), None),
         ):
             self.choice.addItem(words, moves)
-        self.rest = CalmComboBox()
+        self.rest = NoWheelComboBox()
         self.rest.setObjectName("tune_rest")
         self.rest.setAccessibleName(self.tr("The rest"))
         self.rest.addItem(self.tr("is held still"), False)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
+from studio.dataset.history import History
 from studio.playback.layers import Tuning
 from studio.playback.layers.gaze import has_eyes
 from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
@@ -16,6 +17,7 @@ from studio.ui import theme
 from studio.ui.review.preset_bar import PresetBar
 from studio.ui.review.tune_fields import Fold, Number, NumberRow
 from studio.ui.review.tune_folds import GroundFold, MovesFold, ShapesFold
+from studio.ui.undo import UndoScope
 from studio.ui.widgets.card import label
 
 ONE_EDIT_MS = 800
@@ -24,6 +26,39 @@ UNDO_KEPT = 100
 _SHAPES_FOLD = ("top_vowels", "shapes")
 _MOVES_FOLD = ("moves", "left_out")
 _GROUND_FOLD = ("lock_root", "plant_feet")
+
+
+class TuneUndo(UndoScope):
+    """The tuning and what it was before: what undo means in Review, whatever there has the keys.
+
+    Signals:
+        stepped: `history.value` was taken back or made again.
+    """
+
+    stepped = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.history = History(Tuning(), UNDO_KEPT)
+
+    def _names(self) -> tuple[str, str]:
+        return self.history.undo_name, self.history.redo_name
+
+    def begin(self, tuning: Tuning) -> None:
+        """Begin with a tuning that has nothing before it."""
+        self.history = History(tuning, UNDO_KEPT)
+        self.changed.emit()
+
+    def do(self, name: str, tuning: Tuning) -> None:
+        """Another tuning, as a step of its own."""
+        self.history.do(name, tuning)
+        self.changed.emit()
+
+    def _step(self, redo: bool) -> str:
+        name = self.history.redo() if redo else self.history.undo()
+        self.changed.emit()
+        self.stepped.emit()
+        return name
 
 
 class TunePanel(QWidget):
@@ -37,9 +72,8 @@ class TunePanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._tuning = Tuning()
-        self._undo: list[Tuning] = []
-        self._redo: list[Tuning] = []
+        self.undo_scope = TuneUndo(self)
+        self.undo_scope.stepped.connect(self._on_stepped)
         self._edit = ""  # what is being changed, until it has rested for a while
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
@@ -47,7 +81,7 @@ class TunePanel(QWidget):
         self._resting.timeout.connect(self._end_edit)
         self.rows: dict[str, NumberRow] = {}
         self.presets = PresetBar()
-        self.presets.chosen.connect(self.set_tuning)
+        self.presets.chosen.connect(lambda tuning: self.set_tuning(tuning, self.tr("Preset")))
         self._build_folds()
         self._lay_out()
         self._show()
@@ -55,21 +89,21 @@ class TunePanel(QWidget):
     @property
     def tuning(self) -> Tuning:
         """How everything stands."""
-        return self._tuning
+        return self.undo_scope.history.value
 
-    def set_tuning(self, tuning: Tuning) -> None:
-        """Move everything, and say so once; undo brings back what was."""
+    def set_tuning(self, tuning: Tuning, name: str = "") -> None:
+        """Move everything, and say so once; undo, which knows it by its name, brings back what was."""
         self._end_edit()
-        self._change(tuning, "")
+        self._change(tuning, "", name or self.tr("Tuning"))
 
     def begin(self, tuning: Tuning) -> None:
         """Show what was tuned the last time; there is nothing before it to go back to."""
         self._end_edit()
-        self._undo, self._redo = [], []
-        if tuning == self._tuning:
-            self._show()
-        else:
-            self._set(tuning)
+        moved = tuning != self.tuning
+        self.undo_scope.begin(tuning)
+        self._show()
+        if moved:
+            self.tuning_changed.emit(tuning)
 
     def show_motion(self, shape_names: tuple[str, ...], bone_names: tuple[str, ...]) -> None:
         """Enable what the motion on the stage has channels for; anything else would do nothing."""
@@ -88,93 +122,67 @@ class TunePanel(QWidget):
         self.shapes.show_names(shape_names, sum(vowel(name) is not None for name in shape_names) > 2)
         self.ground.show_available(bool(bones), {"LeftFoot", "RightFoot"} <= bones)
 
-    def undo(self) -> None:
-        """Back to what was before the last change."""
-        self._end_edit()
-        self._step(self._undo, self._redo)
-
-    def redo(self) -> None:
-        """Forth again."""
-        self._end_edit()
-        self._step(self._redo, self._undo)
-
-    # -- keys --------------------------------------------------------------------------------------
-
-    def event(self, event: QEvent) -> bool:
-        """Undo and redo here are the panel's own while it has the keys, not the takes'."""
-        if (
-            isinstance(event, QKeyEvent)
-            and event.type() == QEvent.Type.ShortcutOverride
-            and any(event.matches(key) for key in _UNDO_KEYS)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Undo):
-            self.undo()
-        elif event.matches(QKeySequence.StandardKey.Redo):
-            self.redo()
-        else:
-            super().keyPressEvent(event)
-
     # -- changes -----------------------------------------------------------------------------------
 
     def _on_row(self, name: str) -> None:
         value = self.rows[name].value
-        self._change(self._tuning.changed(**{name: round(value) if name == "seed" else value}), name)
+        changed = self.tuning.changed(**{name: round(value) if name == "seed" else value})
+        self._change(changed, name, self.rows[name].about.title)
 
     def _on_shapes(self, what: str) -> None:
         fold = self.shapes
-        self._change(self._tuning.changed(top_vowels=fold.top_vowels.isChecked(), shapes=fold.shapes), what)
+        changed = self.tuning.changed(top_vowels=fold.top_vowels.isChecked(), shapes=fold.shapes)
+        self._change(changed, what, fold.head.text())
 
     def _on_moves(self, what: str) -> None:
         left_out = bool(self.moves.rest.currentData())
-        self._change(self._tuning.changed(moves=self.moves.moves, left_out=left_out), what)
+        changed = self.tuning.changed(moves=self.moves.moves, left_out=left_out)
+        self._change(changed, what, self.moves.head.text())
 
     def _on_ground(self, what: str) -> None:
         fold = self.ground
-        self._change(
-            self._tuning.changed(
-                lock_root=fold.lock_root.isChecked(), plant_feet=fold.plant_feet.isChecked()
-            ),
-            what,
+        changed = self.tuning.changed(
+            lock_root=fold.lock_root.isChecked(), plant_feet=fold.plant_feet.isChecked()
         )
+        self._change(changed, what, fold.head.text())
 
-    def _on_reset(self, names: tuple[str, ...]) -> None:
+    def _on_reset(self, fold: Fold, names: tuple[str, ...]) -> None:
         """Bring the fields of a fold back."""
         neutral = Tuning()
-        self.set_tuning(self._tuning.changed(**{name: getattr(neutral, name) for name in names}))
+        changed = self.tuning.changed(**{name: getattr(neutral, name) for name in names})
+        self.set_tuning(changed, self.tr("Reset {0}").format(fold.head.text()))
 
-    def _change(self, tuning: Tuning, what: str) -> None:
-        """Another tuning; what follows closely of the same thing is one edit."""
-        if tuning == self._tuning:
+    def _change(self, tuning: Tuning, what: str, name: str) -> None:
+        """Another tuning; what follows closely of the same thing is one edit.
+
+        Args:
+            tuning: the new one.
+            what: was changed, "" for what is an edit of its own each time.
+            name: what undo calls it.
+        """
+        if tuning == self.tuning:
             self._show()
             return
-        if not what or what != self._edit:
-            self._undo = [*self._undo[-UNDO_KEPT:], self._tuning]
-            self._redo = []
+        if what and what == self._edit:
+            self.undo_scope.history.value = tuning
+        else:
+            self.undo_scope.do(name, tuning)
         self._edit = what
         self._resting.start()
-        self._set(tuning)
+        self._show()
+        self.tuning_changed.emit(tuning)
 
     def _end_edit(self) -> None:
         self._edit = ""
         self._resting.stop()
 
-    def _step(self, source: list[Tuning], other: list[Tuning]) -> None:
-        if source:
-            other.append(self._tuning)
-            self._set(source.pop())
-
-    def _set(self, tuning: Tuning) -> None:
-        self._tuning = tuning
+    def _on_stepped(self) -> None:
+        self._end_edit()
         self._show()
-        self.tuning_changed.emit(tuning)
+        self.tuning_changed.emit(self.tuning)
 
     def _show(self) -> None:
-        tuning, neutral = self._tuning, Tuning()
+        tuning, neutral = self.tuning, Tuning()
         for name, row in self.rows.items():
             if row.value != getattr(tuning, name):
                 row.show_value(getattr(tuning, name))
@@ -184,8 +192,8 @@ class TunePanel(QWidget):
             special.show_tuning(tuning)
         self.presets.show_tuning(tuning)
         self.reset.setEnabled(tuning != neutral)
-        self.undo_button.setEnabled(bool(self._undo))
-        self.redo_button.setEnabled(bool(self._redo))
+        self.undo_button.setEnabled(bool(self.undo_scope.undo_name))
+        self.redo_button.setEnabled(bool(self.undo_scope.redo_name))
 
     # -- parts -------------------------------------------------------------------------------------
 
@@ -200,15 +208,16 @@ class TunePanel(QWidget):
             for number in numbers:
                 row = self.rows[number.name] = NumberRow(number, fold.grid)
                 row.changed.connect(lambda name=number.name: self._on_row(name))
-            fold.reset_requested.connect(lambda names=names: self._on_reset(names))
+            fold.reset_requested.connect(partial(self._on_reset, fold, names))
             self._number_folds.append((fold, names))
         self.shapes, self.moves, self.ground = ShapesFold(), MovesFold(), GroundFold()
         self.shapes.changed.connect(self._on_shapes)
         self.moves.changed.connect(self._on_moves)
         self.ground.changed.connect(self._on_ground)
-        self.shapes.reset_requested.connect(lambda: self._on_reset(_SHAPES_FOLD))
-        self.moves.reset_requested.connect(lambda: self._on_reset(_MOVES_FOLD))
-        self.ground.reset_requested.connect(lambda: self._on_reset(_GROUND_FOLD))
+        for special, names in (
+            (self.shapes, _SHAPES_FOLD), (self.moves, _MOVES_FOLD), (self.ground, _GROUND_FOLD),
+        ):  # fmt: skip
+            special.reset_requested.connect(partial(self._on_reset, special, names))
 
     def _lay_out(self) -> None:
         inner = QWidget()
@@ -240,12 +249,13 @@ class TunePanel(QWidget):
         column.addWidget(self.area, 1)
 
     def _history_row(self) -> QHBoxLayout:
-        self.undo_button = self._tool("tune_undo", "mdi6.undo", self.tr("Undo the last change"), self.undo)
-        self.redo_button = self._tool("tune_redo", "mdi6.redo", self.tr("Redo"), self.redo)
+        undo, redo = self.undo_scope.undo, self.undo_scope.redo
+        self.undo_button = self._tool("tune_undo", "mdi6.undo", self.tr("Undo the last change"), undo)
+        self.redo_button = self._tool("tune_redo", "mdi6.redo", self.tr("Redo"), redo)
         self.reset = QPushButton(self.tr("Reset all"))
         self.reset.setObjectName("tune_reset")
         theme.as_role(self.reset, "quiet")
-        self.reset.clicked.connect(lambda: self.set_tuning(Tuning()))
+        self.reset.clicked.connect(lambda: self.set_tuning(Tuning(), self.reset.text()))
         row = QHBoxLayout()
         row.setSpacing(theme.TIGHT)
         row.addWidget(self.undo_button)
@@ -254,14 +264,14 @@ class TunePanel(QWidget):
         row.addWidget(self.reset)
         return row
 
-    def _tool(self, name: str, icon: str, words: str, work: Callable[[], None]) -> QToolButton:
+    def _tool(self, name: str, icon: str, words: str, work: Callable[[], object]) -> QToolButton:
         button = QToolButton()
         button.setObjectName(name)
         button.setToolTip(words)
         button.setAccessibleName(words)
         theme.set_icon(button, icon, "muted")
         theme.as_role(button, "quiet")
-        button.clicked.connect(work)
+        button.clicked.connect(lambda: work())
         return button
 
     def _overall(self) -> list[Number]:
@@ -308,4 +318,3 @@ class TunePanel(QWidget):
 
 
 _REGION_ROWS = ("mouth", "brows", "eyes", "face", "head", "torso", "arms", "hands", "legs")
-_UNDO_KEYS = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)

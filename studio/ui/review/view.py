@@ -23,14 +23,13 @@ from studio.ui.review.camera import CameraButton
 from studio.ui.review.export_panel import ExportPanel
 from studio.ui.review.pair_meters import PairMeters
 from studio.ui.review.run_bar import RunBar
-from studio.ui.review.send_panel import SendPanel
-from studio.ui.review.source_card import SourceCard
+from studio.ui.review.source_card import ReviewListCard
 from studio.ui.review.stage import Stage
 from studio.ui.review.tune_panel import TunePanel
-from studio.ui.widgets.card import Card, CutLabel, EmptyState, label
-from studio.ui.widgets.columns import columns, rows
-from studio.ui.widgets.time_view import clock
-from studio.ui.widgets.timeline import Timeline
+from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
+from studio.ui.widgets.send_panel import SendPanel
+from studio.ui.widgets.timeline.time_view import clock
+from studio.ui.widgets.timeline.timeline import Timeline
 
 SPEEDS = (0.25, 0.5, 0.75, 1.0)
 LEAST_MIDDLE = 520
@@ -76,7 +75,7 @@ class ReviewView(QWidget):
         self._stack.addWidget(room)
         outer = QHBoxLayout(room)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
-        self.sources_card = SourceCard()
+        self.sources_card = ReviewListCard()
         parts = (self.sources_card, 182, 0), (self._middle(), 756, 1), (self._right(), 294, 0)
         self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
+from studio.files import atomic
 from studio.project import Project
-from studio.take import safe_file
-from studio.ui.review.clip import Wanted
+from studio.training.run_choice import RunSelection
 
 FILE = "votes.jsonl"
 
@@ -28,8 +28,8 @@ class Vote:
         at: when, ISO 8601.
     """
 
-    a: Wanted
-    b: Wanted
+    a: RunSelection
+    b: RunSelection
     better: str
     sound: str
     first: str
@@ -66,7 +66,7 @@ def keep(project: Project, vote: Vote) -> None:
         with path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(facts, ensure_ascii=False) + "\n")
     except OSError as error:
-        raise safe_file.cannot_write(path, error) from error
+        raise atomic.cannot_write(path, error) from error
 
 
 def kept(project: Project) -> tuple[Vote, ...]:
@@ -78,9 +78,9 @@ def kept(project: Project) -> tuple[Vote, ...]:
     return tuple(vote for line in lines if (vote := _vote(line)) is not None)
 
 
-def tally(votes: Iterable[Vote], a: Wanted, b: Wanted) -> Tally:
+def tally(votes: Iterable[Vote], a: RunSelection, b: RunSelection) -> Tally:
     """Count the votes between two, whichever stood as A then."""
-    found: Counter[Wanted | None] = Counter()
+    found: Counter[RunSelection | None] = Counter()
     for vote in votes:
         if {vote.a, vote.b} == {a, b}:
             found[{"a": vote.a, "b": vote.b}.get(vote.better)] += 1
@@ -99,11 +99,11 @@ def _vote(line: str) -> Vote | None:
         return None
 
 
-def _wanted(facts: dict[str, Any]) -> Wanted:
+def _wanted(facts: dict[str, Any]) -> RunSelection:
     run, style = str(facts["run"]), str(facts["style"])
-    return Wanted(run, style, int(facts.get("seed", 0)), float(facts.get("liveliness", 1.0)))
+    return RunSelection(run, style, int(facts.get("seed", 0)), float(facts.get("liveliness", 1.0)))
 
 
-def _plain(wanted: Wanted) -> dict[str, Any]:
+def _plain(wanted: RunSelection) -> dict[str, Any]:
     facts = {"run": wanted.run, "style": wanted.style, "seed": wanted.seed}
     return facts if wanted.liveliness == 1.0 else {**facts, "liveliness": wanted.liveliness}

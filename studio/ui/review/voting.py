@@ -12,10 +12,10 @@ from studio.project import Project
 from studio.ui import messages
 from studio.ui.review import votes
 from studio.ui.review.run_bar import RunBar
-from studio.ui.review.scene import Scene
+from studio.ui.review.scene import ReviewScene
 
 
-class Voting(QObject):
+class VotePresenter(QObject):
     """The vote's thought.
 
     Args:
@@ -26,7 +26,7 @@ class Voting(QObject):
     """
 
     def __init__(
-        self, bar: RunBar, scene: Scene, project: Callable[[], Project | None], show: Callable[[], None]
+        self, bar: RunBar, scene: ReviewScene, project: Callable[[], Project | None], show: Callable[[], None]
     ) -> None:
         super().__init__(bar)
         self._bar, self._scene, self._project, self._show = bar, scene, project, show

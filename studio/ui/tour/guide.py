@@ -99,7 +99,7 @@ class Guide:
         from PySide6.QtCore import Qt
         from PySide6.QtTest import QTest
 
-        from studio.ui.rooms import NAMES
+        from studio.ui.tabs import NAMES
 
         tabs = self.window.tabs
         spot = tabs.tabRect(NAMES.index(name)).center()

@@ -7,7 +7,10 @@ from collections.abc import Callable
 from PySide6.QtWidgets import QLabel
 
 from studio.errors import StudioError
-from studio.ui.tour import curating, living, recording, reviewing, training
+from studio.ui.tour import capture_steps, result_steps
+from studio.ui.tour import capture_steps as recording
+from studio.ui.tour import result_steps as reviewing
+from studio.ui.tour import result_steps as training
 from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
 
@@ -62,16 +65,16 @@ STEPS: tuple[tuple[str, Callable[[Guide], None]], ...] = (
     ("the practice performer is seen and heard", recording.start_the_performer),
     ("three takes are recorded", recording.record_takes),
     ("the practice performer stops", recording.stop_the_performer),
-    ("the takes are seen and played", curating.see_the_takes),
-    ("a take is trimmed", curating.trim_a_take),
-    ("a take is labelled", curating.label_a_take),
-    ("the takes are split", curating.split_the_takes),
+    ("the takes are seen and played", capture_steps.see_the_takes),
+    ("a take is trimmed", capture_steps.trim_a_take),
+    ("a take is labelled", capture_steps.label_a_take),
+    ("the takes are split", capture_steps.split_the_takes),
     ("training starts in the background", training.start_training),
     ("other tabs work meanwhile", training.work_meanwhile),
     ("training ends with a run", training.finish_training),
     ("the prediction is reviewed", reviewing.review_the_prediction),
     ("the prediction is sent to an avatar", reviewing.send_it),
     ("the prediction is exported", reviewing.export_it),
-    ("the avatar moves live", living.go_live),
+    ("the avatar moves live", result_steps.go_live),
     ("the project is as it was when opened again", open_it_again),
 )

@@ -20,7 +20,7 @@ Plan = Sequence[tuple[str, "Callable[[Guide], None]"]]
 
 
 @dataclass(frozen=True)
-class Step:
+class TourStep:
     """How one step of the tour went.
 
     Args:
@@ -45,9 +45,9 @@ class Tour:
         plan: names and steps, in order; the whole job where None.
     """
 
-    def __init__(self, folder: Path, on_step: Callable[[Step], None], plan: Plan | None = None) -> None:
+    def __init__(self, folder: Path, on_step: Callable[[TourStep], None], plan: Plan | None = None) -> None:
         self.folder = folder
-        self.steps: list[Step] = []
+        self.steps: list[TourStep] = []
         self.files: list[Path] = []
         self._on_step = on_step
         self._plan = plan
@@ -82,13 +82,15 @@ class Tour:
             if self._unexpected:
                 raise self._unexpected[0]
         except StudioError as error:
-            self._note(Step(name, False, time.monotonic() - start, f"{error.what} {error.remedy}".strip()))
+            self._note(
+                TourStep(name, False, time.monotonic() - start, f"{error.what} {error.remedy}".strip())
+            )
             raise StudioError(f'The tour failed at "{name}": {error.what}', error.remedy) from error
         except Exception as error:
-            self._note(Step(name, False, time.monotonic() - start, f"{type(error).__name__}: {error}"))
+            self._note(TourStep(name, False, time.monotonic() - start, f"{type(error).__name__}: {error}"))
             what = f'The tour failed at "{name}": {type(error).__name__}: {error}.'
             raise StudioError(what, "Please report it with the log.") from error
-        self._note(Step(name, True, time.monotonic() - start))
+        self._note(TourStep(name, True, time.monotonic() - start))
 
     def _on_unexpected(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -97,6 +99,6 @@ class Tour:
         self._unexpected.append(error)
         sys.__excepthook__(kind, error, trace)
 
-    def _note(self, step: Step) -> None:
+    def _note(self, step: TourStep) -> None:
         self.steps.append(step)
         self._on_step(step)

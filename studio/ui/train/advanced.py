@@ -47,7 +47,7 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
     found = []
     for name in ("", *names):
         made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
-        ahead, speaks = made.settings().get(LOOK_AHEAD), made.sound.speaks
+        ahead, speaks = made.settings().get(LOOK_AHEAD), made.sound.uses_encoder
         ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
         found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks))
     return tuple(found)

@@ -10,22 +10,23 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio.errors import StudioError
+from studio.ipc.events import UnpackDone
 from studio.project import Project
 from studio.training import model_card
 from studio.training.run_file import SUFFIX
 from studio.ui import messages
-from studio.ui.jobs import Job
+from studio.ui.tasks import Job
 from studio.ui.train.card_dialog import CardDialog
 
 
-class Carrying(QObject):
+class RunTransfer(QObject):
     """The thought behind Model card, Export run and Import a run.
 
     Signals:
-        arrived: id of a run that was imported.
+        arrived: folder of a run that was imported, and the sentence that says so.
     """
 
-    arrived = Signal(str)
+    arrived = Signal(object, str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -84,10 +85,9 @@ class Carrying(QObject):
     def bring_in(self, project: Project, source: Path) -> None:
         """Make a run of a file; it is looked at in a child process before it becomes one."""
 
-        def done(facts: dict[str, Any]) -> None:
-            run = str(facts.get("run", ""))
-            messages.show_note(self._parent, self.tr("{0} is {1} now.").format(source.name, run))
-            self.arrived.emit(run)
+        def done(made: UnpackDone) -> None:
+            told = self.tr("{0} is {1} now.").format(source.name, made.run)
+            self.arrived.emit(project.runs_folder / made.run, told)
 
         self._start(["unpack", str(source), str(project.folder)], done)
 

@@ -6,10 +6,10 @@ from PySide6.QtCore import QObject
 
 from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
-from studio.ui import background
+from studio.ui import tasks
 from studio.ui.session import Session
 from studio.ui.train.advanced import forms_or_none
-from studio.ui.train.view import Preset, TrainView
+from studio.ui.train.view import PresetChoice, TrainView
 
 
 class Choices(QObject):
@@ -22,7 +22,7 @@ class Choices(QObject):
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
         cards = [
-            Preset(key, self.tr(info.preset), info.expected_time, info.summary)
+            PresetChoice(key, self.tr(info.preset), info.expected_time, info.summary)
             for key, info in self._by_preset.items()
         ]
         view.show_presets(cards, "")
@@ -55,7 +55,7 @@ class Choices(QObject):
                 self._devices = result
                 self._view.drawer.show_devices(result.names, result.reason)
 
-            background.run(devices, found, owner=self)
+            tasks.run(devices, found, owner=self)
 
 
 def _key(preset: str) -> str:

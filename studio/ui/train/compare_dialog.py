@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.train.compare_facts import Compared
+from studio.ui.train.compare_facts import Comparison
 from studio.ui.train.compare_table import CompareTable
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import label
@@ -95,7 +95,7 @@ class CompareDialog(QDialog):
         self._state.setText(sentence)
         self.ground.setEnabled(True)
 
-    def show_compared(self, compared: Compared, told: str) -> None:
+    def show_compared(self, compared: Comparison, told: str) -> None:
         """Show the table.
 
         Args:

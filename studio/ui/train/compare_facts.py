@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from PySide6.QtCore import QT_TRANSLATE_NOOP, QCoreApplication
+
+from studio.ipc.events import CompareDone
 
 CAPTURED = "captured"
 BASELINES = ("ridge", "train_mean", "zero")
@@ -71,7 +72,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class FigureRow:
     """One figure of everything compared, in the order of the columns."""
 
     figure: Figure
@@ -81,7 +82,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Compared:
+class Comparison:
     """The table.
 
     Args:
@@ -94,22 +95,20 @@ class Compared:
 
     columns: tuple[str, ...]
     runs: int
-    rows: tuple[Row, ...]
+    rows: tuple[FigureRow, ...]
     ground: tuple[str, ...]
     split: str
 
 
-def compared(facts: Mapping[str, Any]) -> Compared:
+def compared(done: CompareDone) -> Comparison:
     """The table of the last line of `saia compare --json`."""
-    runs, baselines = facts.get("runs") or {}, facts.get("baselines") or {}
-    captured = facts.get("captured") or {}
+    runs, baselines = done.runs, done.baselines
     order = [name for name in BASELINES if name in baselines]
     columns = (*runs, *order, CAPTURED)
-    found = [*runs.values(), *(baselines[name] for name in order), captured]
+    found = [*runs.values(), *(baselines[name] for name in order), done.captured]
     rows = [_row(figure, [_number(one.get(figure.key)) for one in found], len(runs)) for figure in FIGURES]
     shown = tuple(row for row in rows if any(cell.value is not None for cell in row.cells[:-1]))
-    takes = tuple(str(take) for take in facts.get("takes") or ())
-    return Compared(columns, len(runs), shown, takes, str(facts.get("split", "")))
+    return Comparison(columns, len(runs), shown, done.takes, done.split)
 
 
 def title(column: str) -> str:
@@ -123,7 +122,7 @@ def title(column: str) -> str:
     return words.get(column, column)
 
 
-def _row(figure: Figure, values: Sequence[float | None], runs: int) -> Row:
+def _row(figure: Figure, values: Sequence[float | None], runs: int) -> FigureRow:
     known = [abs(value) for value in values if value is not None]
     longest = max(known, default=0.0)
     nearest = _nearest(values[:runs], values[-1])
@@ -132,7 +131,9 @@ def _row(figure: Figure, values: Sequence[float | None], runs: int) -> Row:
         for i, value in enumerate(values)
     ]
     ideal = values[-1]
-    return Row(figure, tuple(cells), abs(ideal) / longest if ideal is not None and longest > 0 else None)
+    return FigureRow(
+        figure, tuple(cells), abs(ideal) / longest if ideal is not None and longest > 0 else None
+    )
 
 
 def _nearest(values: Sequence[float | None], ideal: float | None) -> int | None:

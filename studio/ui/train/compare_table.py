@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.train.compare_facts import Cell, Compared, Row, title
+from studio.ui.train.compare_facts import Cell, Comparison, FigureRow, title
 
 CELL, MARK, COLOUR = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 BAR_PX, ROW_PX = 4, 32
@@ -42,7 +42,7 @@ class CompareTable(QTableWidget):
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         self.horizontalHeader().setMinimumSectionSize(92)
 
-    def show_compared(self, compared: Compared) -> None:
+    def show_compared(self, compared: Comparison) -> None:
         """Fill it."""
         self.clear()
         self.setRowCount(len(compared.rows))
@@ -55,7 +55,7 @@ class CompareTable(QTableWidget):
             for x, cell in enumerate(row.cells):
                 self.setItem(y, x, self._item(row, cell, x if x < compared.runs else _GREY))
 
-    def _item(self, row: Row, cell: Cell, colour: int) -> QTableWidgetItem:
+    def _item(self, row: FigureRow, cell: Cell, colour: int) -> QTableWidgetItem:
         text = "" if cell.value is None else f"{cell.value:.{row.figure.decimals}f} {row.figure.unit}".strip()
         item = QTableWidgetItem(f"✓ {text}" if cell.best else text)
         item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
+from studio.ipc.events import BaselinesEvent, ChildEvent, CompareDone, MeasuredEvent, NoteEvent, ProgressEvent
 from studio.project import Project
-from studio.ui.jobs import Job
+from studio.ui.tasks import Job
 from studio.ui.train.compare_dialog import CompareDialog, Points
-from studio.ui.train.compare_facts import Compared, compared
-from studio.ui.train.run_facts import curves
+from studio.ui.train.compare_facts import Comparison, compared
+from studio.ui.train.run_facts import curves, epochs_of
 
 
-class Comparing(QObject):
+class ComparePresenter(QObject):
     """One comparison at a time, in a window of its own.
 
     Args:
@@ -67,45 +67,44 @@ class Comparing(QObject):
         self._end_job()
         self._notes, self._measured = [], 0
         job = self._job = Job(self)
-        job.event_received.connect(lambda event: self._on_event(job, event))
-        job.done.connect(lambda facts: self._on_done(job, facts))
+        job.told.connect(lambda event: self._on_event(job, event))
+        job.done.connect(lambda done: self._on_done(job, done))
         job.failed.connect(lambda what, remedy: self._on_failed(job, f"{what} {remedy}"))
         job.start(["compare", str(project.folder), *runs, "--split", split])
         if self.dialog is not None:
             self.dialog.show_busy(0, self.tr("The runs listen to takes that they have not learnt from."))
 
-    def _on_event(self, job: Job, event: dict[str, Any]) -> None:
+    def _on_event(self, job: Job, event: ChildEvent) -> None:
         if job is not self._job or self.dialog is None:
             return
-        if event.get("event") == "measured":
-            self._measured += 1
-            self.dialog.show_busy(self._measured, self.tr("{0} is measured.").format(event.get("run", "")))
-        elif event.get("event") == "progress":
-            words = self.tr("{0} listens to {1}, take {2} of {3}.")
-            number = int(event.get("done") or 0) + 1
-            told = words.format(event.get("run"), event.get("take"), number, event.get("of"))
-            self.dialog.show_busy(self._measured + float(event.get("fraction") or 0.0), told)
-        elif event.get("event") == "baselines":
-            told = self.tr("The simple guesses to beat are made: {0} %.")
-            percent = round(100 * float(event.get("fraction") or 0.0))
-            self.dialog.show_busy(self._measured, told.format(percent))
-        elif event.get("text"):
-            self._notes.append(str(event["text"]))
+        match event:
+            case MeasuredEvent():
+                self._measured += 1
+                self.dialog.show_busy(self._measured, self.tr("{0} is measured.").format(event.run))
+            case ProgressEvent():
+                words = self.tr("{0} listens to {1}, take {2} of {3}.")
+                told = words.format(event.run, event.take, event.done + 1, event.of)
+                self.dialog.show_busy(self._measured + event.fraction, told)
+            case BaselinesEvent():
+                told = self.tr("The simple guesses to beat are made: {0} %.")
+                self.dialog.show_busy(self._measured, told.format(round(100 * event.fraction)))
+            case NoteEvent(text=str(text)) if text:
+                self._notes.append(text)
 
-    def _on_done(self, job: Job, facts: dict[str, Any]) -> None:
+    def _on_done(self, job: Job, done: CompareDone) -> None:
         if job is self._job and self.dialog is not None:
-            found = compared(facts)
+            found = compared(done)
             self.dialog.show_compared(found, self._told(found))
 
     def _on_failed(self, job: Job, sentence: str) -> None:
         if job is self._job and self.dialog is not None:
             self.dialog.show_failure(sentence)
 
-    def _told(self, found: Compared) -> str:
+    def _told(self, found: Comparison) -> str:
         takes = ", ".join(found.ground[:4]) + ("…" if len(found.ground) > 4 else "")
         words = [takes, self.tr("✓ nearest to the captured motion, whose value is the tick on each bar")]
         return "   ".join([*words, *self._notes])
 
 
 def _points(project: Project, runs: Sequence[str], metric: str) -> Points:
-    return {run: curves(project.run(run).epochs()).get(metric, []) for run in runs}
+    return {run: curves(epochs_of(project.run(run))).get(metric, []) for run in runs}

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVB
 from studio.ui import theme
 from studio.ui.train.data_facts import DataFacts, SplitFacts, Warning
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.time_view import minutes
+from studio.ui.widgets.timeline.time_view import minutes
 
 MOST_WARNINGS = 3
 

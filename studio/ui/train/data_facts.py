@@ -9,7 +9,7 @@ from PySide6.QtCore import QCoreApplication
 
 from studio.dataset.dataset import Dataset, Selection
 from studio.take import Take
-from studio.ui.widgets.time_view import minutes
+from studio.ui.widgets.timeline.time_view import minutes
 
 LITTLE_SECONDS = 120.0
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 
-class Ending(Enum):
+class CloseChoice(Enum):
     """What becomes of the training."""
 
     KEEP = auto()
@@ -16,7 +16,7 @@ class Ending(Enum):
     GO_ON = auto()
 
 
-def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> Ending:
+def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> CloseChoice:
     """Ask; a training lives as long as its window does.
 
     Args:
@@ -40,8 +40,10 @@ def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> Ending:
     box.setEscapeButton(stay)
     box.exec()
     if box.clickedButton() is keep:
-        return Ending.KEEP
-    return Ending.DISCARD if discard is not None and box.clickedButton() is discard else Ending.GO_ON
+        return CloseChoice.KEEP
+    return (
+        CloseChoice.DISCARD if discard is not None and box.clickedButton() is discard else CloseChoice.GO_ON
+    )
 
 
 def _tr(text: str) -> str:

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject
 
+from studio.ipc.events import EpochEvent
 from studio.project import Run
 from studio.ui.train import words
-from studio.ui.train.heard import Heard
-from studio.ui.train.previewing import Previewing
-from studio.ui.train.run_facts import RunFacts, curves, run_facts
+from studio.ui.train.heard import TrainingProgress
+from studio.ui.train.previewing import PreviewPresenter
+from studio.ui.train.run_facts import RunFacts, curves, epochs_of, run_facts
 from studio.ui.train.view import TrainView
 
 
-class Following(QObject):
+class ProgressPresenter(QObject):
     """Fills the progress card."""
 
     def __init__(self, view: TrainView) -> None:
         super().__init__(view)
         self._card = view.progress
-        self._previewing = Previewing(view.progress.preview)
+        self._previewing = PreviewPresenter(view.progress.preview)
 
-    def show_training(self, run_id: str, heard: Heard, folder: Path | None, stopping: bool) -> None:
+    def show_training(
+        self, run_id: str, heard: TrainingProgress, folder: Path | None, stopping: bool
+    ) -> None:
         """The training under way.
 
         Args:
@@ -47,12 +49,12 @@ class Following(QObject):
             self._card.show_curves({}, None)
             self._card.show_alarm("")
             return
-        events = run.epochs()
+        events = epochs_of(run)
         facts = run_facts(events)
         still = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
         self._card.show_progress(run.id, words.of_run(facts), None)
         self._show(facts, events, still if facts.life == "still" else "")
 
-    def _show(self, facts: RunFacts, events: Sequence[dict[str, Any]], alarm: str) -> None:
+    def _show(self, facts: RunFacts, events: Sequence[EpochEvent], alarm: str) -> None:
         self._card.show_curves(curves(events), facts.best)
         self._card.show_alarm(alarm)

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
+from studio.ipc.events import (
+    ChildEvent,
+    CleaningEvent,
+    EpochEvent,
+    ListeningEvent,
+    LookAheadsEvent,
+    NoteEvent,
+    OutOfMemoryEvent,
+    StartedEvent,
+    StepEvent,
+)
 from studio.ui.train.run_facts import RunFacts, run_facts
 
 
 @dataclass
-class Heard:
+class TrainingProgress:
     """Events of one training, as they come.
 
     Args:
@@ -23,35 +34,35 @@ class Heard:
         smaller: after memory ran out, the setting that may fit.
     """
 
-    events: list[dict[str, Any]] = field(default_factory=list)
+    events: list[EpochEvent] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     cleaning: tuple[str, int] | None = None
     listening: tuple[str, int, int] | None = None
-    step: dict[str, Any] | None = None
+    step: StepEvent | None = None
     measuring: int | None = None
     smaller: str = ""
 
-    def take(self, event: dict[str, Any]) -> None:
+    def take(self, event: ChildEvent) -> None:
         """Remember an event."""
-        kind = event.get("event")
-        if kind == "epoch":
-            self.events.append(event)
-            self.step = None
-        elif kind == "step":
-            self.step = event
-        elif kind == "cleaning":
-            self.cleaning = str(event.get("take")), round(100 * float(event.get("fraction") or 0.0))
-        elif kind == "look_aheads":
-            self.measuring = round(100 * float(event.get("fraction") or 0.0))
-        elif kind == "listening":
-            self.cleaning = None
-            self.listening = str(event.get("take")), int(event.get("number") or 0), int(event.get("of") or 0)
-        elif kind == "started":
-            self.cleaning = self.listening = None
-        elif kind == "out_of_memory":
-            self.smaller = str(event.get("setting") or "")
-        elif event.get("text"):
-            self.notes.append(str(event["text"]))
+        match event:
+            case EpochEvent():
+                self.events.append(event)
+                self.step = None
+            case StepEvent():
+                self.step = event
+            case CleaningEvent():
+                self.cleaning = event.take, round(100 * event.fraction)
+            case LookAheadsEvent():
+                self.measuring = round(100 * event.fraction)
+            case ListeningEvent():
+                self.cleaning = None
+                self.listening = event.take, event.number, event.of
+            case StartedEvent():
+                self.cleaning = self.listening = None
+            case OutOfMemoryEvent():
+                self.smaller = event.setting
+            case NoteEvent(text=str(text)) if text:
+                self.notes.append(text)
 
     @property
     def facts(self) -> RunFacts:
@@ -61,7 +72,7 @@ class Heard:
     @property
     def fraction(self) -> float:
         """How much is done, 0..1, of listening to the takes, then of the epochs; -1 where nobody can tell."""
-        done, of = self.facts.epochs, self.facts.of or (self.step or {}).get("of")
+        done, of = self.facts.epochs, self.facts.of or (self.step.of if self.step else 0)
         if not of and self.listening is not None and self.listening[2] > 1:
             return (self.listening[1] - 1) / self.listening[2]
         if not of:
@@ -71,17 +82,16 @@ class Heard:
     @property
     def eta(self) -> float | None:
         """Seconds left, by what came last."""
-        if self.step is not None and isinstance(self.step.get("eta_s"), int | float):
-            return float(self.step["eta_s"])
+        if self.step is not None and math.isfinite(self.step.eta_s):
+            return self.step.eta_s
         return self.facts.eta
 
     @property
     def _part(self) -> float:
-        step, steps = ((self.step or {}).get(key) for key in ("step", "steps"))
-        return float(step) / float(steps) if step and steps else 0.0
+        return self.step.step / self.step.steps if self.step and self.step.steps else 0.0
 
 
-def smaller_again(words: Sequence[str], run: str, smaller: str) -> list[str]:
+def smaller_batch_note(words: Sequence[str], run: str, smaller: str) -> list[str]:
     """The command that goes on with a smaller batch.
 
     Args:

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QTimer
 
 from studio.dataset import edits
 from studio.errors import StudioError
+from studio.ipc.events import ChildEvent, EpochEvent, OutOfMemoryEvent, StartedEvent, TrainDone
 from studio.project import Run
-from studio.ui import messages
-from studio.ui.jobs import Job
+from studio.ui import messages, undo
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 from studio.ui.train import words
 from studio.ui.train.choices import Choices
 from studio.ui.train.data_facts import data_facts, one_for_validation
-from studio.ui.train.ending import Ending, ask_how_to_end
-from studio.ui.train.following import Following
-from studio.ui.train.heard import Heard, smaller_again
-from studio.ui.train.removing import Removing
-from studio.ui.train.run_keeping import Live, RunKeeping
-from studio.ui.train.view import TrainView, Wish
+from studio.ui.train.ending import CloseChoice, ask_how_to_end
+from studio.ui.train.following import ProgressPresenter
+from studio.ui.train.heard import TrainingProgress, smaller_batch_note
+from studio.ui.train.removing import RunTrashPresenter
+from studio.ui.train.run_facts import epochs_of
+from studio.ui.train.run_keeping import RunningTraining, RunsPresenter
+from studio.ui.train.view import TrainRequest, TrainView
+from studio.ui.undo import DatasetUndo, JointUndo
 
 REFRESH_MS = 500
 """Epochs may come faster than anyone can read: the window follows at this pace."""
@@ -40,7 +42,7 @@ class TrainPresenter(QObject):
         self._runs_folder: Path | None = None
         """Where the runs of its project lie, which need not be the one that is open."""
         self._words: list[str] = []  # of the command it runs, or ran last
-        self._heard = Heard()
+        self._heard = TrainingProgress()
         self._resuming = False
         self._offered_run = ""  # the one whose memory ran out
         self._closing = False  # the window goes once the training has ended
@@ -50,11 +52,15 @@ class TrainPresenter(QObject):
         self._timer = QTimer(self)
         self._timer.setInterval(REFRESH_MS)
         self._timer.timeout.connect(self._follow)
-        self._following = Following(view)
-        self._removing = Removing(view)
+        self._following = ProgressPresenter(view)
+        self._removing = RunTrashPresenter(
+            view, lambda folder: self._job is not None and folder == self._folder
+        )
         self._removing.removed.connect(self._on_removed)
         self._removing.returned.connect(self._on_returned)
-        self._keeping = RunKeeping(view, session, self._live, self._removing)
+        self._data_undo = DatasetUndo(session, "train", self)
+        self.undo_scope = JointUndo((self._data_undo, self._removing.steps), self)
+        self._keeping = RunsPresenter(view, session, self._live, self._removing)
         self._keeping.cancel_wished.connect(self._on_cancel)
         self._choices = Choices(view, session)
         view.start_requested.connect(self._on_start)
@@ -102,16 +108,16 @@ class TrainPresenter(QObject):
         chosen = ask_how_to_end(self._view, self._run_id, self._resuming)
         job = self._job
         if job is None:  # it ended while the question stood
-            return chosen is not Ending.GO_ON
-        if chosen is Ending.KEEP:
+            return chosen is not CloseChoice.GO_ON
+        if chosen is CloseChoice.KEEP:
             self._closing = True
             self._on_stop()
-        elif chosen is Ending.DISCARD:
+        elif chosen is CloseChoice.DISCARD:
             folder = self._folder
             self.close()
             if folder is not None and folder.is_dir():
                 self._removing.remove(folder, self.tr("Removed {0}.").format(folder.name))
-        return chosen is Ending.DISCARD
+        return chosen is CloseChoice.DISCARD
 
     def close(self) -> None:
         """The window closes: the child ends, keeping what it has."""
@@ -123,7 +129,7 @@ class TrainPresenter(QObject):
 
     # -- training ----------------------------------------------------------------------------------
 
-    def _on_start(self, wish: Wish) -> None:
+    def _on_start(self, wish: TrainRequest) -> None:
         project = self._session.project
         if project is None or self._job is not None:
             return
@@ -144,7 +150,7 @@ class TrainPresenter(QObject):
 
     def _go_on(self, words: list[str], run: Run) -> None:
         self._folder = run.folder
-        self._begin(words, run.epochs(), run.id)
+        self._begin(words, epochs_of(run), run.id)
 
     def _on_smaller(self) -> None:
         """Train on with the smaller batch that was offered when memory ran out."""
@@ -152,20 +158,20 @@ class TrainPresenter(QObject):
         if project is None or self._job is not None or not smaller:
             return
         run = next((run for run in project.runs if run.id == self._offered_run), None)
-        words = smaller_again(self._words, run.id if run is not None else "", smaller)
+        words = smaller_batch_note(self._words, run.id if run is not None else "", smaller)
         if run is None:
             self._begin(words, [])
         else:
             self._go_on(words, run)
 
-    def _begin(self, words: list[str], events: list[dict[str, Any]], run_id: str = "") -> None:
+    def _begin(self, words: list[str], events: list[EpochEvent], run_id: str = "") -> None:
         job = Job(self)
-        job.event_received.connect(self._on_event)
+        job.told.connect(self._on_event)
         job.done.connect(self._on_done)
         job.failed.connect(self._on_failed)
         job.cancelled.connect(self._on_cancelled)
         job.ended.connect(self._on_ended)
-        self._job, self._heard, self._stopping = job, Heard(list(events)), False
+        self._job, self._heard, self._stopping = job, TrainingProgress(list(events)), False
         self._run_id, self._shown, self._words = run_id, run_id, words
         self._folder = self._folder if run_id else None
         self._resuming, self._closing = bool(run_id), False
@@ -199,11 +205,11 @@ class TrainPresenter(QObject):
         if self._job is not None:
             self._job.cancel()
 
-    def _on_event(self, event: dict[str, Any]) -> None:
-        if event.get("run") and not self._run_id:
-            self._run_id = str(event["run"])
-            folder = event.get("folder")
-            self._folder = Path(str(folder)) if folder else None
+    def _on_event(self, event: ChildEvent) -> None:
+        # Memory may run out before the training begins, and its run be there already.
+        if isinstance(event, StartedEvent | OutOfMemoryEvent) and event.run and not self._run_id:
+            self._run_id = event.run
+            self._folder = Path(event.folder) if isinstance(event, StartedEvent) and event.folder else None
             self._session.runs_changed.emit()
             if self._here:
                 self._shown = self._run_id
@@ -213,13 +219,12 @@ class TrainPresenter(QObject):
         if learning and self._heard.measuring is not None:
             self._view.show_running(True, measuring=True)  # a stop before this one ended the learning
 
-    def _on_done(self, facts: dict[str, Any]) -> None:
+    def _on_done(self, done: TrainDone) -> None:
         if self._job is not None and self._job.cancelling and not self._resuming:
             self._on_cancelled()  # too late for the child, which was measuring what it had learnt
             return
-        run = str(facts.get("run") or self._run_id)
-        stopped = bool(facts.get("stopped"))
-        text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
+        run = done.run or self._run_id
+        text = self.tr("{0} stopped; its best epoch is kept.") if done.stopped else self.tr("{0} is trained.")
         action = (self.tr("Review it"), lambda: self._keeping.review(run))
         messages.show_note(self._view, text.format(run), action=action if self._here else None)
 
@@ -240,7 +245,7 @@ class TrainPresenter(QObject):
             return
         if folder is None and self._runs_folder is not None and self._run_id:
             folder = self._runs_folder / self._run_id
-        self._shown, self._heard = "" if self._here else self._shown, Heard()
+        self._shown, self._heard = "" if self._here else self._shown, TrainingProgress()
         told = self.tr("The training was cancelled and its run removed.")
         if folder is not None and folder.parent == self._runs_folder and folder.is_dir():
             self._removing.remove(folder, told)
@@ -305,6 +310,7 @@ class TrainPresenter(QObject):
                 self._show_shown()
 
     def _on_project(self) -> None:
+        self._removing.steps.forget()
         if self._job is None or not self._here:
             runs = self._keeping.newest_first()
             self._shown = runs[0].id if runs else ""
@@ -318,8 +324,12 @@ class TrainPresenter(QObject):
 
     # -- runs --------------------------------------------------------------------------------------
 
-    def _live(self) -> Live | None:
-        return Live(self._run_id, self._heard.events) if self._job is not None and self._here else None
+    def _live(self) -> RunningTraining | None:
+        return (
+            RunningTraining(self._run_id, self._heard.events)
+            if self._job is not None and self._here
+            else None
+        )
 
     def _on_removed(self, run_id: str) -> None:
         if self._shown == run_id:
@@ -338,6 +348,10 @@ class TrainPresenter(QObject):
             return
         try:
             dataset = edits.set_split(project.dataset, [chosen], "val")
-            self._session.edit(self.tr("Set {0} aside for validation").format(chosen), dataset)
+            self._session.edit(self.tr("Set {0} aside for validation").format(chosen), dataset, "train")
         except StudioError as error:
             messages.show_error(self._view, error)
+        else:
+            undo.tell_change(
+                self._view, self._data_undo, self.tr("{0} is kept for validation.").format(chosen)
+            )

@@ -12,12 +12,12 @@ from PySide6.QtGui import QHideEvent, QPainter, QPaintEvent, QResizeEvent, QShow
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from studio.motion import Motion, rotation
-from studio.picture.camera import Orbit
+from studio.render.camera import Orbit
 from studio.training.preview import BEST, LATEST
 from studio.ui import theme
 from studio.ui.widgets.card import heading
-from studio.ui.widgets.drawn_face import DrawnFace
-from studio.ui.widgets.figure_sketch import draw_figure, draw_ground
+from studio.ui.widgets.figure.drawn_face import DrawnFace
+from studio.ui.widgets.figure.sketch import draw_figure, draw_ground
 
 FRAME_MS = 40
 """25 pictures a second: enough for a small figure, and light beside a training."""

@@ -9,11 +9,11 @@ from PySide6.QtCore import QObject
 from studio.motion import Motion
 from studio.training import preview
 from studio.training.preview import BEST, CAPTURED, LATEST, Preview
-from studio.ui import background
+from studio.ui import tasks
 from studio.ui.train.preview_pane import PreviewPane
 
 
-class Previewing(QObject):
+class PreviewPresenter(QObject):
     """The preview's thought; `follow` it as often as you like."""
 
     def __init__(self, pane: PreviewPane) -> None:
@@ -23,7 +23,7 @@ class Previewing(QObject):
         self._stamp = 0
         self._live = False
         self._wish = ""  # a chip that was pressed; "" takes the newest while it trains, else the best
-        self._turn = 0
+        self._reading = tasks.LatestTask(self)
         pane.wanted.connect(self._on_wanted)
 
     def follow(self, run: Path | None, live: bool) -> None:
@@ -46,8 +46,8 @@ class Previewing(QObject):
         self._read()
 
     def _read(self) -> None:
-        self._turn += 1
-        turn, run = self._turn, self._run
+        self._reading.drop()
+        run = self._run
         which = self._wish or (LATEST if self._live else BEST)
         if run is None or not self._stamp:
             self._pane.show_preview(None, None, "", which, False)
@@ -61,15 +61,13 @@ class Previewing(QObject):
             return found, found.motion(CAPTURED), found.motion(seen)
 
         def show(result: tuple[Preview, Motion, Motion] | None) -> None:
-            if turn != self._turn:
-                return
             if result is None:
                 self._pane.show_preview(None, None, "", which, False)
                 return
             found, captured, predicted = result
             self._pane.show_preview(captured, predicted, self._caption(found, which), which, _differ(found))
 
-        background.run(work, show, lambda _: None, owner=self)  # a damaged one is passed over
+        self._reading.run(work, show, lambda _: None)  # a damaged one is passed over
 
     def _caption(self, found: Preview, which: str) -> str:
         epoch = found.epochs[which] or found.epochs[LATEST]

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from studio.ipc.events import EpochEvent
+from studio.project import Run
 from studio.training.events import STILL_RATIO
 
 ALIVE = (0.8, 1.25)
 JITTERS = 1.6
 WATCH_FROM = 0.3
 """Part of the epochs after which stillness is worth a word; every model begins still."""
-
-Event = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -54,72 +53,65 @@ class RunFacts:
         return "alive" if ratio <= JITTERS else "shaky"
 
 
-def run_facts(events: Sequence[Event]) -> RunFacts:
-    """The facts of epoch events in order."""
-    epochs = [event for event in events if event.get("event", "epoch") == "epoch" and "epoch" in event]
+def epochs_of(run: Run) -> list[EpochEvent]:
+    """What a run wrote down of its epochs, in order; a line that is none is left out."""
+    return [EpochEvent.from_dict(facts) for facts in run.epochs()]
+
+
+def run_facts(epochs: Sequence[EpochEvent]) -> RunFacts:
+    """The facts of epochs in order."""
     if not epochs:
         return RunFacts()
     last = epochs[-1]
     best = _best(epochs)
     return RunFacts(
-        epochs=int(last["epoch"]),
-        of=_whole(last.get("of")),
-        best=int(best["epoch"]) if best else None,
+        epochs=last.epoch,
+        of=last.of or None,
+        best=best.epoch if best else None,
         rmse=_metric(best, "rmse"),
         pearson=_metric(best, "pearson"),
         motion_ratio=_metric(best, "motion_ratio"),
         seconds=_pace(epochs),
-        eta=_number(last.get("eta_s")),
-        advice=str(last.get("advice") or "") if len(epochs) >= WATCH_FROM * (last.get("of") or 0) else "",
+        eta=_number(last.eta_s),
+        advice=last.advice if len(epochs) >= WATCH_FROM * last.of else "",
     )
 
 
-def curves(events: Sequence[Event]) -> dict[str, list[tuple[int, float | None]]]:
+def curves(epochs: Sequence[EpochEvent]) -> dict[str, list[tuple[int, float | None]]]:
     """Points of train_loss, val_loss and every validation metric, by epoch."""
     found: dict[str, list[tuple[int, float | None]]] = {}
-    for event in events:
-        if "epoch" not in event:
-            continue
-        epoch = int(event["epoch"])
-        values = {key: event.get(key) for key in ("train_loss", "val_loss")} | dict(event.get("val") or {})
+    for one in epochs:
+        values = {"train_loss": one.train_loss, "val_loss": one.val_loss, **one.val}
         for key, value in values.items():
-            found.setdefault(key, []).append((epoch, _number(value)))
+            found.setdefault(key, []).append((one.epoch, _number(value)))
     return found
 
 
-def _best(epochs: Sequence[Event]) -> Event | None:
+def _best(epochs: Sequence[EpochEvent]) -> EpochEvent | None:
     """The epoch the training calls best, else that of the lowest validation (or training) loss."""
-    said = next((e["best_epoch"] for e in reversed(epochs) if e.get("best_epoch") is not None), None)
-    if said is not None:
-        return next((e for e in reversed(epochs) if e["epoch"] == said), None)
-    marked = [e for e in epochs if e.get("best")]
+    marked = [one for one in epochs if one.best]
     if marked:
         return marked[-1]
-    for key in ("val_loss", "train_loss"):
-        known = [(value, e) for e in epochs if (value := _number(e.get(key))) is not None]
+    for loss in ("val_loss", "train_loss"):
+        known = [(value, one) for one in epochs if (value := _number(getattr(one, loss))) is not None]
         if known:
             return min(known, key=lambda pair: pair[0])[1]
     return None
 
 
-def _pace(epochs: Sequence[Event]) -> float | None:
+def _pace(epochs: Sequence[EpochEvent]) -> float | None:
     """Seconds an epoch took lately; events carry the seconds since training began."""
-    known = [(e["epoch"], t) for e in epochs if (t := _number(e.get("seconds"))) is not None][-6:]
+    known = [(one.epoch, t) for one in epochs if (t := _number(one.seconds)) is not None][-6:]
     if len(known) < 2 or known[-1][0] <= known[0][0]:
         return known[-1][1] / max(known[-1][0], 1) if known else None
     return (known[-1][1] - known[0][1]) / (known[-1][0] - known[0][0])
 
 
-def _metric(event: Event | None, name: str) -> float | None:
-    return _number((event.get("val") or {}).get(name)) if event else None
+def _metric(epoch: EpochEvent | None, name: str) -> float | None:
+    return _number(epoch.val.get(name)) if epoch else None
 
 
 def _number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)
-
-
-def _whole(value: object) -> int | None:
-    number = _number(value)
-    return None if number is None else int(number)

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
+from studio.files import atomic
+from studio.ipc.events import EpochEvent
 from studio.project import Run
-from studio.take import safe_file
 from studio.ui import messages
 from studio.ui.session import Session
-from studio.ui.train.carrying import Carrying
-from studio.ui.train.comparing import Comparing
-from studio.ui.train.removing import Removing, where_it_goes
+from studio.ui.train.carrying import RunTransfer
+from studio.ui.train.comparing import ComparePresenter
+from studio.ui.train.removing import RunTrashPresenter, where_it_goes
 from studio.ui.train.run_facts import RunFacts, run_facts
 from studio.ui.train.run_reading import NOTE_FILE, RunReading, has_state, note_of
 from studio.ui.train.runs_table import RunRow
@@ -25,14 +25,14 @@ from studio.ui.train.view import TrainView
 
 
 @dataclass(frozen=True)
-class Live:
+class RunningTraining:
     """The training under way: its run's id and its epochs so far."""
 
     run: str
-    events: Sequence[dict[str, Any]]
+    events: Sequence[EpochEvent]
 
 
-class RunKeeping(QObject):
+class RunsPresenter(QObject):
     """Thought of the card of runs.
 
     Args:
@@ -48,15 +48,19 @@ class RunKeeping(QObject):
     cancel_wished = Signal()
 
     def __init__(
-        self, view: TrainView, session: Session, live: Callable[[], Live | None], removing: Removing
+        self,
+        view: TrainView,
+        session: Session,
+        live: Callable[[], RunningTraining | None],
+        removing: RunTrashPresenter,
     ) -> None:
         super().__init__(view)
         self._view, self._session, self._live, self._removing = view, session, live, removing
         self._reading = RunReading()
-        self._comparing = Comparing(view)
+        self._comparing = ComparePresenter(view)
         view.review_requested.connect(self.review)
         view.compare_requested.connect(self._on_compare)
-        self._carrying = Carrying(view)
+        self._carrying = RunTransfer(view)
         self._carrying.arrived.connect(self._on_arrived)
         view.card_requested.connect(
             lambda run: self._with_project(self._carrying.show_card, run, locked=session.locked_reason)
@@ -102,10 +106,10 @@ class RunKeeping(QObject):
             self._session.wanted_run = run_id
             self._session.tab_requested.emit("review")
 
-    def _facts(self, run: Run, live: Live | None) -> RunFacts:
+    def _facts(self, run: Run, live: RunningTraining | None) -> RunFacts:
         return run_facts(live.events) if live is not None and run.id == live.run else self._reading.facts(run)
 
-    def _status(self, run: Run, live: Live | None) -> str:
+    def _status(self, run: Run, live: RunningTraining | None) -> str:
         if live is not None and run.id == live.run:
             return "running"
         # A run whose report still says so was killed in the middle.
@@ -126,9 +130,10 @@ class RunKeeping(QObject):
             return
         self._with_project(self._carrying.bring_in, path)
 
-    def _on_arrived(self, run_id: str) -> None:
+    def _on_arrived(self, folder: Path, told: str) -> None:
         self._session.runs_changed.emit()
-        self._view.runs.choose(run_id)
+        self._view.runs.choose(folder.name)
+        self._removing.brought_in(folder, told)
 
     def _on_delete(self, run_id: str) -> None:
         project, live = self._session.project, self._live()
@@ -151,7 +156,7 @@ class RunKeeping(QObject):
         if project is None:
             return
         try:
-            with safe_file.written(project.run(run_id).folder / NOTE_FILE) as beside:
+            with atomic.written(project.run(run_id).folder / NOTE_FILE) as beside:
                 beside.write_text(text.strip(), encoding="utf-8")
         except StudioError as error:
             messages.show_error(self._view, error)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from studio.project import Run
 from studio.project.run import list_run_folders
-from studio.ui.train.run_facts import RunFacts, run_facts
+from studio.ui.train.run_facts import RunFacts, epochs_of, run_facts
 
 NOTE_FILE = "note.txt"
 Stamp = tuple[int, int]
@@ -30,7 +30,7 @@ class RunReading:
         path = run.folder / "metrics.jsonl"
         stamp, known = _stamp(path), self._facts.get(path)
         if known is None or known[0] != stamp:
-            known = self._facts[path] = (stamp, run_facts(run.epochs()))
+            known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
         return known[1]
 
     def _run(self, folder: Path) -> Run:

@@ -30,7 +30,7 @@ MOST_COMPARED = 6
 
 
 @dataclass(frozen=True)
-class Preset:
+class PresetChoice:
     """A preset card: key, title, how long it takes here, what it is for."""
 
     key: str
@@ -40,7 +40,7 @@ class Preset:
 
 
 @dataclass(frozen=True)
-class Wish:
+class TrainRequest:
     """What Start training asks for.
 
     Args:
@@ -154,7 +154,7 @@ class TrainView(QWidget):
         self._can_train = facts.can_train
         self._show_buttons()
 
-    def show_presets(self, presets: Sequence[Preset], chosen: str) -> None:
+    def show_presets(self, presets: Sequence[PresetChoice], chosen: str) -> None:
         """Fill the row of preset cards."""
         for card in self._presets:
             card.setParent(None)
@@ -318,7 +318,7 @@ class TrainView(QWidget):
     def _comparable(self) -> tuple[str, ...]:
         return tuple(run for run in self.runs.all_chosen if run in self._reviewable)[:MOST_COMPARED]
 
-    def _wish(self) -> Wish:
+    def _wish(self) -> TrainRequest:
         # Values of a drawer that was never opened are the recipe's own.
         changed = self.drawer.overrides() if self.advanced.isChecked() else ()
-        return Wish(str(self.recipe.currentData() or ""), changed)
+        return TrainRequest(str(self.recipe.currentData() or ""), changed)

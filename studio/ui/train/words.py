@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication
 
-from studio.ui.train.heard import Heard
+from studio.ui.train.heard import TrainingProgress
 from studio.ui.train.run_facts import RunFacts
-from studio.ui.widgets.time_view import minutes
+from studio.ui.widgets.timeline.time_view import minutes
 
 
-def in_strip(heard: Heard) -> str:
+def in_strip(heard: TrainingProgress) -> str:
     """A training as a fact of the status strip."""
     facts = heard.facts
     if not facts.of:
@@ -17,7 +17,7 @@ def in_strip(heard: Heard) -> str:
     return _tr("Training {0} of {1}").format(facts.epochs, facts.of)
 
 
-def of_training(heard: Heard, stopping: bool = False) -> str:
+def of_training(heard: TrainingProgress, stopping: bool = False) -> str:
     """What a training does right now: before its first epoch, in its midst, or after the last.
 
     Args:
@@ -32,7 +32,7 @@ def of_training(heard: Heard, stopping: bool = False) -> str:
     if step is None:
         return of_run(heard.facts, heard.eta if not stopping else None)
     of = _tr("epoch {0} of {1}, step {2} of {3}")
-    first = of.format(*(step.get(key) for key in ("epoch", "of", "step", "steps")))
+    first = of.format(step.epoch, step.of, step.step, step.steps)
     return _joined(first, heard.facts, heard.eta if not stopping else None)
 
 
@@ -59,7 +59,7 @@ def _joined(first: str, facts: RunFacts, eta: float | None) -> str:
     return "   ".join(parts)
 
 
-def _preparing(heard: Heard) -> str:
+def _preparing(heard: TrainingProgress) -> str:
     """What is done before the first epoch."""
     if heard.cleaning is not None:
         return _tr("cleaning the sound of {0}: {1} %").format(*heard.cleaning)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButt
 from studio.motion.avatar import Avatar
 from studio.ui import theme
 from studio.ui.widgets.card import label
-from studio.ui.widgets.pane import FACE_SIDE
+from studio.ui.widgets.figure.pane import FACE_SIDE
 
 LONGEST_NAME = 24
 

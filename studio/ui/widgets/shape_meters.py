@@ -28,7 +28,7 @@ SORT_EVERY_S = 0.7
 ACTIVITY_FADE_S = 1.2
 
 
-class Channel:
+class MeteredShape:
     """One shape: its value, its peak for a while, how much it moved lately, and its name ready to paint."""
 
     __slots__ = ("activity", "low", "name", "peak", "peak_at", "text", "token", "value")
@@ -58,7 +58,7 @@ class MeterList(QAbstractScrollArea):
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.viewport().setAutoFillBackground(False)
-        self.rows: list[Channel] = []
+        self.rows: list[MeteredShape] = []
         self.sentence = ""
         self.sources: dict[str, str] = {}
         """Who gives a shape, where that is worth saying: a row's tooltip."""
@@ -66,7 +66,7 @@ class MeterList(QAbstractScrollArea):
         self._name_width = 90.0
         self.verticalScrollBar().setSingleStep(ROW_PX)
 
-    def show_rows(self, rows: list[Channel]) -> None:
+    def show_rows(self, rows: list[MeteredShape]) -> None:
         """Paint these channels from now on."""
         if rows != self.rows:
             self.rows = rows
@@ -118,7 +118,7 @@ class MeterList(QAbstractScrollArea):
             self._paint_row(painter, self.rows[index], index * ROW_PX - scrolled, bar_left, bar_right)
         painter.end()
 
-    def _paint_row(self, painter: QPainter, row: Channel, top: float, left: float, right: float) -> None:
+    def _paint_row(self, painter: QPainter, row: MeteredShape, top: float, left: float, right: float) -> None:
         value = min(max(row.value, 0.0), 1.0)
         still = row.value == 0.0
         painter.setPen(theme.colour("muted" if still else "text"))
@@ -154,9 +154,9 @@ class ShapeMeters(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAccessibleName(self.tr("Blend shapes"))
-        self._channels: dict[str, Channel] = {}
+        self._channels: dict[str, MeteredShape] = {}
         self._sorted_at = self._fed_at = 0.0
-        self._order: list[Channel] = []
+        self._order: list[MeteredShape] = []
         self._count = heading(self.tr("Blend shapes"))
         self.search = QLineEdit()
         self.search.setObjectName("shape_search")
@@ -199,7 +199,7 @@ class ShapeMeters(QWidget):
         for name, value in values.items():
             channel = self._channels.get(name)
             if channel is None:
-                channel = self._channels[name] = Channel(name)
+                channel = self._channels[name] = MeteredShape(name)
             channel.feed(value if value == value else 0.0, now, fade)
         if len(self._channels) != known:
             self._count.setText(f"{self.tr('Blend shapes').upper()}  {len(self._channels)}")

@@ -8,8 +8,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.ui.curate.card_making import CardMaking
-from studio.ui.curate.library import Library
+from studio.ui.curate.library_presenter import DataCardPresenter
+from studio.ui.curate.library_view import Library
+from studio.ui.curate.model import CurateModel
 from studio.ui.session import Session
 
 
@@ -20,7 +21,7 @@ def test_the_card_is_written_beside_the_window(qtbot: QtBot, toy_project: Projec
     session.project = toy_project
     told: list[str] = []
     session.status_changed.connect(lambda key, text, health: told.append(text))
-    making = CardMaking(library, session, library)
+    making = DataCardPresenter(library, CurateModel(session), session)
     making.make(tmp_path / "カード")
     qtbot.waitUntil(lambda: not making.running and told[-1:] == [""], timeout=60_000)
     assert "3 takes" in (tmp_path / "カード.html").read_text(encoding="utf-8")

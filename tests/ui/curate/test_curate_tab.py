@@ -12,26 +12,27 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtCore import QPoint, QRegularExpression, Qt
+from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import QDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import Label, edits
+from studio.files import cache
 from studio.motion import Motion, rotation
 from studio.project import Project
-from studio.take import TakeInfo, kept
-from studio.take.sound import read_sound, write_sound
-from studio.take.spectrogram import Spectrogram
-from studio.ui import background
-from studio.ui.curate.align_report import AlignReport
+from studio.sound.sound_file import read_sound, write_sound
+from studio.sound.spectrogram import Spectrogram
+from studio.take import TakeInfo
+from studio.ui import tasks
+from studio.ui.curate.aligning_view import AlignReport
 from studio.ui.curate.presenter import CuratePresenter
-from studio.ui.curate.sound_picture import Tiles
-from studio.ui.curate.take_rows import COLUMNS
+from studio.ui.curate.take_table import COLUMNS
+from studio.ui.curate.timeline_presenter import Tiles
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
-from studio.ui.widgets.label_editor import LabelEditor
-from studio.ui.widgets.timeline import Timeline
+from studio.ui.widgets.timeline.label_editor import LabelEditor
+from studio.ui.widgets.timeline.timeline import Timeline
 from tests.take.speech import RATE, talk
 
 LEFT = Qt.MouseButton.LeftButton
@@ -45,6 +46,7 @@ class Room:
         self.qtbot, self.session = qtbot, session
         self.view = CurateView()
         self.presenter = CuratePresenter(self.view, session)
+        self.model = self.presenter.model
         qtbot.addWidget(self.view)
         self.view.resize(1280, 748)
         self.view.show()
@@ -56,7 +58,7 @@ class Room:
 
     def loaded(self, take: str) -> None:
         self.qtbot.waitUntil(
-            lambda: (found := self.presenter.playing.take) is not None and found.take.id == take, timeout=LONG
+            lambda: (found := self.model.playing.take) is not None and found.take.id == take, timeout=LONG
         )
 
     def show(self, take: str) -> None:
@@ -119,13 +121,13 @@ def test_trimming_to_a_dragged_span_is_written_and_undone_by_its_button(room: Ro
 
 
 def test_i_and_o_set_the_ends_at_the_playhead(room: Room) -> None:
-    room.presenter.playing.seek(1.5)
+    room.model.playing.seek(1.5)
     room.key(Qt.Key.Key_I)
-    room.presenter.playing.seek(5.0)
+    room.model.playing.seek(5.0)
     room.key(Qt.Key.Key_O)
     assert room.timeline.in_out == pytest.approx((1.5, 5.0))
     assert room.saved("toy_001")["out_point"] == pytest.approx(5.0)
-    room.presenter.playing.seek(5.5)
+    room.model.playing.seek(5.5)
     room.key(Qt.Key.Key_I)
     assert room.timeline.in_out == pytest.approx((1.5, 5.0)), "the in point stays before the out point"
 
@@ -148,7 +150,7 @@ def test_excluding_a_span_twice_uses_it_again(room: Room) -> None:
 
 
 def test_arrow_keys_step_by_frames(room: Room) -> None:
-    room.presenter.playing.seek(1.0)
+    room.model.playing.seek(1.0)
     room.key(Qt.Key.Key_Right)
     assert room.timeline.playhead == pytest.approx(1.0 + 1 / 30)
     room.key(Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
@@ -208,6 +210,13 @@ def test_choices_of_several_takes_are_one_step(room: Room) -> None:
     assert (
         room.saved("toy_001").get("split", "train") == room.saved("toy_002").get("split", "train") == "train"
     )
+
+
+def test_selected_takes_come_in_the_order_they_stand_in(room: Room) -> None:
+    room.view.library.select(["toy_001", "toy_003"])
+    assert [row.id for row in room.model.chosen_rows] == ["toy_001", "toy_003"]
+    room.view.library.table.sortByColumn(COLUMNS.index("take"), Qt.SortOrder.DescendingOrder)
+    assert [row.id for row in room.model.chosen_rows] == ["toy_003", "toy_001"]
 
 
 def test_the_inspector_writes_what_is_typed(room: Room) -> None:
@@ -402,6 +411,15 @@ def test_nudges_become_one_step_of_undo(room: Room) -> None:
     assert room.view.bench.offset.value() == 0
 
 
+def test_a_nudge_that_still_waits_stays_with_its_take(room: Room) -> None:
+    for _ in range(3):
+        room.view.bench.offset.stepUp()
+    room.show("toy_002")
+    assert room.saved("toy_001").get("offset", 0.0) == 0.003
+    assert room.saved("toy_002").get("offset", 0.0) == 0.0
+    assert room.view.bench.offset.value() == 0
+
+
 @pytest.fixture(params=[3])
 def talk_room(qtbot: QtBot, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Room]:
     """A project of one take of some spoken sentences, shown."""
@@ -536,7 +554,7 @@ def test_a_damaged_motion_still_lets_the_sound_be_seen(qtbot: QtBot, toy_project
     session.project = toy_project
     room = Room(qtbot, session)
     room.loaded("toy_001")
-    take = room.presenter.playing.take
+    take = room.model.playing.take
     assert take is not None
     assert take.motion is None
     assert take.peaks is not None
@@ -561,19 +579,23 @@ def test_playing_is_led_by_the_sound_and_moves_playhead_and_figure(
     figure = room.view.stage.figure
     room.key(Qt.Key.Key_Space)
     room.qtbot.waitUntil(lambda: room.timeline.playhead > 0.4, timeout=LONG)
-    player = room.presenter.playing._player
+    player = room.model.playing.player
     assert player is not None
     assert player.sound_leads or player.problem is not None, "unless the machine stood still for a second"
-    assert figure._stance is not None
-    first = figure._stance.joints.copy()
+    assert figure.stance is not None
+    first = figure.stance.joints.copy()
     at = room.timeline.playhead
     room.qtbot.waitUntil(
-        lambda: room.timeline.playhead > at + 0.25 and not np.allclose(figure._stance.joints, first),
+        lambda: (
+            room.timeline.playhead > at + 0.25
+            and figure.stance is not None
+            and not np.allclose(figure.stance.joints, first)
+        ),
         timeout=LONG,
     )
-    if room.presenter.playing.playing:  # a busy machine may have let it come to the end
+    if room.model.playing.playing:  # a busy machine may have let it come to the end
         room.key(Qt.Key.Key_Space)
-    room.qtbot.waitUntil(lambda: not room.presenter.playing.playing)
+    room.qtbot.waitUntil(lambda: not room.model.playing.playing)
     assert room.view.bench.play.text() == "Play"
     room.presenter.close()
 
@@ -582,7 +604,7 @@ def test_playing_is_led_by_the_sound_and_moves_playhead_and_figure(
 def test_holding_a_key_while_playing_labels_a_span(room: Room) -> None:
     room.key(Qt.Key.Key_Space)
     room.qtbot.waitUntil(lambda: room.timeline.playhead > 0.3, timeout=LONG)
-    table, player = room.view.library.table, room.presenter.playing._player
+    table, player = room.view.library.table, room.model.playing.player
     assert player is not None
     before = room.timeline.playhead
     room.qtbot.keyPress(table, Qt.Key.Key_1)
@@ -599,10 +621,10 @@ def test_holding_a_key_while_playing_labels_a_span(room: Room) -> None:
 def test_a_loop_stays_inside_the_selected_span(room: Room) -> None:
     room.drag(1.0, 1.5)
     room.key(Qt.Key.Key_L)
-    room.presenter.playing.seek(1.0)
+    room.model.playing.seek(1.0)
     room.key(Qt.Key.Key_Space)
     seen: list[float] = []
-    room.presenter.playing.moved.connect(seen.append)
+    room.model.playing.moved.connect(seen.append)
     room.qtbot.waitUntil(lambda: any(b < a - 0.2 for a, b in pairwise(seen)), timeout=LONG)
     assert max(seen) < 1.6
     assert min(seen) > 0.9
@@ -625,13 +647,13 @@ def test_undo_keys_belong_to_the_window(room: Room) -> None:
 def test_labels_go_to_praat_and_come_back_as_one_step_of_undo(room: Room, tmp_path: Path) -> None:
     labels = [Label(1.0, 0.5, "emotion", "calm"), Label(2.0, 0.0, "gesture", "nod")]
     for label in labels:
-        room.presenter.edit("Label", lambda data, one=label: edits.add_label(data, "toy_001", one))
-    room.presenter.labelling.write(tmp_path / "声.TextGrid")
+        room.model.edit("Label", lambda data, one=label: edits.add_label(data, "toy_001", one))
+    room.presenter.labels.write(tmp_path / "声.TextGrid")
     room.show("toy_002")
-    room.presenter.labelling.read(tmp_path / "声.TextGrid")
+    room.presenter.labels.read(tmp_path / "声.TextGrid")
     assert room.labels("toy_002") == labels
     assert room.view.bench.undo.text() == "Undo: Import labels of toy_002"
-    room.presenter.labelling.read(tmp_path / "声.TextGrid")
+    room.presenter.labels.read(tmp_path / "声.TextGrid")
     assert room.labels("toy_002") == labels, "reading twice doubles nothing"
     room.click("undo_button")
     assert room.labels("toy_002") == []
@@ -642,7 +664,8 @@ def test_a_word_list_in_japanese_fills_the_keys_and_keeps_words_of_ones_own(room
     bar.word_added.emit("sleepy")
     bar.vocabulary_chosen.emit("acting_ja")
     assert [bar.word(number) for number in (1, 2)] == ["sleepy", "おだやか"]
-    checked = [action.text() for action in bar._sets.actions() if action.isChecked()]
+    sets = bar.findChildren(QAction, QRegularExpression("^vocabulary_"))
+    checked = [action.text() for action in sets if action.isChecked()]
     assert checked == ["演技（日本語）"]
     bar.vocabulary_chosen.emit("")
     assert [bar.word(number) for number in (1, 2)] == ["sleepy", "calm"]
@@ -650,7 +673,7 @@ def test_a_word_list_in_japanese_fills_the_keys_and_keeps_words_of_ones_own(room
 
 def _spectrum(room: Room) -> Spectrogram | None:
     tiles = room.timeline.content.spectrum
-    return tiles._found if isinstance(tiles, Tiles) else None
+    return tiles.found if isinstance(tiles, Tiles) else None
 
 
 def test_the_sound_is_drawn_as_pitches_when_asked_and_the_choice_is_kept(room: Room) -> None:
@@ -681,8 +704,7 @@ def test_looking_close_at_pitches_measures_them_finer(room: Room) -> None:
 
 
 def _player_sound(room: Room) -> Path | None:
-    player = room.presenter.playing._player
-    return player._path if player is not None else None
+    return room.model.playing.sound
 
 
 def _choose_clean(room: Room, way: str) -> None:
@@ -698,13 +720,13 @@ def test_cleaned_sound_is_a_choice_heard_before_and_after_with_one_key(talk_room
     recorded = _player_sound(room)
     assert recorded is not None
     before = room.timeline.grab().toImage()
-    room.presenter.playing.seek(2.0)
+    room.model.playing.seek(2.0)
     _choose_clean(room, "voice")
     room.qtbot.waitUntil(lambda: room.saved("talk").get("clean") == "voice", timeout=6 * LONG)
     cleaned = _player_sound(room)
     assert cleaned is not None
     assert cleaned.parent.name == ".cache"
-    assert room.presenter.playing.position == pytest.approx(2.0)
+    assert room.model.playing.position == pytest.approx(2.0)
     assert room.view.bench.clean.text() == "Voice alone"
     assert room.view.bench.undo.text() == "Undo: Clean the sound of talk"
     room.qtbot.waitUntil(lambda: room.timeline.grab().toImage() != before, timeout=LONG)
@@ -732,7 +754,7 @@ def test_b_says_what_to_do_where_nothing_is_cleaned(room: Room) -> None:
 
 def test_keys_reach_the_timeline_from_buttons_and_number_boxes(room: Room) -> None:
     bench, key = room.view.bench, room.qtbot.keyClick
-    room.presenter.playing.seek(1.0)
+    room.model.playing.seek(1.0)
     bench.play.setFocus()
     key(bench.play, Qt.Key.Key_Right)
     assert room.timeline.playhead == pytest.approx(1.0 + 1 / 30)
@@ -741,12 +763,12 @@ def test_keys_reach_the_timeline_from_buttons_and_number_boxes(room: Room) -> No
     key(bench.pauses, Qt.Key.Key_Home)
     assert room.timeline.playhead == 0.0
     key(bench.offset, Qt.Key.Key_Space)
-    assert room.presenter.playing.playing
+    assert room.model.playing.playing
     key(bench.offset, Qt.Key.Key_Space)
-    assert not room.presenter.playing.playing
+    assert not room.model.playing.playing
     key(bench.offset, Qt.Key.Key_L)
     assert bench.loop.isChecked()
-    room.presenter.playing.seek(2.0)
+    room.model.playing.seek(2.0)
     key(bench.offset, Qt.Key.Key_I)
     assert room.timeline.in_out[0] == pytest.approx(2.0)
 
@@ -766,7 +788,7 @@ def test_what_was_found_in_one_project_is_not_told_of_the_next(qtbot: QtBot, tmp
     assert room.view.bench.certainty.text() == ""
     room.click("align_button")
     session.close_project()
-    background.wait(60_000)
+    tasks.wait(60_000)
     qtbot.wait(50)  # the answer arrives, and nobody asks for it any more
     assert not room.view.bench.curve.isVisible()
     room.presenter.close()
@@ -775,7 +797,7 @@ def test_what_was_found_in_one_project_is_not_told_of_the_next(qtbot: QtBot, tmp
 def test_before_and_after_go_on_playing_from_the_same_place(qtbot: QtBot, toy_project: Project) -> None:
     recorded = toy_project.take("toy_001").audio_path
     assert recorded is not None
-    with kept.keeping(recorded, "clean1-voice.flac") as beside:
+    with cache.keeping(recorded, "clean1-voice.flac") as beside:
         write_sound(beside.with_suffix(".flac"), read_sound(recorded))
         beside.with_suffix(".flac").replace(beside)
     change = edits.update(toy_project.dataset, ["toy_001"], lambda s: replace(s, clean="voice"))
@@ -784,9 +806,9 @@ def test_before_and_after_go_on_playing_from_the_same_place(qtbot: QtBot, toy_pr
     session.project = toy_project
     room = Room(qtbot, session)
     room.loaded("toy_001")
-    playing = room.presenter.playing
+    playing = room.model.playing
     qtbot.waitUntil(lambda: (sound := _player_sound(room)) is not None and sound != recorded, timeout=LONG)
-    room.presenter.moving.set_loop()
+    room.presenter.bench.set_loop()
     room.click("loop_button")
     room.key(Qt.Key.Key_Space)
     qtbot.waitUntil(lambda: playing.position > 0.2, timeout=LONG)
@@ -794,8 +816,8 @@ def test_before_and_after_go_on_playing_from_the_same_place(qtbot: QtBot, toy_pr
     assert _player_sound(room) == recorded
     there = playing.position
     assert playing.playing
-    assert playing._player is not None
-    assert playing._player.loop is not None
+    assert playing.player is not None
+    assert playing.player.loop is not None
     qtbot.waitUntil(lambda: playing.position != there, timeout=LONG)
     room.key(Qt.Key.Key_Space)
     assert not playing.playing

@@ -76,14 +76,14 @@ def _gap(room: Room) -> int:
 
     assert room.session.project is not None
     durations = {take.id: take.info.duration for take in room.session.project.takes}
-    found = suggest(room.presenter.dataset, durations, room.presenter.grading.reports)
+    found = suggest(room.presenter.model.dataset, durations, room.presenter.model.reports)
     return [(one.selection, one.kind) for one in found].index(("gappy", "gap"))
 
 
 def test_one_click_goes_to_the_place_and_one_leaves_it_out(room: Room) -> None:
     room.click("to_fix_button")
-    room.qtbot.waitUntil(lambda: len(room.presenter.grading.reports) == 2, timeout=LONG)
-    room.presenter.suggesting.show()
+    room.qtbot.waitUntil(lambda: len(room.presenter.model.reports) == 2, timeout=LONG)
+    room.presenter.suggestions.show()
     number = _gap(room)
     room.click(f"suggestion_{number}_go")
     timeline = room.view.bench.timeline
@@ -92,10 +92,10 @@ def test_one_click_goes_to_the_place_and_one_leaves_it_out(room: Room) -> None:
     assert timeline.span == pytest.approx((3.0, 5.0), abs=0.1)
     room.click(f"suggestion_{number}_exclude")
     assert room.session.project is not None
-    assert room.presenter.dataset["gappy"].excluded == (pytest.approx((3.0, 5.0), abs=0.1),)
+    assert room.presenter.model.dataset["gappy"].excluded == (pytest.approx((3.0, 5.0), abs=0.1),)
     assert room.session.project.undo_name == "Exclude a span of gappy"
     room.session.undo()
-    assert room.presenter.dataset["gappy"].excluded == ()
+    assert room.presenter.model.dataset["gappy"].excluded == ()
 
 
 def test_a_take_that_chips_hide_is_shown_all_the_same(room: Room) -> None:
@@ -107,8 +107,7 @@ def test_a_take_that_chips_hide_is_shown_all_the_same(room: Room) -> None:
 
 
 def test_spans_of_a_run_are_listed_with_their_run(room: Room) -> None:
-    room.presenter.suggesting._run = "best_001"
-    room.presenter.suggesting._on_measured({"worst": {"fine": [vars(WorstSpan(1.0, 2.0, 9.0))]}})
+    room.presenter.suggestions.hold_against("best_001", {"fine": (WorstSpan(1.0, 2.0, 9.0),)})
     room.click("to_fix_button")
     shown = [button.text() for button in room.view.library.suggestions.findChildren(QToolButton)]
     assert "fine  00:01.0" in shown

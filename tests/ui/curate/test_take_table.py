@@ -10,8 +10,7 @@ from studio.dataset import Dataset, Label, Selection
 from studio.take import Take, TakeInfo
 from studio.take.check import Finding, Report
 from studio.ui.curate.take_delegate import in_two_lines
-from studio.ui.curate.take_rows import COLUMNS, TakeRow, rows_of
-from studio.ui.curate.take_table import ROW_ROLE, TakeFilter, TakeTable
+from studio.ui.curate.take_table import COLUMNS, ROW_ROLE, TakeFilter, TakeRow, TakeTable, rows_of
 
 Display = Qt.ItemDataRole.DisplayRole
 

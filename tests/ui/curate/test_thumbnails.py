@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from studio.take import TakeInfo
 from studio.take.take import Take
-from studio.ui.curate.thumbnails import COLUMNS, Thumbnails
+from studio.ui.curate.take_delegate import PARTS, Thumbnails
 
 LONG = 30_000
 
@@ -28,9 +28,9 @@ def test_a_picture_shows_where_the_sound_is(qtbot: QtBot, tmp_path: Path) -> Non
         assert thumbnails.levels(take) is None
     levels = thumbnails.levels(take)
     assert levels is not None
-    assert len(levels) == COLUMNS
-    assert levels[: COLUMNS // 2 - 1].max() == 0.0
-    assert levels[COLUMNS // 2 + 1 :].min() == pytest.approx(1.0, abs=0.05)
+    assert len(levels) == PARTS
+    assert levels[: PARTS // 2 - 1].max() == 0.0
+    assert levels[PARTS // 2 + 1 :].min() == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_sound_that_is_missing_has_none_until_it_is_found(qtbot: QtBot, tmp_path: Path) -> None:

@@ -9,12 +9,12 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.ui import background
+from studio.ui import tasks
 from studio.ui.live.presenter import LivePresenter
 from studio.ui.live.view import LiveView
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
-from tests.live.runs import add_run
+from tests.inference.live.runs import add_run
 from tests.ui.live.children import Room
 
 
@@ -65,4 +65,4 @@ def test_a_take_is_recorded_while_live(
     view.source.start.click()
     qtbot.waitUntil(lambda: not live.running)
     record.close()
-    background.wait()
+    tasks.wait()

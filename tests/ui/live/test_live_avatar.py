@@ -9,12 +9,12 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project, avatars
-from studio.ui.avatars import Wardrobe
+from studio.ui.avatar_store import AvatarStore
 from studio.ui.messages import Toast
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 from tests.formats.avatars import Maker
-from tests.live.runs import add_run
+from tests.inference.live.runs import add_run
 from tests.ui.live.children import Room, pose, ready
 
 BONES = ("Hips", "Spine", "Head")
@@ -38,7 +38,7 @@ def test_an_avatar_is_worn_with_its_bones_and_its_face(live: Room, file: Path, q
     assert not view.stage.figure.empty  # it waits, and is seen
     presenter._on_event(ready(("A",), BONES))
     presenter._on_event(pose(1, len(BONES)))
-    stance = view.stage.figure._stance
+    stance = view.stage.figure.stance
     assert stance is not None
     assert stance.turns is not None
     assert stance.shapes == {"A": 0.5}
@@ -68,7 +68,7 @@ def test_one_choice_holds_in_review_and_live(live: Room, file: Path, qtbot: QtBo
     assert view.stage.figure.avatar is review.stage.worn
     assert review.stage.avatar.button.text() == view.stage.avatar.button.text() == "Avatar: 小さな Test"
     assert session.project is not None
-    assert avatars.chosen(session.project.folder) == Wardrobe.of(session).path
+    assert avatars.chosen(session.project.folder) == AvatarStore.of(session).path
     review.stage.avatar.wanted.emit(None)
     assert view.stage.figure.avatar is None
     assert view.stage.figure.empty

@@ -11,15 +11,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from pytestqt.qtbot import QtBot
 
+from studio.ipc.events import ChannelsEvent, LookAheadEvent
 from studio.project import Project
 from studio.ui import messages
-from studio.ui.jobs import Job
 from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.performing import Phase
-from studio.ui.live.state import LookAhead, look_aheads_of
-from studio.ui.live.wishes import Wishes
-from tests.live.runs import add_run
-from tests.live.test_steps import speech
+from studio.ui.live.state import LookAheadOption, look_aheads_of
+from studio.ui.live.wishes import PendingSwitches
+from studio.ui.tasks import Job
+from tests.inference.live.runs import add_run
+from tests.inference.live.test_steps import speech
 from tests.ui.live.children import Room, pose, ready, state
 
 FIGURES = [
@@ -53,7 +54,7 @@ def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quali
     assert view.source.start.text() == "Go live"
     assert not view.controls.button("neutral").isEnabled()
     assert view.latency.slider.maximum() == 2
-    assert view.latency.chosen == LookAhead(100, 91.7, 0.04, 0.8)
+    assert view.latency.chosen == LookAheadOption(100, 91.7, 0.04, 0.8)
     assert view.latency.quality.text() == (
         "Hears 92 ms ahead. Error on takes it had not heard: 0.0400, mouth follows 0.80 of 1."
     )
@@ -101,7 +102,7 @@ def test_poses_are_seen_whatever_channels_a_tuning_leaves(
     presenter._on_event(pose(1, 2))
     presenter._on_event(pose(2, 0))  # of channels it does not know yet
     assert view.meters.shown_names == ("A",)
-    presenter._on_event({**ready(("A", "Joy"), ()), "event": "channels"})
+    presenter._on_event(ChannelsEvent(("A", "Joy"), (), ()))
     presenter._on_event(pose(2, 0))
     assert view.meters.shown_names == ("A", "Joy")
 
@@ -249,7 +250,7 @@ def test_closing_asks_while_it_is_live(
 def test_a_state_under_way_presses_no_switch_back(room: Callable[..., Room], toy_project: Project) -> None:
     add_run(toy_project)
     view, presenter, _ = room(toy_project)
-    presenter._wishes = Wishes(lambda: 0.0)  # no time passes, however slow the machine is
+    presenter._wishes = PendingSwitches(lambda: 0.0)  # no time passes, however slow the machine is
     presenter._on_event(ready(("A",), ()))
     presenter._on_event(state())
     mute, gain = view.controls.button("mute"), view.source.gain
@@ -321,7 +322,7 @@ def test_the_fastest_setting_is_kept_when_going_live(room: Callable[..., Room], 
     assert fastest.ms == 0
     words = presenter._options()
     assert words[words.index("--look-ahead") + 1] == "0"
-    presenter._on_event({"event": "look_ahead", "look_ahead_ms": 0, "reach_ms": -8.0})
+    presenter._on_event(LookAheadEvent(0, -8.0))
     assert view.latency.chosen == fastest
 
 

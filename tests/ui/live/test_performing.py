@@ -16,8 +16,8 @@ from studio.project import Project
 from studio.ui.live.performing import Phase
 from studio.ui.messages import Toast
 from tests.formats.avatars import Maker
-from tests.live.runs import add_run
-from tests.live.test_steps import speech
+from tests.inference.live.runs import add_run
+from tests.inference.live.test_steps import speech
 from tests.ui.live.children import Room
 
 

@@ -10,18 +10,17 @@ import pytest
 import soundfile
 from pytestqt.qtbot import QtBot
 
-from studio.capture.audio import AudioDevice
+from studio.capture.microphone import AudioDevice
 from studio.project import Project
-from studio.settings import Settings
-from studio.ui import background
+from studio.settings import NO_MICROPHONE, Settings
+from studio.ui import tasks
 from studio.ui.live.presenter import LivePresenter
-from studio.ui.live.sounds import Sounds
-from studio.ui.live.source_card import SourceCard
+from studio.ui.live.sounds import MicrophonePresenter
+from studio.ui.live.source_card import LiveSourceCard
 from studio.ui.live.view import LiveView
 from studio.ui.messages import Toast
-from studio.ui.record.inputs import NO_MICROPHONE
 from studio.ui.session import Session
-from tests.live.runs import add_run
+from tests.inference.live.runs import add_run
 from tests.ui.live.children import Room, ready
 
 
@@ -30,26 +29,26 @@ def microphones(*names: str) -> tuple[AudioDevice, ...]:
 
 
 @pytest.fixture
-def sounds(qtbot: QtBot) -> Callable[..., tuple[SourceCard, Sounds, Session]]:
-    def build(**settings: object) -> tuple[SourceCard, Sounds, Session]:
-        session, card = Session(Settings().changed(**settings)), SourceCard()
+def sounds(qtbot: QtBot) -> Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]]:
+    def build(**settings: object) -> tuple[LiveSourceCard, MicrophonePresenter, Session]:
+        session, card = Session(Settings().changed(**settings)), LiveSourceCard()
         qtbot.addWidget(card)
-        return card, Sounds(card, session), session
+        return card, MicrophonePresenter(card, session), session
 
     return build
 
 
-def words(card: SourceCard) -> list[str]:
+def words(card: LiveSourceCard) -> list[str]:
     return [card.source.itemText(i) for i in range(card.source.count())]
 
 
-def choose(card: SourceCard, text: str) -> None:
+def choose(card: LiveSourceCard, text: str) -> None:
     card.source.setCurrentIndex(card.source.findText(text))
     card.source.activated.emit(card.source.currentIndex())
 
 
 def test_a_microphone_that_is_gone_stays_chosen_and_says_so(
-    sounds: Callable[..., tuple[SourceCard, Sounds, Session]],
+    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, made, _ = sounds(audio_device="Studio mic")
     assert card.source.currentText() == "Studio mic"  # nobody has looked yet
@@ -66,7 +65,7 @@ def test_a_microphone_that_is_gone_stays_chosen_and_says_so(
 
 
 def test_the_systems_own_stays_chosen_where_it_was_chosen(
-    sounds: Callable[..., tuple[SourceCard, Sounds, Session]],
+    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, made, session = sounds(audio_device="Studio mic")
     made._show(microphones("Webcam", "Studio mic"))
@@ -80,7 +79,7 @@ def test_the_systems_own_stays_chosen_where_it_was_chosen(
 
 
 def test_live_listens_to_the_systems_own_where_record_has_no_microphone(
-    sounds: Callable[..., tuple[SourceCard, Sounds, Session]],
+    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, _, _ = sounds(audio_device=NO_MICROPHONE)
     assert card.source.currentText() == "System's microphone"
@@ -89,7 +88,7 @@ def test_live_listens_to_the_systems_own_where_record_has_no_microphone(
 
 
 def test_the_remedy_names_record_where_it_holds_the_same_microphone(
-    sounds: Callable[..., tuple[SourceCard, Sounds, Session]],
+    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, made, session = sounds(audio_device="Studio mic")
     what, own = "Studio mic could not be opened (Device unavailable).", "Close other programs that use it."
@@ -160,10 +159,12 @@ def test_a_file_that_is_no_sound_is_a_sentence_and_the_choice_stays(
 
 
 def test_a_microphone_chosen_meanwhile_stays_chosen(
-    sounds: Callable[..., tuple[SourceCard, Sounds, Session]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[tuple[Callable[[], object], Callable[[object], None]]] = []
-    monkeypatch.setattr(background, "run", lambda work, done, _failed, owner: asked.append((work, done)))
+    monkeypatch.setattr(tasks, "run", lambda work, done, _failed, owner: asked.append((work, done)))
     card, made, session = sounds(live_device=("Studio mic",))
     made.offer(write(tmp_path / "a.wav"))
     assert made.checking

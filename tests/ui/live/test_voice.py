@@ -9,18 +9,20 @@ import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from studio import stage
-from studio.capture.audio import AudioInput
+from studio import virtual_devices
+from studio.capture.microphone import AudioInput
+from studio.ipc.commands import Command
+from studio.ipc.events import VoiceEvent
 from studio.project import Project
 from studio.settings import Settings
-from studio.ui import background
-from studio.ui.live.voice import NOBODY, SYSTEM, Voice, VoiceRow
+from studio.ui import tasks
+from studio.ui.live.voice import NOBODY, SYSTEM, DelayedVoicePresenter, VoiceRow
 from studio.ui.session import Session
-from tests.live.runs import add_run
-from tests.live.test_steps import speech
+from tests.inference.live.runs import add_run
+from tests.inference.live.test_steps import speech
 from tests.ui.live.children import Room, ready, state
 
-Thought = tuple[VoiceRow, Voice, Session, list[str]]
+Thought = tuple[VoiceRow, DelayedVoicePresenter, Session, list[Command]]
 
 
 @pytest.fixture
@@ -28,7 +30,7 @@ def thought(qtbot: QtBot) -> Callable[..., Thought]:
     def build(**settings: object) -> Thought:
         row, session, said = VoiceRow(), Session(Settings().changed(**settings)), []
         qtbot.addWidget(row)
-        return row, Voice(row, session, said.append), session, said
+        return row, DelayedVoicePresenter(row, session, said.append), session, said
 
     return build
 
@@ -43,15 +45,15 @@ def test_a_choice_is_told_at_once_and_remembered(thought: Callable[..., Thought]
     assert row.value == NOBODY
     row.show_outputs(["CABLE Input"], NOBODY)
     choose(row, "CABLE Input")
-    assert said == ["voice-to CABLE Input"]
+    assert said == [Command("voice-to", "CABLE Input")]
     assert session.settings.live_voice == "CABLE Input"
     said.clear()
     voice.begin(file=False)
     voice.begin(file=True)
-    assert said == ["voice-to CABLE Input"]
+    assert said == [Command("voice-to", "CABLE Input")]
     choose(row, NOBODY)
     assert session.settings.live_voice == ""
-    assert said[-1] == "voice-to none"
+    assert said[-1] == Command("voice-to", "none")
 
 
 def test_an_output_that_is_gone_is_named_and_one_that_cannot_be_is_off(
@@ -62,7 +64,7 @@ def test_an_output_that_is_gone_is_named_and_one_that_cannot_be_is_off(
     voice.told(None)
     assert row.value == NOBODY
     voice.look()  # as when the tab is shown again
-    background.wait()
+    tasks.wait()
     QCoreApplication.processEvents()
     assert row.value == NOBODY
     voice.over()
@@ -78,7 +80,7 @@ def test_outputs_of_this_computer_are_listed(
     voice.look()
     qtbot.waitUntil(lambda: row.outputs.count() > 2)
     assert row.value == SYSTEM
-    background.wait()
+    tasks.wait()
 
 
 def test_a_file_needs_none_and_the_advice_follows_the_choice(
@@ -87,11 +89,11 @@ def test_a_file_needs_none_and_the_advice_follows_the_choice(
     add_run(toy_project)
     view, live, _ = room(toy_project, live_voice="default")
     live._on_event(ready(("A",), ("Head",)))
-    live._on_event({"event": "voice", "to": ""})
+    live._on_event(VoiceEvent(""))
     live._on_event(state())
     assert "no Sync Offset is needed" in view.latency.advice.text()
     assert not view.latency.copy.isVisible()
-    live._on_event({"event": "voice", "to": None})
+    live._on_event(VoiceEvent(None))
     live._on_event(state())
     assert "Sync Offset 100 ms" in view.latency.advice.text()
     assert view.latency.copy.isVisible()
@@ -114,10 +116,10 @@ def test_the_voice_is_heard_while_live(
     view, live, _ = room(toy_project, live_voice=SYSTEM)
     sounddevice.play(np.tile(speech(2.0), 90) * 0.5, 16_000)
     request.addfinalizer(sounddevice.stop)
-    monkeypatch.setenv("PULSE_SINK", stage.SECOND)  # the performance's alone: it begins after this
+    monkeypatch.setenv("PULSE_SINK", virtual_devices.SECOND)  # the performance's alone: it begins after this
     view.source.start.click()
     qtbot.waitUntil(lambda: live._state is not None, timeout=60_000)
-    monkeypatch.setenv("PULSE_SOURCE", f"{stage.SECOND}.monitor")
+    monkeypatch.setenv("PULSE_SOURCE", f"{virtual_devices.SECOND}.monitor")
     ear = AudioInput(virtual_audio, 48_000, 1)
     ear.start()
     request.addfinalizer(ear.stop)
@@ -125,4 +127,4 @@ def test_the_voice_is_heard_while_live(
     assert view.latency.voice.value == SYSTEM
     view.source.start.click()
     qtbot.waitUntil(lambda: not live.running, timeout=60_000)
-    background.wait()
+    tasks.wait()

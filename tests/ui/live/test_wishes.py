@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from studio.ui.live.wishes import HEARD_S, Wishes
+from studio.ui.live.wishes import HEARD_S, PendingSwitches
 
 
 class Clock:
@@ -17,7 +17,7 @@ class Clock:
 
 def test_what_was_told_before_the_wish_was_heard_undoes_nothing() -> None:
     clock = Clock()
-    wishes = Wishes(clock)
+    wishes = PendingSwitches(clock)
     assert not wishes.shown("mute", False)
     wishes.wish("mute", True)
     assert wishes.shown("mute", False)
@@ -28,7 +28,7 @@ def test_what_was_told_before_the_wish_was_heard_undoes_nothing() -> None:
 
 def test_after_a_while_the_child_is_right() -> None:
     clock = Clock()
-    wishes = Wishes(clock)
+    wishes = PendingSwitches(clock)
     wishes.wish("mute", True)
     clock.seconds += HEARD_S
     assert not wishes.shown("mute", False)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from studio.capture.snapshot import Snapshot, State
+from studio.capture.snapshot import RecorderState, Snapshot
 from studio.ui.record import findings
 
 
 def _snapshot(**facts: object) -> Snapshot:
     alive = {"motion_alive": True, "audio_alive": True, "port": 39539, "device": "default"}
-    return Snapshot(**({"state": State.ARMED} | alive | facts))  # type: ignore[arg-type]
+    return Snapshot(**({"state": RecorderState.ARMED} | alive | facts))  # type: ignore[arg-type]
 
 
 def _sentences(snap: Snapshot) -> list[str]:

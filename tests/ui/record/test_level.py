@@ -2,7 +2,7 @@
 
 import pytest
 
-from studio.capture import level_test
+from studio.capture import input_tests
 from studio.capture.snapshot import Snapshot
 from studio.ui import theme
 from studio.ui.messages import Toast
@@ -56,21 +56,21 @@ def test_it_can_be_given_up_and_needs_a_microphone(card: InputsCard) -> None:
     ("heard", "words"),
     [
         (
-            level_test.Heard(-25.0, -60.0),
+            input_tests.LevelStats(-25.0, -60.0),
             (
                 "The level is low: the loudest peak is -25 dBFS.",
                 "Come closer, or turn the microphone up by about 16 dB.",
             ),
         ),
         (
-            level_test.Heard(-1.0, -60.0),
+            input_tests.LevelStats(-1.0, -60.0),
             (
                 "The level is too high: the loudest peak is -1 dBFS.",
                 "Turn the microphone down by about 8 dB.",
             ),
         ),
         (
-            level_test.Heard(-10.0, -25.0),
+            input_tests.LevelStats(-10.0, -25.0),
             (
                 "The room is loud: 15 dB between voice and noise.",
                 "Come closer to the microphone, or switch off what hums.",
@@ -78,5 +78,5 @@ def test_it_can_be_given_up_and_needs_a_microphone(card: InputsCard) -> None:
         ),
     ],
 )
-def test_each_verdict_says_what_to_do(heard: level_test.Heard, words: tuple[str, str]) -> None:
+def test_each_verdict_says_what_to_do(heard: input_tests.LevelStats, words: tuple[str, str]) -> None:
     assert words_of(heard) == words

@@ -6,19 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from studio.capture import clock
-from studio.capture.assembler import Source
-from studio.capture.phones import HELLO, IFACIALMOCAP_PORT
+from studio import clock
 from studio.capture.snapshot import Snapshot
-from studio.ui import background, theme
-from studio.ui.record.inputs import EVERYWHERE, NO_MICROPHONE, InputsCard
+from studio.settings import NO_MICROPHONE
+from studio.ui import tasks, theme
+from studio.ui.record.inputs import EVERYWHERE, InputsCard
 from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.phone import PhoneLink
 from studio.ui.session import Session
+from studio.vmc.assemble import Sender
+from studio.vmc.phones import HELLO, IFACIALMOCAP_PORT
 
 
 def face(last: float) -> Snapshot:
-    source = Source("192.168.1.7:49983", IFACIALMOCAP_PORT, "iFacialMocap", (), ("JawOpen",), last)
+    source = Sender("192.168.1.7:49983", IFACIALMOCAP_PORT, "iFacialMocap", (), ("JawOpen",), last)
     return Snapshot(sources=(source,), ports=(39539, IFACIALMOCAP_PORT))
 
 
@@ -68,7 +69,7 @@ def card(qtbot, qapp, tmp_path: Path) -> Iterator[InputsCard]:
     qtbot.addWidget(made)
     made.show()
     yield made
-    background.wait()
+    tasks.wait()
 
 
 def test_the_row_opens_the_network_and_remembers_the_phone(qtbot, card: InputsCard) -> None:

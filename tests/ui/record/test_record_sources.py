@@ -6,28 +6,29 @@ from pathlib import Path
 
 import pytest
 
-from studio.capture import audio, sync_test
-from studio.capture.assembler import Source
+from studio.capture import input_tests, microphone
 from studio.capture.snapshot import Snapshot
-from studio.capture.vmc import encode_frame
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.project import Project
+from studio.settings import NO_MICROPHONE
 from studio.take import TakeInfo
-from studio.ui import background, theme
+from studio.ui import tasks, theme
 from studio.ui.messages import Toast
 from studio.ui.record import findings
-from studio.ui.record.inputs import MORE_PORTS, NO_MICROPHONE, InputsCard
+from studio.ui.record.inputs import MORE_PORTS, InputsCard
 from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.sync import SyncTest, verdict
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
+from studio.vmc.assemble import Sender
+from studio.vmc.encode import encode_frame
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
-BODY = Source("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))
-PHONE = Source("192.168.0.9:5", 49983, "iFacialMocap", (), ("JawOpen",))
+BODY = Sender("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))
+PHONE = Sender("192.168.0.9:5", 49983, "iFacialMocap", (), ("JawOpen",))
 
 
 def free_port() -> int:
@@ -42,7 +43,7 @@ def session(qapp, tmp_path: Path) -> Iterator[Session]:
     made = Session()
     made.create_project(tmp_path / "Project")
     yield made
-    background.wait()
+    tasks.wait()
 
 
 @pytest.fixture
@@ -87,7 +88,7 @@ def test_another_room_is_answered_while_a_take_is_recorded(
     qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[bool] = []
-    monkeypatch.setattr(audio, "input_devices", lambda refresh=False: asked.append(refresh) or ())
+    monkeypatch.setattr(microphone, "input_devices", lambda refresh=False: asked.append(refresh) or ())
     inputs = InputsPresenter(card, session, card)
     session.set_rolling(True)
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
@@ -102,10 +103,10 @@ def test_another_room_is_answered_while_a_take_is_recorded(
 def test_another_room_is_answered_where_listing_fails(
     qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(refresh: bool = False) -> tuple[audio.AudioDevice, ...]:
+    def broken(refresh: bool = False) -> tuple[microphone.AudioDevice, ...]:
         raise StudioError("The sound system did not answer.", "Start it again.")
 
-    monkeypatch.setattr(audio, "input_devices", broken)
+    monkeypatch.setattr(microphone, "input_devices", broken)
     inputs = InputsPresenter(card, session, card)
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
         session.microphones_wanted.emit()
@@ -144,7 +145,7 @@ def test_a_measured_pair_is_shown_and_moves_later_takes(qtbot, session: Session,
     sender = "iFacialMocap :49983 192.168.0.9"
     test.show(snap, ("needs a test", ""))
     assert card.sync_text.text() == "needs a test"
-    kept = sync_test.with_pair((), "Studio mic", sender, 80.0)
+    kept = input_tests.with_pair((), "Studio mic", sender, 80.0)
     session.change_settings(sync_offsets=kept)
     test.show(snap, ("needs a test", ""))
     assert card.sync_text.text() == "+80 ms  off"

@@ -1,5 +1,6 @@
 """Record: real packets and real sound become takes, with one key, whatever else goes on."""
 
+import os
 import socket
 import threading
 import time
@@ -13,22 +14,23 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
-from studio.capture.vmc import encode_frame
 from studio.motion import Motion
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer.sample import PERFORMER_NAME
 from studio.project import Project
+from studio.settings import NO_MICROPHONE
 from studio.take import TakeInfo
-from studio.take.folder import save_take
+from studio.take.folder import load_take, save_take
 from studio.take.motion_file import read_motion
-from studio.ui import background, theme
+from studio.ui import tasks, theme
 from studio.ui.messages import Toast
-from studio.ui.record.inputs import NO_MICROPHONE, OTHER, own_address
+from studio.ui.record.inputs import OTHER, own_address
 from studio.ui.record.practice import Practice
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.takes_presenter import of_today
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
+from studio.vmc.encode import encode_frame
 
 
 def free_port() -> int:
@@ -101,7 +103,7 @@ def room(qtbot, qapp, tmp_path: Path, port: int) -> Iterator[Room]:
     qtbot.waitUntil(lambda: made.ready, timeout=30_000)
     yield made
     made.presenter.close()
-    background.wait()
+    tasks.wait()
 
 
 @pytest.fixture
@@ -473,7 +475,7 @@ def test_a_recording_cut_short_is_recovered_with_a_sentence(
 def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Sender, qtbot) -> None:
     qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().motion_alive, timeout=30_000)
     room.presenter.toggle()
-    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().frames > 20, timeout=30_000)
+    qtbot.waitUntil(lambda: room.presenter.rolling and recorded(room), timeout=30_000)
     room.presenter._recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
     qtbot.waitUntil(lambda: bool(room.project.takes), timeout=30_000)
     assert not room.presenter.rolling
@@ -481,7 +483,29 @@ def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Se
     toast = room.view.findChild(Toast)
     said = "The disk is full. Recording ended at "
     qtbot.waitUntil(lambda: toast.text.text().startswith(said), timeout=30_000)
-    assert toast.remedy.text() == "What came until then is kept. Make room before the next take."
+    kept = room.project.takes_folder / "Hello_001"
+    assert toast.remedy.text() == f"What came until then is kept in {kept}. Free some space."
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows lets nobody move a folder with open files")
+def test_a_project_moved_in_mid_take_keeps_it_and_says_where(room: Room, sender: Sender, qtbot) -> None:
+    folder, elsewhere = room.project.folder, room.project.folder.with_name("Elsewhere")
+    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().motion_alive, timeout=30_000)
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: room.presenter.rolling and recorded(room), timeout=30_000)
+    folder.rename(elsewhere)
+    qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
+    toast = room.view.findChild(Toast)
+    said = "The folder of Hello_001 was moved or renamed. Recording ended at "
+    qtbot.waitUntil(lambda: toast.text.text().startswith(said), timeout=30_000)
+    kept = elsewhere / "takes" / "Hello_001"
+    where = f"What came until then is kept in {kept}. Open the project where it is now."
+    assert toast.remedy.text() == where
+    assert load_take(kept).info.frames > 0
+    qtbot.waitUntil(lambda: room.ready, timeout=30_000)
+    room.presenter.toggle()
+    assert toast.text.text() == "The folder of Project is gone."
+    assert not folder.exists()
 
 
 def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Room, qtbot, tmp_path) -> None:

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from studio.formats import _glb
 from studio.project import Project, avatars
 from studio.settings import Settings
-from studio.ui.drops import sort_drop
+from studio.ui.imports import sort_drop
 from studio.ui.messages import Toast
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView

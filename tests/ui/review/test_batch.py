@@ -15,15 +15,15 @@ from pytestqt.qtbot import QtBot
 
 from studio.cli import main
 from studio.formats import bvh
+from studio.ipc.events import QueueEvent
 from studio.project import Project
 from studio.take.motion_file import read_motion
-from studio.ui.jobs import Job
-from studio.ui.review import clip
-from studio.ui.review.batch_dialog import BatchDialog, BatchWish
+from studio.training.run_choice import RunSelection, run_choice
+from studio.ui.review.batch_dialog import BatchDialog, BatchRequest
 from studio.ui.review.batching import words_of
-from studio.ui.review.clip import Wanted
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
+from studio.ui.tasks import Job
 
 Tab = tuple[ReviewView, ReviewPresenter]
 
@@ -129,13 +129,13 @@ def test_a_batch_moves_as_the_bar_shows(tab: Tab, tmp_path: Path) -> None:
     project = presenter._session.project
     assert project is not None
     _runs(project)
-    shown = Wanted("drawn_001", "友: 静か", 2, 0.5)
-    view.bar.show_runs([clip.run_choice(project.run(name)) for name in ("drawn_001", "quick_001")],
-                       [shown, Wanted()])  # fmt: skip
+    shown = RunSelection("drawn_001", "友: 静か", 2, 0.5)
+    view.bar.show_runs([run_choice(project.run(name)) for name in ("drawn_001", "quick_001")],
+                       [shown, RunSelection()])  # fmt: skip
     dialog = _opened(view, presenter)
     assert dialog.chooser.styles.currentText() == "友: 静か"
     assert dialog.manner.text() == "Liveliness: calm. Take 3 of the dice."
-    wishes: list[BatchWish] = []
+    wishes: list[BatchRequest] = []
     dialog.start_requested.disconnect()
     dialog.start_requested.connect(wishes.append)
     dialog.set_sounds([tmp_path / "a.wav"])
@@ -149,7 +149,7 @@ def test_a_batch_moves_as_the_bar_shows(tab: Tab, tmp_path: Path) -> None:
     assert words[2:7] == ["drawn_001:toy_001", "drawn_001:toy_002", *manner]
     dialog.run.setCurrentIndex(dialog.run.findData("quick_001"))
     dialog.start.click()
-    assert wishes[-1].wanted == Wanted("quick_001")
+    assert wishes[-1].wanted == RunSelection("quick_001")
     assert dialog.manner.isHidden()
     dialog.run.setCurrentIndex(0)
     dialog.start.click()
@@ -161,7 +161,7 @@ def test_without_a_run_in_the_bar_the_newest_is_proposed(tab: Tab) -> None:
     project = presenter._session.project
     assert project is not None
     _runs(project)
-    assert _opened(view, presenter).chooser.wanted == Wanted("quick_001")
+    assert _opened(view, presenter).chooser.wanted == RunSelection("quick_001")
 
 
 def test_a_batch_of_the_project_before_is_none_of_the_new_form(tab: Tab, tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_a_batch_of_the_project_before_is_none_of_the_new_form(tab: Tab, tmp_pat
     batching = presenter._batching
     job = batching._job = Job(batching)  # one that ends slowly
     job.ended.connect(batching._on_ended)
-    before = batching._wish = BatchWish((), Wanted(), ("bvh",), tmp_path / "before", tuned=False)
+    before = batching._wish = BatchRequest((), RunSelection(), ("bvh",), tmp_path / "before", tuned=False)
     batching._on_project()
     dialog = _opened(view, presenter)
     dialog.material.setCurrentIndex(1)
@@ -177,7 +177,7 @@ def test_a_batch_of_the_project_before_is_none_of_the_new_form(tab: Tab, tmp_pat
     _format(dialog, "bvh")
     dialog.start.click()
     assert dialog.told.text() == "The batch before is ending: press Start again in a moment."
-    batching._on_event({"event": "queue", "names": ["a.bvh"]})
+    batching._on_event(QueueEvent(("a.bvh",)))
     batching._on_cancelled()
     assert dialog.list.topLevelItemCount() == 0
     assert dialog.told.text() == "The batch before is ending: press Start again in a moment."

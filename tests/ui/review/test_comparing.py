@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studio.metrics import scores
 from studio.motion import Motion, rotation
-from studio.training import metrics
 from studio.ui.review.comparing import compare
 from tests.formats.examples import a_motion
 
@@ -59,7 +59,7 @@ def test_nothing_in_common_is_no_comparison() -> None:
 def test_review_calls_error_what_an_evaluation_calls_rmse_of_the_blend_shapes() -> None:
     truth = a_motion(60)
     guess = replace(truth, shapes=truth.shapes * 0.7, rotations=np.roll(truth.rotations, 20, axis=0))
-    seen, figures = compare(truth, guess), metrics.score([metrics.Pair(truth, guess)])
+    seen, figures = compare(truth, guess), scores.score([scores.Pair(truth, guess)])
     assert seen is not None
     assert seen.rmse == pytest.approx(figures["rmse_face"], rel=1e-5)
     assert seen.rmse != pytest.approx(figures["rmse"], rel=0.1), "that one counts the body, too"

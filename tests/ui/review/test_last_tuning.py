@@ -65,7 +65,7 @@ def test_sliders_that_were_not_saved_stand_there_at_the_next_start(
     assert panel.rows["head"].box.value() == pytest.approx(0.3)
     assert not panel.undo_button.isEnabled(), "there is nothing before it"
     panel.rows["head"].box.setValue(0.5)
-    panel.undo()
+    panel.undo_scope.undo()
     assert panel.tuning == Tuning(head=0.3, mouth=1.2)
     panel.reset.click()
     assert panel.tuning == Tuning()

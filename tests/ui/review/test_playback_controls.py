@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from studio.ui.review.clip import Wanted
+from studio.training.run_choice import RunSelection
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A, B
 from studio.ui.review.view import ReviewView
@@ -58,7 +58,7 @@ def test_the_other_run_is_seen_at_once_while_it_plays(qtbot: QtBot, tab: Tab) ->
     scene, truth = presenter.scene, presenter.scene.captured.motion
     assert truth is not None
     weak = replace(truth, shapes=(0.3 * truth.shapes).astype(np.float32))
-    wanted = Wanted("quick_001", "calm"), Wanted("quick_001", "calm", seed=3)
+    wanted = RunSelection("quick_001", "calm"), RunSelection("quick_001", "calm", seed=3)
     scene.two = True
     view.bar.show_two(True)
     for side, motion in ((A, truth), (B, weak)):

@@ -9,33 +9,34 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.errors import StudioError
+from studio.ipc.events import PieceEvent
 from studio.motion import Motion
 from studio.take.motion_file import write_motion
-from studio.ui.jobs import Job
-from studio.ui.review.clip import Wanted
-from studio.ui.review.predicting import Predicting, _Pieces, _read_kept
+from studio.training.run_choice import RunSelection
+from studio.ui.review.predicting import GenerateTask, _Pieces, _read_kept
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
+from studio.ui.tasks import Job
 
 
-def _piece(folder: Path, number: int, seconds: float = 2.0) -> dict[str, str]:
+def _piece(folder: Path, number: int, seconds: float = 2.0) -> PieceEvent:
     times = number * seconds + np.arange(round(seconds * 30)) / 30
     file = folder / f"piece_{number}.arrow"
     write_motion(file, Motion.build(times, ("A",), np.full((len(times), 1), 0.1 * (number + 1))))
-    return {"event": "piece", "file": str(file)}
+    return PieceEvent(str(file))
 
 
 @pytest.fixture
-def predicting(qtbot: QtBot) -> Predicting:
+def predicting(qtbot: QtBot) -> GenerateTask:
     """One whose child is only told of: the pieces come when the test says so."""
-    made = Predicting()
+    made = GenerateTask()
     made._job, made._pieces = Job(made), _Pieces.begin()
     return made
 
 
 def test_the_beginning_is_handed_on_before_the_end_is_there(
-    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+    qtbot: QtBot, predicting: GenerateTask, tmp_path: Path
 ) -> None:
     job, folder = predicting._job, predicting._pieces.folder
     assert job is not None
@@ -57,7 +58,7 @@ def test_the_beginning_is_handed_on_before_the_end_is_there(
 
 
 def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
-    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+    qtbot: QtBot, predicting: GenerateTask, tmp_path: Path
 ) -> None:
     job = predicting._job
     assert job is not None
@@ -65,7 +66,7 @@ def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
     predicting.grown.connect(seen.append)
     _piece(tmp_path, 0)
     with qtbot.waitSignal(predicting.predicted) as whole:
-        predicting._on_event(job, {"event": "piece", "file": str(tmp_path / "gone.arrow")})
+        predicting._on_event(job, PieceEvent(str(tmp_path / "gone.arrow")))
         qtbot.waitUntil(lambda: not predicting._pieces.reading)
         predicting._on_generated(job, tmp_path / "piece_0.arrow")
     assert whole.args is not None
@@ -74,20 +75,20 @@ def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
 
 
 def test_a_last_piece_that_cannot_be_read_does_not_keep_the_whole_back(
-    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+    qtbot: QtBot, predicting: GenerateTask, tmp_path: Path
 ) -> None:
     job = predicting._job
     assert job is not None
     _piece(tmp_path, 0)
     with qtbot.waitSignal(predicting.predicted, timeout=30_000) as whole:
-        predicting._on_event(job, {"event": "piece", "file": str(tmp_path / "gone.arrow")})
+        predicting._on_event(job, PieceEvent(str(tmp_path / "gone.arrow")))
         assert predicting._pieces.reading
         predicting._on_generated(job, tmp_path / "piece_0.arrow")  # before that reading has come back
     assert whole.args is not None
     assert len(whole.args[0]) == 60
 
 
-def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predicting, tmp_path: Path) -> None:
+def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: GenerateTask, tmp_path: Path) -> None:
     job, folder = predicting._job, predicting._pieces.folder
     assert job is not None
     assert folder is not None
@@ -103,7 +104,7 @@ def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, predicting: Predictin
 
 
 def test_a_child_that_was_ending_leaves_nothing_behind_where_the_window_closes(
-    qtbot: QtBot, predicting: Predicting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, predicting: GenerateTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job, folder = predicting._job, predicting._pieces.folder
     assert job is not None
@@ -121,7 +122,7 @@ def test_a_child_that_was_ending_leaves_nothing_behind_where_the_window_closes(
 
 
 def test_a_kept_motion_that_cannot_be_read_is_gone_before_it_is_told(
-    qtbot: QtBot, predicting: Predicting, tmp_path: Path
+    qtbot: QtBot, predicting: GenerateTask, tmp_path: Path
 ) -> None:
     """It is removed where it was read, on the pool: the window never waits for a disk."""
     path = tmp_path / "kept.arrow"
@@ -143,7 +144,7 @@ def test_the_beginning_plays_and_the_rest_is_marked_on_the_timeline(
     view, presenter = tab
     scene = presenter.scene
     assert scene.captured.motion is not None
-    scene.sides[A].wanted, scene.sides[A].asked = Wanted("quick_001"), True
+    scene.sides[A].wanted, scene.sides[A].asked = RunSelection("quick_001"), True
     half = scene.captured.motion.between(0.0, 3.0)
     presenter._making._on_grown(A, half)
     qtbot.waitUntil(lambda: view.timeline.content.unmade is not None)

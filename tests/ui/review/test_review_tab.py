@@ -17,8 +17,8 @@ from studio.cli import main
 from studio.dataset import edits
 from studio.formats import bvh
 from studio.take.motion_file import read_motion
+from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui.messages import Toast
-from studio.ui.review.clip import RunChoice, Wanted
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A
 from studio.ui.review.view import ReviewView
@@ -62,7 +62,7 @@ def test_what_the_bars_show_does_not_move_the_columns(
     qtbot.waitUntil(lambda: sum(view.columns.sizes()) < 1040, timeout=MINUTE)
     before = view.columns.sizes()
     run = RunChoice("balanced_001", ("average", "Hello_001"), "average", draws=True)
-    view.bar.show_runs([run], [Wanted(run.id), Wanted(run.id)])
+    view.bar.show_runs([run], [RunSelection(run.id), RunSelection(run.id)])
     view.bar.show_ghost_choice(True, True)
     view.bar.show_two(True)
     view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
@@ -224,10 +224,10 @@ def test_a_take_without_sound_says_why_a_run_predicts_nothing(
     view.sources.setCurrentRow(row)
     _loaded(qtbot, presenter)
     assert why.isHidden(), "no run was chosen"
-    view.bar.chosen.emit(A, Wanted("quick_001"))
+    view.bar.chosen.emit(A, RunSelection("quick_001"))
     qtbot.waitUntil(lambda: not why.isHidden())
     assert why.text() == "This take has no sound, so nothing can be predicted from it."
-    assert _text(view, "export_what") == "The captured motion is exported."
+    assert _text(view, "export_what") == "The captured motion will be exported."
 
 
 def test_a_long_sentence_beside_the_transport_leaves_the_send_panel_whole(

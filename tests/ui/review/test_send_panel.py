@@ -11,20 +11,20 @@ from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion
-from studio.playback.vmc_target import PoseSource
 from studio.settings import Settings
-from studio.ui.review.send_panel import Address, SendPanel, TargetRow
-from studio.ui.review.sending import Sending
+from studio.ui.review.sending import SendPresenter
 from studio.ui.session import Session
+from studio.ui.widgets.send_panel import Address, SendPanel, TargetRow
+from studio.vmc.sender import PoseSource
 
 
-def _made(qtbot: QtBot, settings: Settings) -> tuple[SendPanel, Sending, Session]:
+def _made(qtbot: QtBot, settings: Settings) -> tuple[SendPanel, SendPresenter, Session]:
     motion = Motion.build(np.arange(60) / 60, ("A",), np.ones((60, 1)))
     panel, session = SendPanel(), Session(settings)
     qtbot.addWidget(panel)
     panel.resize(300, 500)
     source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: 0.0)
-    sending = Sending(panel, session, lambda: source)
+    sending = SendPresenter(panel, session, lambda: source)
     panel.show()
     return panel, sending, session
 

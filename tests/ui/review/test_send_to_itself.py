@@ -12,9 +12,9 @@ from pytestqt.qtbot import QtBot
 from studio import settings
 from studio.project import Project
 from studio.ui import app as application
-from studio.ui import background
+from studio.ui import tasks
 from studio.ui.main_window import MainWindow
-from studio.ui.review.send_panel import TargetRow
+from studio.ui.widgets.send_panel import TargetRow
 
 
 def _free_port() -> int:
@@ -33,7 +33,7 @@ def window(qtbot: QtBot, toy_project: Project) -> Iterator[MainWindow]:
     window.show()
     yield window
     window.close()
-    background.wait()
+    tasks.wait()
 
 
 def _row(window: MainWindow) -> TargetRow:

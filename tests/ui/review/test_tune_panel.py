@@ -16,7 +16,7 @@ from studio.project import Project
 from studio.settings import Settings
 from studio.ui.messages import Toast
 from studio.ui.review.tune_panel import TunePanel
-from studio.ui.review.tunings import Tunings
+from studio.ui.review.tunings import TuningPresetPresenter
 from studio.ui.session import Session
 
 
@@ -78,20 +78,14 @@ def test_undo_takes_back_one_edit_after_another_and_redo_brings_them_again(
     panel.set_tuning(Tuning(blinks=9.0))
     qtbot.mouseClick(panel.undo_button, Qt.MouseButton.LeftButton)
     assert panel.tuning == Tuning(mouth=1.8, head=0.5)
-    panel.undo()
+    panel.undo_scope.undo()
     assert panel.tuning == Tuning(mouth=1.8)
-    panel.undo()
+    panel.undo_scope.undo()
     assert panel.tuning == Tuning()
     assert not panel.undo_button.isEnabled()
     for _ in range(3):
-        panel.redo()
+        panel.undo_scope.redo()
     assert panel.tuning == Tuning(blinks=9.0)
-
-
-def test_ctrl_z_in_the_panel_is_the_panels_own(panel: TunePanel, qtbot: QtBot) -> None:
-    panel.set_tuning(Tuning(head=0.5))
-    qtbot.keyClick(panel.rows["head"].slider, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert panel.tuning == Tuning()
 
 
 def test_a_fold_is_reset_alone_and_says_when_it_has_something_to_reset(
@@ -140,10 +134,10 @@ def test_what_the_motion_has_no_channels_for_is_off(
 
 
 @pytest.fixture
-def tunings(panel: TunePanel, qtbot: QtBot, tmp_path: Path) -> Tunings:
+def tunings(panel: TunePanel, qtbot: QtBot, tmp_path: Path) -> TuningPresetPresenter:
     session = Session(Settings())
     session.project = Project.create(tmp_path / "プロジェクト")
-    tunings = Tunings(panel, session)
+    tunings = TuningPresetPresenter(panel, session)
     qtbot.waitUntil(lambda: panel.presets.list.count() == 5)
     return tunings
 
@@ -164,18 +158,20 @@ def _choose(panel: TunePanel, title: str) -> None:
     panel.presets.list.activated.emit(index)
 
 
-def test_a_preset_is_chosen_and_named_until_something_is_changed(panel: TunePanel, tunings: Tunings) -> None:
+def test_a_preset_is_chosen_and_named_until_something_is_changed(
+    panel: TunePanel, tunings: TuningPresetPresenter
+) -> None:
     assert panel.presets.list.currentText() == "As predicted"
     _choose(panel, "Streaming")
     assert panel.tuning == presets.find("Streaming").tuning
     panel.rows["head"].box.setValue(0.3)
     assert panel.presets.list.currentIndex() == -1
-    panel.undo()
+    panel.undo_scope.undo()
     assert panel.presets.list.currentText() == "Streaming"
 
 
 def test_a_tuning_is_saved_under_a_name_deleted_and_brought_back(
-    panel: TunePanel, tunings: Tunings, qtbot: QtBot
+    panel: TunePanel, tunings: TuningPresetPresenter, qtbot: QtBot
 ) -> None:
     panel.rows["head"].box.setValue(0.3)
     panel.presets._save.trigger()
@@ -194,7 +190,7 @@ def test_a_tuning_is_saved_under_a_name_deleted_and_brought_back(
 
 
 def test_a_shipped_preset_can_be_neither_deleted_nor_replaced(
-    panel: TunePanel, tunings: Tunings, qtbot: QtBot
+    panel: TunePanel, tunings: TuningPresetPresenter, qtbot: QtBot
 ) -> None:
     _choose(panel, "Calm")
     assert not panel.presets._delete.isEnabled()
@@ -203,7 +199,7 @@ def test_a_shipped_preset_can_be_neither_deleted_nor_replaced(
 
 
 def test_presets_travel_by_file_and_a_broken_one_changes_nothing(
-    panel: TunePanel, tunings: Tunings, qtbot: QtBot, tmp_path: Path
+    panel: TunePanel, tunings: TuningPresetPresenter, qtbot: QtBot, tmp_path: Path
 ) -> None:
     panel.set_tuning(Tuning(blinks=11.0))
     tunings.send_out(tmp_path / "夜の配信")

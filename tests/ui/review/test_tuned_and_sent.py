@@ -17,8 +17,8 @@ from studio.errors import StudioError
 from studio.motion import Motion
 from studio.playback.layers import Tuning
 from studio.ui.review.presenter import ReviewPresenter
-from studio.ui.review.send_panel import Address
 from studio.ui.review.view import ReviewView
+from studio.ui.widgets.send_panel import Address
 from tests.patience import until
 
 Tab = tuple[ReviewView, ReviewPresenter]

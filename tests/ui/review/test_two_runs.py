@@ -13,9 +13,10 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
+from studio.project.generated import generated_path
 from studio.take.motion_file import read_motion, write_motion
-from studio.ui.review import clip, votes
-from studio.ui.review.clip import RunChoice, Wanted
+from studio.training.run_choice import RunChoice, RunSelection, run_choice
+from studio.ui.review import votes
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.run_bar import RunBar
 from studio.ui.review.view import ReviewView
@@ -38,8 +39,8 @@ def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths:
         assert take.audio_path is not None
         truth = read_motion(take.motion_path)
         for style, strength in strengths.items():
-            words = Wanted(name, "" if style == "own" else STYLES[1]).words
-            path = clip.generated_path(project.run(name), take.audio_path, words)
+            words = RunSelection(name, "" if style == "own" else STYLES[1]).words
+            path = generated_path(project.run(name), take.audio_path, words)
             path.parent.mkdir(parents=True, exist_ok=True)
             write_motion(path, replace(truth, shapes=(truth.shapes * strength).astype(np.float32)))
 
@@ -91,11 +92,17 @@ def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_pat
     _run(toy_project, "quick_001")
     run, sound = toy_project.run("quick_001"), toy_project.takes[0].audio_path
     assert sound is not None
-    wanted = [Wanted(), Wanted("", "a"), Wanted("", "b"), Wanted("", "", 1), Wanted("", "a", 1)]
+    wanted = [
+        RunSelection(),
+        RunSelection("", "a"),
+        RunSelection("", "b"),
+        RunSelection("", "", 1),
+        RunSelection("", "a", 1),
+    ]
     assert wanted[-1].words == ("--style=a", "--seed=1")
-    assert Wanted("", "", 1, 0.5).words == ("--liveliness=0.5", "--seed=1")
-    assert len({clip.generated_path(run, sound, one.words) for one in wanted}) == 5
-    assert clip.run_choice(run) == RunChoice("quick_001")
+    assert RunSelection("", "", 1, 0.5).words == ("--liveliness=0.5", "--seed=1")
+    assert len({generated_path(run, sound, one.words) for one in wanted}) == 5
+    assert run_choice(run) == RunChoice("quick_001")
 
 
 def test_a_run_that_draws_gives_another_take(qtbot: QtBot, tab: Tab, toy_project: Project) -> None:
@@ -106,8 +113,8 @@ def test_a_run_that_draws_gives_another_take(qtbot: QtBot, tab: Tab, toy_project
     (run.folder / "report.json").write_text('{"status": "done", "form": "mixture"}', encoding="utf-8")
     sound = toy_project.take("toy_003").audio_path
     assert sound is not None
-    other = clip.generated_path(run, sound, Wanted("saia_001", seed=1).words)
-    made = read_motion(clip.generated_path(run, sound, ()))
+    other = generated_path(run, sound, RunSelection("saia_001", seed=1).words)
+    made = read_motion(generated_path(run, sound, ()))
     write_motion(other, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
     presenter._show_lists()
     view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("saia_001"))
@@ -116,7 +123,9 @@ def test_a_run_that_draws_gives_another_take(qtbot: QtBot, tab: Tab, toy_project
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.3, abs=0.01), timeout=MINUTE)
     assert presenter.scene.name == "toy_003_saia_001_2"
     view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("quick_001"))
-    assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run begins with its first take"
+    assert presenter.scene.sides[0].wanted == RunSelection("quick_001"), (
+        "another run begins with its first take"
+    )
 
 
 def test_a_run_that_draws_is_as_lively_as_chosen(qtbot: QtBot, tab: Tab, toy_project: Project) -> None:
@@ -128,8 +137,8 @@ def test_a_run_that_draws_is_as_lively_as_chosen(qtbot: QtBot, tab: Tab, toy_pro
     (run.folder / "report.json").write_text('{"status": "done", "draws": true}', encoding="utf-8")
     sound = toy_project.take("toy_003").audio_path
     assert sound is not None
-    made = read_motion(clip.generated_path(run, sound, ()))
-    calm = clip.generated_path(run, sound, ("--liveliness=0.5",))
+    made = read_motion(generated_path(run, sound, ()))
+    calm = generated_path(run, sound, ("--liveliness=0.5",))
     write_motion(calm, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
     presenter._show_lists()
     bar.run.setCurrentIndex(bar.run.findData("alive_001"))
@@ -143,12 +152,14 @@ def test_a_run_that_draws_is_as_lively_as_chosen(qtbot: QtBot, tab: Tab, toy_pro
     assert choices["Calm"].isChecked()
     assert bar.liveliness.toolTip().startswith("Liveliness: calm. ")
     bar.run.setCurrentIndex(bar.run.findData("quick_001"))
-    assert presenter.scene.sides[0].wanted == Wanted("quick_001"), "another run is as lively as it learnt"
+    assert presenter.scene.sides[0].wanted == RunSelection("quick_001"), (
+        "another run is as lively as it learnt"
+    )
 
 
 def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:
     view.bar.two.click()
-    assert presenter.scene.sides[1].wanted == Wanted("quick_001"), "the other run stands beside it"
+    assert presenter.scene.sides[1].wanted == RunSelection("quick_001"), "the other run stands beside it"
     qtbot.waitUntil(lambda: presenter.scene.both_ready, timeout=MINUTE)
 
 
@@ -225,10 +236,13 @@ def test_a_runs_name_is_read_in_a_small_window_and_a_long_one_pushes_nothing_out
     bar.show()
     box, long = bar.first.run, "best_of_the_evening_with_mocopi_003"
     bar.show_runs(
-        [RunChoice("balanced_006", ("average", "Chat"), "average")], [Wanted("balanced_006"), Wanted()]
+        [RunChoice("balanced_006", ("average", "Chat"), "average")],
+        [RunSelection("balanced_006"), RunSelection()],
     )
     qtbot.waitUntil(lambda: box.width() >= box.sizeHint().width())
-    bar.show_runs([RunChoice(long, ("average", "Chat"), "average", True)], [Wanted(long), Wanted()])
+    bar.show_runs(
+        [RunChoice(long, ("average", "Chat"), "average", True)], [RunSelection(long), RunSelection()]
+    )
     qtbot.waitUntil(bar.first.another.isVisible)
     assert box.width() >= 130
     assert bar.minimumSizeHint().width() <= 722

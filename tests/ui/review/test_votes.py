@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from studio.project import Project
+from studio.training.run_choice import RunSelection
 from studio.ui.review import votes
-from studio.ui.review.clip import Wanted
 from studio.ui.review.votes import Tally, Vote
 
-QUICK, BEST, CALM = Wanted("quick_001"), Wanted("best_001"), Wanted("best_001", "静か")
+QUICK, BEST, CALM = RunSelection("quick_001"), RunSelection("best_001"), RunSelection("best_001", "静か")
 
 
 def test_votes_are_counted_whichever_side_they_stood_on(toy_project: Project) -> None:

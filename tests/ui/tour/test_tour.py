@@ -9,7 +9,7 @@ from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
 from studio.errors import StudioError
-from studio.ui.tour import Step, Tour
+from studio.ui.tour import Tour, TourStep
 from studio.ui.tour.guide import Guide
 from studio.ui.tour.steps import open_the_window
 
@@ -31,8 +31,8 @@ def fail_in_a_slot(guide: Guide) -> None:
     guide.driver.rest(0.2)
 
 
-def tour(folder: Path, step: object) -> tuple[list[Step], StudioError]:
-    seen: list[Step] = []
+def tour(folder: Path, step: object) -> tuple[list[TourStep], StudioError]:
+    seen: list[TourStep] = []
     plan = [("the window opens", open_the_window), ("it goes wrong", step), ("the end", not_reached)]
     with pytest.raises(StudioError) as caught:
         Tour(folder, seen.append, plan).run()

@@ -5,17 +5,18 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from studio.ui.jobs import Job
+from studio.ipc.events import CleaningEvent, EpochEvent, ListeningEvent, LookAheadsEvent, StartedEvent
+from studio.ui.tasks import Job
 from studio.ui.train import words
-from studio.ui.train.heard import Heard
+from studio.ui.train.heard import TrainingProgress
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
 
 def test_measuring_the_look_aheads_is_said() -> None:
-    heard = Heard()
-    heard.take({"event": "epoch", "epoch": 4, "of": 4, "train_loss": 0.1, "val": {}, "seconds": 1.0})
-    heard.take({"event": "look_aheads", "ms": 0, "done": 1, "of": 4, "fraction": 0.25})
+    heard = TrainingProgress()
+    heard.take(EpochEvent(4, 4, 0.1, seconds=1.0))
+    heard.take(LookAheadsEvent(0, 1, 4, 0.25))
     assert words.of_training(heard) == "measuring how well it does at each look-ahead: 25 %"
     assert words.of_run(heard.facts).startswith("epoch 4 of 4")
 
@@ -27,15 +28,15 @@ def test_measuring_is_skipped_with_the_button_that_stopped_the_learning(
     button, told = view.progress.stop, list[str]()
     job = Job(presenter)
     monkeypatch.setattr(job, "stop", lambda: told.append("stop"))
-    presenter._job, presenter._run_id, presenter._heard = job, "quick_001", Heard()
+    presenter._job, presenter._run_id, presenter._heard = job, "quick_001", TrainingProgress()
     view.show_running(True)
     button.click()
     assert (button.text(), button.isEnabled()) == ("Stopping after this epoch", False)
     for done in (0, 1):
-        presenter._on_event({"event": "look_aheads", "ms": 0, "done": done, "of": 4, "fraction": done / 4})
+        presenter._on_event(LookAheadsEvent(0, done, 4, done / 4))
         assert (button.text(), button.isEnabled()) == ("Skip measuring", True)
     button.click()
-    presenter._on_event({"event": "look_aheads", "ms": 0, "done": 2, "of": 4, "fraction": 0.5})
+    presenter._on_event(LookAheadsEvent(0, 2, 4, 0.5))
     assert (button.text(), button.isEnabled()) == ("Skipping", False)
     assert told == ["stop", "stop"]
     presenter._on_ended()
@@ -52,13 +53,13 @@ def test_an_empty_plot_does_not_ask_to_start_what_runs(tab: tuple[TrainView, Tra
 
 
 def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
-    heard = Heard()
+    heard = TrainingProgress()
     assert words.of_training(heard) == "reading the takes; the first epoch follows"
-    heard.take({"event": "cleaning", "take": "Hello_001", "fraction": 0.5})
+    heard.take(CleaningEvent("Hello_001", 0.5))
     assert words.of_training(heard) == "cleaning the sound of Hello_001: 50 %"
-    heard.take({"event": "listening", "take": "Hello_002", "number": 2, "of": 5})
+    heard.take(ListeningEvent("Hello_002", 2, 5))
     assert words.of_training(heard) == "listening to Hello_002, take 2 of 5; kept for the next training"
     assert heard.fraction == 0.2
-    heard.take({"event": "started", "run": "quick_001"})
+    heard.take(StartedEvent("quick_001"))
     assert words.of_training(heard) == "reading the takes; the first epoch follows"
     assert heard.fraction == -1.0

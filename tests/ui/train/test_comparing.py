@@ -9,6 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
+from studio.ipc.events import CompareDone
+from studio.ipc.messages import from_plain
 from studio.project import Project
 from studio.ui.session import Session
 from studio.ui.train.compare_dialog import CompareDialog
@@ -16,20 +18,27 @@ from studio.ui.train.compare_facts import compared, title
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
-FACTS = {
-    "split": "test",
-    "takes": ["Chat_002"],
-    "runs": {
-        "quick_001": {"rmse": 0.06, "motion_ratio": 0.5, "closure_recall": 0.2, "wrist_cm": None},
-        "best_001": {"rmse": 0.05, "motion_ratio": 1.6, "closure_recall": 0.2, "wrist_cm": float("nan")},
+DONE = from_plain(
+    {
+        "event": "done",
+        "split": "test",
+        "takes": ["Chat_002"],
+        "runs": {
+            "quick_001": {"rmse": 0.06, "motion_ratio": 0.5, "closure_recall": 0.2, "wrist_cm": None},
+            "best_001": {"rmse": 0.05, "motion_ratio": 1.6, "closure_recall": 0.2, "wrist_cm": float("nan")},
+        },
+        "baselines": {
+            "zero": {"rmse": 0.2, "motion_ratio": 0.0},
+            "ridge": {"rmse": 0.04, "motion_ratio": 0.8},
+        },
+        "captured": {"rmse": 0.0, "motion_ratio": 1.0, "closure_recall": 1.0},
     },
-    "baselines": {"zero": {"rmse": 0.2, "motion_ratio": 0.0}, "ridge": {"rmse": 0.04, "motion_ratio": 0.8}},
-    "captured": {"rmse": 0.0, "motion_ratio": 1.0, "closure_recall": 1.0},
-}
+    "compare",
+)
 
 
 def test_bars_are_as_long_as_the_values_and_the_nearest_run_is_marked() -> None:
-    found = compared(FACTS)
+    found = compared(DONE)
     assert found.columns == ("quick_001", "best_001", "ridge", "zero", "captured")
     assert found.runs == 2
     assert [row.figure.key for row in found.rows] == ["rmse", "motion_ratio", "closure_recall"]
@@ -42,7 +51,7 @@ def test_bars_are_as_long_as_the_values_and_the_nearest_run_is_marked() -> None:
 
 
 def test_a_comparison_that_found_nothing_is_an_empty_table() -> None:
-    assert compared({}).rows == ()
+    assert compared(CompareDone()).rows == ()
     assert [title(name) for name in ("ridge", "captured", "best_001")] == [
         "Simple guess",
         "Captured",
@@ -53,7 +62,7 @@ def test_a_comparison_that_found_nothing_is_an_empty_table() -> None:
 def test_the_table_shows_numbers_and_marks(qtbot: QtBot) -> None:
     dialog = CompareDialog(("quick_001", "best_001"))
     qtbot.addWidget(dialog)
-    dialog.show_compared(compared(FACTS), "Chat_002")
+    dialog.show_compared(compared(DONE), "Chat_002")
     dialog.show()
     table = dialog.table
     texts = [[table.item(y, x).text() for x in range(table.columnCount())] for y in range(table.rowCount())]

@@ -14,7 +14,7 @@ from studio.motion import Motion, rotation
 from studio.training import preview
 from studio.ui import theme
 from studio.ui.train.preview_pane import CAPTION, Loop, PreviewPane, SmallFigure
-from studio.ui.train.previewing import Previewing
+from studio.ui.train.previewing import PreviewPresenter
 
 MINUTE = 60_000
 
@@ -30,7 +30,7 @@ def motion(strength: float, bones: bool = True) -> Motion:
 
 def _write(run: Path, epoch: int, best: bool, at: int, bones: bool = True) -> None:
     """As the child does; the file's time is set, since two writes may share a tick of the disk's clock."""
-    child = preview.Previewing(run, 100)
+    child = preview.PreviewWriter(run, 100)
     child.show("Chat_001", motion(1.0, bones), motion(epoch / 100, bones), epoch, best)
     os.utime(run / "preview" / "preview.json", ns=(at, at))
 
@@ -41,7 +41,7 @@ def test_the_newest_epoch_is_seen_while_it_trains_and_the_best_afterwards(
     pane = PreviewPane()
     qtbot.addWidget(pane)
     pane.resize(320, 240)
-    following = Previewing(pane)
+    following = PreviewPresenter(pane)
     following.follow(tmp_path, live=True)
     assert not pane.isVisible(), "there is nothing yet"
     _write(tmp_path, 5, best=True, at=10**9)
@@ -66,7 +66,7 @@ def test_a_face_without_a_body_fills_the_picture(qtbot: QtBot, tmp_path: Path) -
     qtbot.addWidget(pane)
     pane.resize(320, 240)
     _write(tmp_path, 100, best=True, at=10**9, bones=False)
-    Previewing(pane).follow(tmp_path, live=False)
+    PreviewPresenter(pane).follow(tmp_path, live=False)
     qtbot.waitUntil(lambda: pane.predicted.moving, timeout=MINUTE)
     assert pane.predicted.face.width() > 0.7 * min(pane.predicted.width(), pane.predicted.height() - 22)
 

@@ -1,16 +1,21 @@
 from __future__ import annotations
 
-from typing import Any
+import json
+import math
+from pathlib import Path
 
 import pytest
 
-from studio.ui.train.run_facts import curves, run_facts
+from studio.ipc.events import EpochEvent
+from studio.project import Run
+from studio.ui.train.run_facts import curves, epochs_of, run_facts
 
 
-def _epoch(number: int, val_loss: float | None, motion: float | None = 1.0, **more: Any) -> dict[str, Any]:
+def _epoch(
+    number: int, val_loss: float, motion: float | None = 1.0, best: bool = False, advice: str = ""
+) -> EpochEvent:
     val = {"rmse": 0.04, "pearson": 0.3, "motion_ratio": motion}
-    facts = {"event": "epoch", "epoch": number, "of": 10, "train_loss": 0.1, "val_loss": val_loss, "val": val}
-    return facts | {"seconds": 2.0 * number, "eta_s": 8.0} | more
+    return EpochEvent(number, 10, 0.1, val_loss, val, 2.0 * number, 8.0, best, advice=advice)
 
 
 def test_no_epochs_know_nothing() -> None:
@@ -24,7 +29,7 @@ def test_the_epoch_marked_best_is_best() -> None:
 
 
 def test_without_marks_the_lowest_validation_loss_is_best() -> None:
-    assert run_facts([_epoch(1, 0.5), _epoch(2, 0.2), _epoch(3, None)]).best == 2
+    assert run_facts([_epoch(1, 0.5), _epoch(2, 0.2), _epoch(3, math.nan)]).best == 2
 
 
 def test_the_pace_is_seconds_an_epoch_not_seconds_in_all() -> None:
@@ -50,5 +55,10 @@ def test_curves_hold_losses_and_metrics_and_leave_null_out() -> None:
     assert found["motion_ratio"] == [(1, 1.0), (2, 1.0)]
 
 
-def test_lines_that_make_no_sense_are_passed_over() -> None:
-    assert run_facts([{"event": "note", "text": "x"}, _epoch(1, 0.5)]).epochs == 1
+def test_lines_that_make_no_sense_are_passed_over(tmp_path: Path) -> None:
+    lines = [{"event": "note", "text": "x"}, {"epoch": "one"}, {"epoch": 1, "of": "many", "val_loss": None}]
+    (tmp_path / "metrics.jsonl").write_text(
+        "\n".join(map(json.dumps, lines)) + "\nno JSON\n", encoding="utf-8"
+    )
+    facts = run_facts(epochs_of(Run.load(tmp_path)))
+    assert (facts.epochs, facts.of, facts.best) == (1, None, None)

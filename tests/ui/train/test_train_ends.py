@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt, QTimer
@@ -11,14 +10,15 @@ from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
+from studio.ipc.events import EpochEvent, OutOfMemoryEvent, StepEvent, TrainDone
 from studio.project import Project
 from studio.ui import messages
-from studio.ui.jobs import Job
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 from studio.ui.train.card_dialog import CardDialog
 from studio.ui.train.data_card import DataCard
 from studio.ui.train.data_facts import data_facts
-from studio.ui.train.heard import Heard, smaller_again
+from studio.ui.train.heard import TrainingProgress, smaller_batch_note
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
@@ -112,7 +112,7 @@ def test_a_cancelled_training_is_removed_though_its_child_was_done(
     presenter._resuming = resumed
     job.done.connect(presenter._on_done)
     job._cancelling = True  # as after `cancel`: it measured look-aheads, which end well when told to
-    job.done.emit({"event": "done", "run": "quick_001", "stopped": False})
+    job.done.emit(TrainDone("quick_001"))
     job.ended.emit()
     assert not presenter.training
     assert session.project is not None
@@ -154,7 +154,7 @@ def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
     view, presenter = tab
     job = under_way(presenter, session)
     presenter._words = ["train", "folder", "--recipe", "quick"]
-    presenter._on_event({"event": "out_of_memory", "run": "quick_001", "setting": "training.crops=4"})
+    presenter._on_event(OutOfMemoryEvent("quick_001", "training.crops=4"))
     presenter._on_failed("The memory of this machine was not enough for the training.", "Type this.")
     job.ended.emit()
     assert not presenter.training
@@ -180,20 +180,20 @@ def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
 
 def test_the_command_with_a_smaller_batch_keeps_what_was_asked_for() -> None:
     words = ["train", "P", "--recipe", "best", "--set", "training.epochs=3"]
-    assert smaller_again(words, "", "training.crops=4") == [*words, "--set", "training.crops=4"]
+    assert smaller_batch_note(words, "", "training.crops=4") == [*words, "--set", "training.crops=4"]
     again = ["train", "P", "--resume", "best_002", "--set", "training.crops=4"]
-    assert smaller_again(words, "best_002", "training.crops=4") == again
-    assert smaller_again(again, "best_002", "training.crops=2") == [*again, "--set", "training.crops=2"]
+    assert smaller_batch_note(words, "best_002", "training.crops=4") == again
+    assert smaller_batch_note(again, "best_002", "training.crops=2") == [*again, "--set", "training.crops=2"]
 
 
 def test_steps_move_the_bar_between_epochs() -> None:
-    heard = Heard()
+    heard = TrainingProgress()
     assert heard.fraction == -1.0
-    told: list[dict[str, Any]] = [
-        {"event": "step", "epoch": 1, "of": 4, "step": 5, "steps": 10, "eta_s": 70.0},
-        {"event": "epoch", "epoch": 1, "of": 4, "eta_s": 60.0},
-        {"event": "step", "epoch": 2, "of": 4, "step": 1, "steps": 10, "eta_s": 55.0},
-    ]
+    told = (
+        StepEvent(1, 4, 5, 10, eta_s=70.0),
+        EpochEvent(1, 4, eta_s=60.0),
+        StepEvent(2, 4, 1, 10, eta_s=55.0),
+    )
     seen = []
     for event in told:
         heard.take(event)

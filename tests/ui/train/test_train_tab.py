@@ -13,8 +13,8 @@ from studio.dataset import edits
 from studio.project import Project
 from studio.settings import Settings
 from studio.training.devices import devices
-from studio.ui.jobs import Job
 from studio.ui.session import Session
+from studio.ui.tasks import Job
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
-from studio.ui.widgets.drawn_face import DrawnFace
+from studio.ui.widgets.figure.drawn_face import DrawnFace
 from studio.ui.widgets.loss_plot import LossPlot, epoch_step
 
 

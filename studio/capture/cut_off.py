@@ -1,0 +1,172 @@
+"""Takes that ended early by a fault: the cause, what could be saved, and where it is."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from studio.capture import journal_contents, roll
+from studio.capture.folder_watch import FolderWatch
+from studio.capture.microphone import SoundBlock
+from studio.errors import StudioError
+from studio.files import disk
+from studio.paths import rescue_folder
+from studio.take.take import Take
+from studio.vmc.rows import FrameRow
+
+
+@dataclass(frozen=True)
+class CutOff:
+    """Why a take is not whole.
+
+    Args:
+        reason: for programs: disk_full, write_failed, folder_moved, folder_gone or sound_lost.
+        cause: what happened.
+        at: where the take ends, seconds.
+        todo: what to do before the next one.
+        folder: where what could be kept lies; None while it rolls.
+    """
+
+    reason: str
+    cause: str
+    at: float
+    todo: str
+    folder: Path | None = None
+
+    @property
+    def what(self) -> str:
+        """What happened, for people."""
+        ended = "" if self.reason == "sound_lost" else f" Recording ended at {self.at:.1f} s."
+        return f"{self.cause}{ended}"
+
+    @property
+    def remedy(self) -> str:
+        """What is kept and where, and what to do."""
+        if self.reason == "sound_lost":
+            return self.todo
+        if self.folder is None:
+            return "What came until then is being saved."
+        return f"What came until then is kept in {self.folder}. {self.todo}"
+
+
+def full(at: float) -> CutOff:
+    """There is no more room."""
+    return CutOff("disk_full", "The disk is full.", at, "Free some space.")
+
+
+def failed(error: OSError, at: float) -> CutOff:
+    """The files took no more."""
+    if disk.is_full(error):
+        return full(at)
+    cause = f"The take could not be written on: {error.strerror or error}."
+    return CutOff("write_failed", cause, at, "Check the disk.")
+
+
+def lost_folder(rolling: roll.Roll, watch: FolderWatch, at: float) -> CutOff:
+    """Its folder is no longer there."""
+    name, moved = rolling.folder.name, watch.moved_to()
+    if moved is None:
+        cause = f"The folder of {name} was removed, or its disk was."
+        return CutOff("folder_gone", cause, at, "Copy it into the takes folder of a project.")
+    with_project = moved.parent.name == rolling.folder.parent.name
+    todo = (
+        "Open the project where it is now." if with_project else "Move it into the takes folder of a project."
+    )
+    return CutOff("folder_moved", f"The folder of {name} was moved or renamed.", at, todo)
+
+
+def lost_sound(device: str, at: float) -> CutOff:
+    """The microphone vanished, and was not back when the take ended."""
+    cause = f"{device} stopped giving sound at {at:.1f} s and did not come back."
+    return CutOff("sound_lost", cause, at, "The take is silent from there on; check its plug.")
+
+
+def saved(
+    rolling: roll.Roll,
+    watch: FolderWatch,
+    cut: CutOff | None,
+    last: tuple[Sequence[FrameRow], Sequence[SoundBlock]],
+) -> tuple[Take, CutOff | None]:
+    """The take of a roll that ended, wherever its files lie by now.
+
+    Args:
+        rolling: closed.
+        cut: why it ended, None where it was asked to.
+        last: what came in the last seconds, for a disk that went away with all the rest.
+
+    Returns:
+        The take, and why it is not whole.
+
+    Raises:
+        StudioError: nothing came in, or it cannot be saved; says where lies what was recorded.
+    """
+    if watch.is_there():
+        return _completed(rolling.folder, cut)
+    cut = lost_folder(rolling, watch, cut.at if cut else rolling.seconds)
+    moved = watch.moved_to()
+    if moved is not None:
+        return _completed(moved, cut)
+    place = _new_place(rolling.folder.name)
+    try:
+        place.mkdir(parents=True)
+        watch.copy(place)
+        contents = journal_contents.read(place) if (place / roll.JOURNAL).is_file() else None
+        if contents is None or not roll.holds_anything(place, contents):
+            shutil.rmtree(place)
+            _from_memory(place, rolling, *last)
+    except OSError as error:
+        remedy = f"It could not be kept in {place} either: {error.strerror or error}."
+        raise StudioError(cut.what, remedy) from error
+    return _completed(place, cut)
+
+
+def _completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
+    # Of lost sound the take has a note from the moment it happened.
+    notes = [cut.what] if cut is not None and cut.reason != "sound_lost" else []
+    try:
+        take = roll.complete(folder, *notes)
+    except StudioError as error:
+        if not folder.exists():  # nothing came in, and the reason is known better here
+            if cut is None:
+                raise
+            what = f"{cut.cause} Nothing of {folder.name} was recorded."
+            raise StudioError(what, _before_again(cut)) from error
+        what = cut.what if cut is not None else error.what
+        lies = f"What was recorded lies in {folder}"
+        if cut is not None and cut.reason == "folder_gone":  # no project ever looks into that place
+            remedy = f"{lies}. {cut.todo}"
+        else:
+            remedy = f"{lies} and becomes a take when the project is opened next."
+        raise StudioError(what, f"{remedy} {error.remedy}") from error
+    return take, replace(cut, folder=folder) if cut is not None else None
+
+
+def _before_again(cut: CutOff) -> str:
+    if cut.reason == "disk_full":
+        return "Free some space, then record again."
+    return "Check the folder and its disk, then record again."
+
+
+def _new_place(name: str) -> Path:
+    """A folder for a take that has none any more; it does not exist yet."""
+    number, place = 2, rescue_folder() / name
+    while place.exists():
+        number, place = number + 1, place.with_name(f"{name}_{number}")
+    return place
+
+
+def _from_memory(
+    place: Path, rolling: roll.Roll, rows: Sequence[FrameRow], blocks: Sequence[SoundBlock]
+) -> None:
+    """A roll of the last seconds, which were still in memory."""
+    begins = [min(times) for times in ([r.arrival for r in rows], [b.captured for b in blocks]) if times]
+    start = max(rolling.start, min(begins, default=rolling.start))
+    again = roll.Roll(place, start=start, sound=rolling.sound, **rolling.head)
+    for block in blocks:
+        again.add_block(block)
+    for row in rows:
+        again.add_row(row)
+    again.flush({})
+    again.close()

@@ -1,0 +1,7 @@
+"""A run measured on takes: figures, and the simple guesses it has to beat.
+
+baselines       Baselines that a trained model must beat: no motion, the mean pose, ridge regression on
+                stacked MFCC
+evaluation_set  What a run is measured on: the takes of a split, or those that somebody named
+figures         Evaluation of predictions on takes: figures for each take and for all
+"""

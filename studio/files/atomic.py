@@ -1,0 +1,203 @@
+"""Files that are whole or absent: written beside, flushed to the disk, then renamed."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from studio.errors import StudioError
+from studio.files import disk, leftovers
+
+_PROBE_BYTES = 1 << 20
+"""More than a library that gave up and removed its file can have freed by it."""
+UNREADABLE_ZIP = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
+"""What reading a zip raises where it is damaged, has a password (RuntimeError) or odd packing."""
+_MARGIN_BYTES, _MARGIN = 512 << 20, 0.05
+"""What is left free of a disk at least: bytes, or a share of a small disk."""
+_BOMB_BYTES, _BOMB_TIMES = 1 << 30, 100
+"""Sound and motion never get so much smaller by packing; an hour of digital silence might."""
+_RESERVED = {"con", "prn", "aux", "nul", *(f"com{i}" for i in range(10)), *(f"lpt{i}" for i in range(10))}
+
+
+@contextmanager
+def written(path: Path) -> Iterator[Path]:
+    """A path beside `path` to write to; it takes the place of `path` when the block ends well.
+
+    Raises:
+        StudioError: the disk is full or the folder cannot be written; the old file is untouched.
+    """
+    beside = leftovers.beside(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with disk_faults(beside):
+            yield beside
+        with beside.open("rb+") as file:
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    finally:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def disk_faults(path: Path) -> Iterator[None]:
+    """Within it a disk that takes no more is an OSError with its number, whatever a library calls it.
+
+    soundfile has "System error.", safetensors and FFmpeg errors of their own, NumPy an OSError without a
+    number. None tells what is wrong with the disk, so the disk itself is asked; where it takes what it is
+    given, the error stays what it was.
+
+    Args:
+        path: the file that the library writes.
+    """
+    try:
+        yield
+    except StudioError:
+        raise
+    except Exception as error:
+        told = isinstance(error, OSError) and error.errno is not None
+        if not told and (fault := _fault(path)):
+            raise fault from error
+        raise
+
+
+def _fault(path: Path) -> OSError | None:
+    """What the system says when more is written to a file; None where it takes it."""
+    try:
+        with path.open("ab") as file:
+            file.write(bytes(_PROBE_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        return error
+    return None
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write a JSON file in one piece, readable by people."""
+    text = json.dumps(content, ensure_ascii=False, indent=1)
+    with written(path) as beside:
+        beside.write_text(text + "\n", encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """The object in a JSON file.
+
+    Raises:
+        StudioError: the file is damaged (not UTF-8, not JSON, not an object).
+        FileNotFoundError: there is none.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise damaged(path) from error
+    if not isinstance(content, dict):
+        raise damaged(path)
+    return content
+
+
+def check_version(path: Path, content: dict[str, Any], newest: int) -> None:
+    """Raise NewerVersionError for a later version, StudioError where the version makes no sense."""
+    version = content.get("version", 1)
+    if isinstance(version, bool) or not isinstance(version, int):
+        raise damaged(path)
+    if version > newest:
+        raise newer(path)
+
+
+def damaged(path: Path) -> StudioError:
+    """What to say of a file that cannot be understood."""
+    return StudioError(f"{path.name} in {path.parent.name} is damaged.", "Restore it from a backup.")
+
+
+class NewerVersionError(StudioError):
+    """A file of a later version: not damaged, and left as it is."""
+
+
+def newer(path: Path) -> NewerVersionError:
+    """What to say of a file written by a later version."""
+    return NewerVersionError(
+        f"{path.name} in {path.parent.name} was written by a newer Saia Studio.",
+        "Update Saia Studio to open it.",
+    )
+
+
+def cannot_write(path: Path, error: OSError) -> StudioError:
+    """What to say of a file that could not be written."""
+    reason = error.strerror or type(error).__name__
+    if error.errno is not None and (disk.is_full(error) or error.errno == errno.EFBIG):
+        reason = os.strerror(error.errno)  # a library may have put its own words around it
+    if disk.is_full(error):
+        remedy = f"Free some space on the disk of {path.parent}."
+    elif error.errno == errno.EFBIG:
+        remedy = f"Choose another disk: that of {path.parent} takes no file of this size."
+    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        remedy = f"Allow writing in {path.parent}, or choose another folder."
+    elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ENOENT):
+        remedy = f"Choose another place than {path.parent}."
+    else:
+        remedy = f"Free some space or check the folder {path.parent}."
+    return StudioError(f"{path.name} could not be written: {reason}.", remedy)
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a damaged file so that nothing in it is lost; gives its new path, `<name>.damaged-N`."""
+    number = 1
+    while (kept := path.with_name(f"{path.name}.damaged-{number}")).exists():
+        number += 1
+    path.rename(kept)
+    return kept
+
+
+def safe_name(name: str) -> str:
+    """A file or folder name that every system accepts, close to what was asked; Japanese and spaces stay."""
+    text = unicodedata.normalize("NFC", name)
+    text = "".join("_" if c in '<>:"/\\|?*' or unicodedata.category(c).startswith("C") else c for c in text)
+    text = text.strip(" .")[:80].rstrip(" .")
+    if text.startswith("-"):  # a command would take it for one of its options
+        text = f"_{text[1:]}"
+    if not text or text.split(".")[0].lower() in _RESERVED:
+        text = f"take_{text}".rstrip("_")
+    return text
+
+
+def is_possible_name(name: str) -> bool:
+    """Whether every system can have a file or folder of this name, or at least the one this runs on.
+
+    What Windows alone refuses is refused there alone, but for its devices' names and names that it would
+    silently change: what comes from elsewhere must mean the same everywhere.
+    """
+    if name in ("", ".", "..") or any(unicodedata.category(c) in ("Cc", "Cs") for c in name):
+        return False
+    if name[-1] in " ." or name.split(".")[0].rstrip().lower() in _RESERVED:
+        return False
+    return os.name != "nt" or not set(name) & set('<>:"|?*\\')
+
+
+def room(folder: Path) -> int:
+    """Bytes that may be written where a folder is or is to be made; the last of a disk are not among them."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    disk = shutil.disk_usage(there)
+    return max(0, disk.free - min(_MARGIN_BYTES, int(disk.total * _MARGIN)))
+
+
+def is_bomb(unpacked: int, packed: int) -> bool:
+    """Whether a zip of so many bytes announces more than any of ours could hold."""
+    return unpacked > _BOMB_BYTES and unpacked > _BOMB_TIMES * packed
+
+
+def copied(source: Path, target: Path) -> None:
+    """Copy a file, byte for byte, in one piece."""
+    with written(target) as beside:
+        shutil.copyfile(source, beside)

@@ -1,0 +1,95 @@
+"""One window at a time may change a project: a lock that the system itself drops when its holder dies."""
+
+from __future__ import annotations
+
+import os
+import sys
+import weakref
+from contextlib import suppress
+from pathlib import Path
+
+LOCK_FILE = ".lock"
+_FAR = 1 << 30  # Windows locks bytes against reading too; this one is far behind the number we show
+
+
+class ProjectLock:
+    """The right to change a project, shared by all who ask for it inside one process."""
+
+    def __init__(self, descriptor: int) -> None:
+        # A bare descriptor, not a file object: garbage collection may close that one first, with a warning.
+        self._descriptor = descriptor
+
+    def __del__(self) -> None:
+        # Released with its last holder in this process; the system does the same when the process dies.
+        with suppress(OSError):
+            os.ftruncate(self._descriptor, 0)
+        with suppress(OSError):
+            os.close(self._descriptor)
+
+
+_held: weakref.WeakValueDictionary[Path, ProjectLock] = weakref.WeakValueDictionary()
+
+
+def acquire(folder: Path) -> ProjectLock | None:
+    """The lock of a project, or None where another process holds it or the folder cannot be written."""
+    folder = folder.resolve()
+    if (held := _held.get(folder)) is not None:
+        return held
+    try:
+        descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError:
+        return None
+    if not _lock(descriptor):
+        os.close(descriptor)
+        return None
+    with suppress(OSError):
+        os.ftruncate(descriptor, 0)
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        os.write(descriptor, f"{os.getpid()}\n".encode())
+    lock = ProjectLock(descriptor)
+    _held[folder] = lock
+    return lock
+
+
+def is_held(folder: Path) -> bool:
+    """Whether a process that lives has the lock; the number in it outlives one that was killed."""
+    try:
+        descriptor = os.open(folder / LOCK_FILE, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        return not _lock(descriptor)
+    finally:
+        os.close(descriptor)  # which also lets go of it
+
+
+def holder(folder: Path) -> int | None:
+    """The process that wrote its number into the lock, None where there is none."""
+    try:
+        return int((folder / LOCK_FILE).read_text(encoding="utf-8").strip())
+    except (OSError, ValueError):
+        return None
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(descriptor: int) -> bool:
+        os.lseek(descriptor, _FAR, os.SEEK_SET)
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+else:
+    import errno
+    import fcntl
+
+    def _lock(descriptor: int) -> bool:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            # A file system without locks (some network drives) must not make every project read-only.
+            return error.errno not in (errno.EWOULDBLOCK, errno.EACCES, errno.EAGAIN)
+        return True

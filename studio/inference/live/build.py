@@ -1,0 +1,276 @@
+"""Builds a live performance from a run, and the switches to change while it runs (torch)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from studio.errors import RequestError
+from studio.inference.live.audio_source import LEAD_S, AudioSource, Microphone, SoundFile
+from studio.inference.live.delayed_voice import DelayedVoiceOutput
+from studio.inference.live.performance import Performance, rest_motion
+from studio.inference.live.pose_layers import PoseLayers
+from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
+from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
+from studio.inference.offline import sampling_of
+from studio.motion import Pose
+from studio.playback.layers import Tuning, presets
+from studio.playback.lip_sync import sound_delay_ms, sync_perception
+from studio.training import styles
+from studio.training.checkpoint import BEST, load_model
+from studio.vmc.sender import PoseSource
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """How a run is to perform.
+
+    Args:
+        device: a microphone by name; None for the system's own.
+        file: a sound to perform instead.
+        output: where a file is heard.
+        look_ahead_ms: the nearest that the run offers is taken; None for the usual one.
+        style, seed, liveliness: as for generating.
+        gate: idle while nobody speaks.
+        gain: bring the microphone to the level of the training takes.
+        suppress: take noise out.
+    """
+
+    device: str | None = None
+    file: Path | None = None
+    output: str | None = None
+    look_ahead_ms: int | None = None
+    style: str | None = None
+    seed: int = 0
+    liveliness: float = 1.0
+    gate: bool = True
+    gain: bool = True
+    suppress: bool = False
+
+
+class LivePerformance:
+    """A run performing live: the performance with its switches and what displays show of it.
+
+    Args:
+        run: the run's name.
+        performance: ready to start.
+        style: the style in use.
+    """
+
+    def __init__(self, run: str, performance: Performance, style: str) -> None:
+        self.run, self.performance, self.style = run, performance, style
+        self._sound, self._layers = performance.sound, performance.layers
+        self._output: DelayedVoiceOutput | None = None
+
+    @property
+    def muted(self) -> bool:
+        """Whether the microphone is not listened to."""
+        return self._sound.muted
+
+    @property
+    def frozen(self) -> bool:
+        """Whether the avatar holds still."""
+        return self._layers.frozen
+
+    @property
+    def neutral(self) -> bool:
+        """Whether the avatar stands in its neutral pose, whatever is said."""
+        return self._layers.neutral
+
+    @property
+    def gain_on(self) -> bool:
+        """Whether the level follows the training takes'."""
+        return self._sound.gain.on
+
+    @property
+    def idles(self) -> bool:
+        """Whether silence lets the avatar idle."""
+        return self._layers.idles
+
+    def set_muted(self, on: bool) -> None:
+        """Listen to the microphone, or not."""
+        self._sound.muted = on
+
+    def set_frozen(self, on: bool) -> None:
+        """Hold still, or move."""
+        self._layers.frozen = on
+
+    def set_neutral(self, on: bool) -> None:
+        """Go to the neutral pose and stay there, or come back."""
+        self._layers.neutral = on
+
+    def set_gain(self, on: bool) -> None:
+        """Let the level follow, or leave it."""
+        self._sound.gain.on = on
+
+    def set_idles(self, on: bool) -> None:
+        """Idle while nobody speaks, or let the model move in silence too."""
+        self._layers.idles = on
+
+    def set_look_ahead(self, ms: int) -> LookAhead:
+        """Hear further ahead, or less far; the nearest the run offers."""
+        look_ahead = look_ahead_of(self.performance.model, ms)
+        self.performance.set_look_ahead(look_ahead)
+        return look_ahead
+
+    @property
+    def voice_to(self) -> str | None:
+        """Which output takes the voice; None for none, or while it is gone."""
+        output = self._output
+        return None if output is None or output.gone else output.device
+
+    def set_voice_output(self, device: str | None) -> None:
+        """Give the voice to an output by name ("" the system's own), as late as the avatar is; None to none.
+
+        Raises:
+            StudioError: a file is performed, or the output cannot be opened.
+        """
+        source = self.performance.source
+        self._output = None
+        self.performance.set_voice_output(None)
+        if device is None:
+            return
+        if not isinstance(source, Microphone):
+            raise RequestError("A file is heard in time with the avatar already.", "Choose a microphone.")
+        output = DelayedVoiceOutput(device, lambda: self.performance.late)
+        output.start()
+        # Looking for devices anew ends all streams of the process, this output's among them.
+        source.before_refresh = output.rest
+        self.performance.set_voice_output(output)
+        self._output = output
+
+    def tune(self, text: str) -> None:
+        """Lay other layers over the poses, given as JSON.
+
+        Raises:
+            RequestError: it is no tuning.
+        """
+        self._layers.retune(tuning_of(text))
+
+    def pose_source(self) -> PoseSource:
+        """Poses for a target to send."""
+        return named_source(self._layers, self.performance)
+
+    def ready_facts(self) -> dict[str, Any]:
+        """What a display needs to know once."""
+        model, look_ahead = self.performance.model, self.performance.look_ahead
+        return {
+            "run": self.run, "source": self.performance.source.name, "style": self.style,
+            "fps": float(model.fps), "look_aheads": list(look_aheads(model)), **asdict(look_ahead),
+            **self.channel_facts(),
+        }  # fmt: skip
+
+    def channel_facts(self) -> dict[str, Any]:
+        """The channels of the poses that go out, which layers may change, and where their bones rest."""
+        shapes, bones = self._layers.names
+        kept = [self._layers.bone_names.index(name) for name in bones]
+        return {
+            "shape_names": shapes, "bone_names": bones,
+            "positions": self._layers.rest.positions[kept].round(5),
+        }  # fmt: skip
+
+    def facts(self) -> dict[str, Any]:
+        """State, levels, latency and switches of the performance, for a display."""
+        facts = asdict(self.performance.facts)
+        late = self.performance.facts.latency_ms
+        return {
+            **{name: round(value, 3) if isinstance(value, float) else value for name, value in facts.items()},
+            "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
+            "gain_on": self.gain_on, "idles": self.idles,
+            "idling": round(self._layers.idling, 2),
+            "look_ahead_ms": self.performance.look_ahead.look_ahead_ms,
+            "seen": str(sync_perception(late)), "sound_delay_ms": sound_delay_ms(late),
+        }  # fmt: skip
+
+    def pose_facts(self) -> dict[str, Any]:
+        """The pose to be seen now, and the level, for a display."""
+        pose = self.performance.pose_at(self.performance.position())
+        facts = self.performance.facts
+        return {
+            "shapes": pose.shapes.round(4), "rotations": pose.rotations.round(5),
+            "positions": pose.positions[:1].round(4), "root_position": pose.root_position.round(4),
+            "root_rotation": pose.root_rotation.round(5),
+            "peak_dbfs": round(facts.peak_dbfs, 1), "rms_dbfs": round(facts.rms_dbfs, 1),
+        }  # fmt: skip
+
+    def words(self) -> str:
+        """Level, state and latency in one line for a terminal."""
+        facts = self.performance.facts
+        what = "speaking" if facts.speaking else "idle" if self.idles else "silent"
+        what = "no sound comes" if facts.lost else what
+        switches = [name for name in ("muted", "frozen", "neutral") if getattr(self, name)]
+        what = ", ".join(switches) or what
+        return (
+            f"{facts.peak_dbfs:5.0f} dBFS  {what}  avatar {facts.latency_ms:.0f} ms after the voice"
+            f"  (OBS: delay the microphone by {sound_delay_ms(facts.latency_ms)} ms)"
+        )
+
+
+def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> LivePerformance:
+    """A run ready to perform.
+
+    Args:
+        run_folder: of the run.
+        learnt: sounds it has learnt from, for their level.
+        options: how.
+
+    Raises:
+        StudioError: the run has no weights, or cannot be performed live as wanted.
+    """
+    torch.set_num_threads(1)
+    model = load_model(run_folder / BEST)
+    style = styles.index_of(options.style, model.styles, model.style, run_folder.name)
+    sampling = sampling_of(options.seed, options.liveliness)
+    look_ahead = look_ahead_of(model, options.look_ahead_ms)
+    rate = model.recipe.sound.sample_rate
+    gain = Gain(level_of_takes(learnt), rate, options.gain)
+    # Always with a gate: the gain learns from speech alone, and idling may be switched on later.
+    sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
+    layers = PoseLayers(rest_motion(model, style), idles=options.gate)
+    performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
+    named = model.styles[style - 1] if style else styles.AVERAGE
+    return LivePerformance(run_folder.name, performance, named)
+
+
+def named_source(layers: PoseLayers, performance: Performance) -> PoseSource:
+    """What a target sends: poses of the channels the stand has now, never of others.
+
+    While layers change, the last pose of these channels is sent again until the target is shown the new ones.
+    """
+    names = layers.names
+    last: Pose | None = None
+
+    def pose_at(moment: float) -> Pose:
+        nonlocal last
+        pose, its = performance.named_pose_at(moment)
+        if its == names:
+            last = pose
+        return last if last is not None else layers.rest_pose(names)
+
+    return PoseSource(*names, pose_at, performance.position)
+
+
+def _source(options: LiveOptions, look_ahead: LookAhead) -> AudioSource:
+    if options.file is not None:
+        return SoundFile(options.file, LEAD_S + look_ahead.latency_ms / 1000, options.output)
+    return Microphone(options.device)
+
+
+def tuning_of(text: str) -> Tuning:
+    """A tuning from JSON.
+
+    Raises:
+        StudioError: it is none, or asks for what there is not.
+    """
+    try:
+        facts = json.loads(text)
+    except (ValueError, RecursionError):
+        facts = None
+    if not isinstance(facts, dict):
+        raise RequestError("The tuning was not understood.", "Choose another preset.")
+    return presets.from_plain(facts, "The tuning")

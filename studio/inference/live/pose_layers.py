@@ -1,0 +1,127 @@
+"""Layers over a model's live poses: idle motion, freezing, the neutral pose, a tuning."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+from studio.motion import Motion, Pose
+from studio.motion.neutral import between, neutral_pose
+from studio.playback.layers import Reference, Tuner, Tuning
+
+FADE_S = 0.35
+PANIC_S = 0.25
+IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
+"""What an avatar does while nobody speaks."""
+ChannelNames = tuple[tuple[str, ...], tuple[str, ...]]
+_SAME_S = 0.003
+"""Poses asked for so close together are one: several senders get the same."""
+
+
+class PoseLayers:
+    """The pose that is sent, given the model's; keeps what it eases from one asking to the next.
+
+    Args:
+        rest: a motion of one frame: how the avatar rests while nobody speaks.
+        tuning: the person's own.
+        idles: whether silence lets it idle.
+    """
+
+    def __init__(self, rest: Motion, tuning: Tuning | None = None, idles: bool = True) -> None:
+        self.shape_names, self.bone_names = rest.shape_names, rest.bone_names
+        self.rest = rest.pose(0.0)
+        self._reference = Reference.of(rest)
+        self.idles = idles
+        self._lock = threading.RLock()
+        self._idle_share, self._neutral_share = 1.0 if idles else 0.0, 0.0
+        self._at: float | None = None
+        self._begun = 0.0
+        self._last: Pose | None = None
+        self.frozen = False
+        self.neutral = False
+        self.names: ChannelNames = (), ()
+        """Shapes and bones of the poses that go out."""
+        self.retune(tuning or Tuning())
+
+    @property
+    def tuning(self) -> Tuning:
+        """The person's own layers."""
+        return self._tuner.tuning
+
+    @property
+    def idling(self) -> float:
+        """How far it idles, 0 to 1."""
+        return self._idle_share
+
+    def retune(self, tuning: Tuning) -> None:
+        """Other layers from the next pose on."""
+        with self._lock:
+            self._tuner = Tuner(tuning, self.shape_names, self.bone_names, self._reference)
+            # What a person's own tuning does all the time, silence must not do a second time.
+            own = replace(
+                IDLE,
+                blinks=IDLE.blinks if not tuning.blinks else 0.0,
+                darts=IDLE.darts if not tuning.darts else 0.0,
+                breath=IDLE.breath if not tuning.breath else 0.0,
+                sway=IDLE.sway if not tuning.sway else 0.0,
+            )
+            self._idler = Tuner(own, self.shape_names, self.bone_names, self._reference)
+            before, self.names = self.names, (self._tuner.shape_names, self._tuner.bone_names)
+            if self.names != before:  # a pose of other channels must not be held on to
+                self._last = None
+            self._neutral = self.rest_pose(self.names)
+            self._at = None
+
+    def pose(self, moment: float, made: Pose | None, speaking: bool) -> Pose:
+        """What to send.
+
+        Args:
+            moment: seconds of the computer's clock.
+            made: the model's pose, None before the first.
+            speaking: whether somebody speaks then.
+        """
+        with self._lock:
+            if self._at is not None and self._last is not None and abs(moment - self._at) < _SAME_S:
+                return self._last
+            self._begun = self._begun or moment
+            step = 0.1 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
+            self._at = moment
+            if self.frozen and not self.neutral and self._last is not None:
+                return self._last
+            self._last = self._eased(moment, made, speaking, step)
+            return self._last
+
+    def named_pose(self, moment: float, made: Pose | None, speaking: bool) -> tuple[Pose, ChannelNames]:
+        """The pose to send with the names of its channels, which another tuning may just have changed.
+
+        Arguments are those of `pose`.
+        """
+        with self._lock:
+            return self.pose(moment, made, speaking), self.names
+
+    def rest_pose(self, names: ChannelNames) -> Pose:
+        """The neutral pose of some of its channels, with the proportions of its rest."""
+        kept = [self.bone_names.index(name) for name in names[1]]
+        return neutral_pose(*names, self.rest.positions[kept])
+
+    def _eased(self, moment: float, made: Pose | None, speaking: bool, step: float) -> Pose:
+        still = made is None or (self.idles and not speaking)
+        self._idle_share = _towards(self._idle_share, float(still), step / FADE_S)
+        self._neutral_share = _towards(self._neutral_share, float(self.neutral), step / PANIC_S)
+        t = moment - self._begun
+        pose = made if made is not None else self.rest
+        if self._idle_share > 0:
+            idle = self._idler.pose(t, self.rest)
+            pose = idle if self._idle_share == 1 else between(pose, idle, _smooth(self._idle_share))
+        pose = self._tuner.pose(t, pose)
+        if self._neutral_share > 0:  # over everything: a panic key is no matter of taste
+            pose = between(pose, self._neutral, _smooth(self._neutral_share))
+        return pose
+
+
+def _towards(value: float, goal: float, most: float) -> float:
+    return min(goal, value + most) if goal > value else max(goal, value - most)
+
+
+def _smooth(x: float) -> float:
+    return x * x * (3.0 - 2.0 * x)

@@ -1,0 +1,223 @@
+"""Streaming inference: poses as soon as their sound is there, with the network's state carried (torch).
+
+A network that hears a little ahead gives exactly what it gives for a whole file. One that reads both ways is
+shown a window that ends a chosen while after the pose, again and again; its motion then differs from that of
+a whole file, for it was used to hearing on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from studio.errors import RequestError, StudioError
+from studio.features.audio import rows
+from studio.features.audio_spec import AudioSpec, Floats, row_centres
+from studio.model._network import Network, SamplingOptions, State
+from studio.model._recurrent_steps import steps_of
+from studio.training.checkpoint import Model
+
+WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
+"""How far back a window of a network that reads both ways reaches, and how often it is moved on."""
+WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
+USUAL_MS, WINDOW_USUAL_MS = 100, 500
+
+
+@dataclass(frozen=True)
+class LookAhead:
+    """How long after a moment its pose can be known.
+
+    Args:
+        look_ahead_ms: what was chosen, as it is called.
+        reach_ms: how much sound after the own moment of a pose that is made alone goes into it.
+        hop_ms: poses are made so many milliseconds at a time; 0 for one by one.
+        exact: whether the motion equals that of a whole file.
+    """
+
+    look_ahead_ms: int
+    reach_ms: float
+    hop_ms: float = 0.0
+    exact: bool = True
+
+    @property
+    def latency_ms(self) -> float:
+        """The longest a pose waits for sound."""
+        return self.reach_ms + self.hop_ms
+
+
+def look_aheads(model: Model) -> tuple[int, ...]:
+    """What may be chosen as look-ahead, milliseconds, the shortest first."""
+    if model.network.margin:
+        return WINDOW_AHEAD_MS
+    return model.network.look_aheads or (round(_reach_ms(model, _ahead(model.network))),)
+
+
+def look_ahead_of(model: Model, look_ahead_ms: int | None = None) -> LookAhead:
+    """What a model hears with a look-ahead, the nearest it offers; the usual one where None.
+
+    Raises:
+        RequestError: it cannot be run on live sound.
+    """
+    _must_be_rows(model.recipe.sound)
+    network, offered = model.network, look_aheads(model)
+    usual = WINDOW_USUAL_MS if network.margin else USUAL_MS
+    target_ms = usual if look_ahead_ms is None else look_ahead_ms
+    chosen = min(offered, key=lambda one: abs(one - target_ms))
+    if not network.margin:
+        return LookAhead(chosen, _reach_ms(model, _ahead(network, chosen)))
+    frames = max(1, round(chosen / 1000 * float(model.fps)))
+    hop = max(1, round(WINDOW_HOP_S * float(model.fps)))
+    reach = _reach_ms(model, frames + _ahead(network))
+    return LookAhead(chosen, reach, (hop - 1) * 1000 / float(model.fps), exact=False)
+
+
+def _ahead(network: Network, ms: int = 0) -> float:
+    """Frames of sound that a network hears after a pose, with one of its look-aheads where it has several."""
+    if network.look_aheads:
+        return network.look_ahead_frames(ms)
+    return network.after / network.sizes.steps_per_frame
+
+
+def _reach_ms(model: Model, ahead: float) -> float:
+    """Milliseconds of sound after a pose's moment that go into it with so many frames ahead."""
+    spec, k = model.recipe.sound, model.recipe.sound.steps_per_frame
+    last = int(row_centres(spec, model.fps, round((1 + ahead) * k) - 1, 1)[0]) + _behind(spec)
+    return last / spec.sample_rate * 1000
+
+
+def _behind(spec: AudioSpec) -> int:
+    """Samples a row is made of from its centre on."""
+    lead = spec.fft_size // 2 - (spec.fft_size - spec.window_samples) // 2
+    return spec.window_samples - lead
+
+
+def _must_be_rows(spec: AudioSpec) -> None:
+    if spec.kind not in ("log_mel", "mfcc"):
+        raise RequestError(
+            f"This run hears with {spec.kind}, which needs whole sentences.",
+            "Choose a run that was trained with the recipe balanced for live use.",
+        )
+
+
+class LiveSteps:
+    """Frames of scaled poses as sound comes in.
+
+    Args:
+        model: the model.
+        look_ahead: how far it hears ahead, from `look_ahead_of`.
+        style: index of the style.
+        sampling: seed and liveliness.
+    """
+
+    def __init__(
+        self, model: Model, look_ahead: LookAhead, style: int = 0, sampling: SamplingOptions | None = None
+    ) -> None:
+        self._model, self._look_ahead = model, look_ahead
+        self._style = torch.tensor([style])
+        self._sampling = sampling or SamplingOptions()
+        self._spec, self._k = model.recipe.sound, model.recipe.sound.steps_per_frame
+        self._behind = _behind(self._spec)
+        network, fps = model.network, float(model.fps)
+        if network.look_aheads:
+            network.set_look_ahead(look_ahead.look_ahead_ms)
+        self._alone = steps_of(network, style)
+        self._ahead = self._back = 0
+        self._hop = 1
+        if network.margin:
+            self._ahead = max(1, round(look_ahead.look_ahead_ms / 1000 * fps))
+            self._back = min(network.margin, math.ceil(WINDOW_BACK_S * fps))
+            self._hop = max(1, round(WINDOW_HOP_S * fps))
+        self._samples = np.zeros(0, dtype=np.float32)
+        self._start = 0  # which sample of all self._samples[0] is
+        self._frame = 0  # the next frame to give
+        self._first_row = -self._back * self._k - network.before
+        self._rows = np.zeros((0, self._spec.width), dtype=np.float32)
+        self._state: State | None = None
+        self._due = 0  # how many samples the next frames need
+
+    @property
+    def frame(self) -> int:
+        """The next frame that will be given."""
+        return self._frame
+
+    def feed(self, block: Floats) -> Iterator[tuple[int, Floats]]:
+        """What can be known after one more block of mono sound (N,) at the model's rate.
+
+        Yields:
+            The first frame's number and scaled poses (n, C), in order, each frame once.
+        """
+        if not np.isfinite(block).all():
+            raise StudioError("The sound holds values that are not numbers.", "Check the microphone.")
+        self._samples = np.concatenate([self._samples, block])
+        if self._start + len(self._samples) < self._due:
+            return
+        self._hear()
+        ready = self._known_until()
+        while ready - self._frame >= self._hop:
+            last = ready if self._hop == 1 else self._frame + self._hop
+            yield self._frame, self._give(last)
+        row = (self._frame + self._hop + self._ahead) * self._k + self._network.after - 1
+        self._due = int(row_centres(self._spec, self._model.fps, row, 1)[0]) + self._behind
+
+    def _hear(self) -> None:
+        """Make the rows whose sound is all there."""
+        next_row = self._first_row + len(self._rows)
+        total = self._start + len(self._samples)
+        most = int((total * self._k * self._model.fps) // self._spec.sample_rate) + self._k - next_row + 1
+        if most <= 0:
+            return
+        ends = row_centres(self._spec, self._model.fps, next_row, most) + self._behind
+        count = int(np.searchsorted(ends, total, side="right"))
+        if count:
+            fresh = rows(self._samples, self._spec, self._model.fps, next_row, count, self._start)
+            self._rows = np.concatenate([self._rows, fresh])
+            oldest = int(row_centres(self._spec, self._model.fps, next_row + count, 1)[0])
+            drop = min(max(oldest - self._spec.window_samples - self._start, 0), len(self._samples))
+            self._samples, self._start = self._samples[drop:], self._start + drop
+
+    def _known_until(self) -> int:
+        """The frame after the last one that can be given."""
+        known_rows = self._first_row + len(self._rows)
+        return (known_rows - self._network.after) // self._k - self._ahead
+
+    def _give(self, last: int) -> Floats:
+        network, first = self._network, self._frame
+        a, b = first - self._back, last + self._ahead
+        start = a * self._k - network.before - self._first_row
+        needed = (b - a) * self._k + network.before + network.after
+        kept = self._predicted(self._rows[start : start + needed], a)[self._back : self._back + last - first]
+        self._frame = last
+        drop = max((last - self._back) * self._k - network.before - self._first_row, 0)
+        self._rows, self._first_row = self._rows[drop:], self._first_row + drop
+        return kept
+
+    def _predicted(self, window: Floats, first: int) -> Floats:
+        """Scaled poses (n, C) of the rows of consecutive frames, of which one is the first."""
+        if self._alone is not None:
+            return self._alone.predict(window, self._sampling.liveliness)
+        network, sampling = self._network, replace(self._sampling, first=first)
+        with torch.inference_mode():
+            poses, state = network.predict(torch.from_numpy(window)[None], self._state, self._style, sampling)
+        self._state = None if network.margin else state
+        scaled: Floats = poses[0].numpy()
+        return scaled
+
+    @property
+    def _network(self) -> Network:
+        return self._model.network
+
+
+def silent_pose(model: Model, style: int = 0) -> Floats:
+    """What a model makes of lasting silence, scaled (C,): the pose its avatar rests in."""
+    network, k = model.network, model.recipe.sound.steps_per_frame
+    frames = round(2 * float(model.fps)) + 2 * network.margin
+    silence = np.zeros(0, dtype=np.float32)
+    quiet = rows(silence, model.recipe.sound, model.fps, 0, frames * k + network.before + network.after)
+    with torch.inference_mode():
+        poses, _ = network.predict(torch.from_numpy(quiet)[None], None, torch.tensor([style]))
+    rest: Floats = poses[0, frames - 1 - network.margin].numpy()
+    return rest

@@ -1,0 +1,66 @@
+"""What a running command is told on its standard input, one line each: built by the window, read by it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from studio.errors import RequestError
+
+SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
+LIVE_WORDS = (*SWITCHES, "look-ahead", "voice-to", "tune", "send", "unsend", "wave", "clip", "stop")
+
+
+class Command(NamedTuple):
+    """A word and what follows it on the line."""
+
+    word: str
+    argument: str = ""
+
+    @property
+    def line(self) -> str:
+        """How it is written, without the line's end."""
+        return f"{self.word} {self.argument}".rstrip()
+
+    def switched_to(self, now: bool) -> bool:
+        """What a switch is to be: on, off, or the other way round where neither is said.
+
+        Raises:
+            RequestError: something else is said.
+        """
+        if self.argument in ("", "on", "off"):
+            return not now if not self.argument else self.argument == "on"
+        what = f"{self.word} cannot be {self.argument}."
+        raise RequestError(what, f"Write {self.word} on or {self.word} off.")
+
+
+STOP = Command("stop")
+"""End well and keep what there is; training, recording, performing and queues read it."""
+
+
+def skip(index: int) -> Command:
+    """Leave an entry of a queue away, counted from 0."""
+    return Command("skip", str(index))
+
+
+def switch(name: str, on: bool) -> Command:
+    """Turn one of SWITCHES."""
+    return Command(name, "on" if on else "off")
+
+
+def read(line: str) -> Command | None:
+    """What a line says; None for an empty one."""
+    word, _, argument = line.strip().partition(" ")
+    return Command(word, argument.strip()) if word else None
+
+
+def read_live(line: str) -> Command | None:
+    """What a line says to a performance; None for an empty one.
+
+    Raises:
+        RequestError: there is no such word.
+    """
+    command = read(line)
+    if command is not None and command.word not in LIVE_WORDS:
+        what = f"There is no {command.word} while it is live."
+        raise RequestError(what, f"Write one of: {', '.join(LIVE_WORDS)}.")
+    return command

@@ -1,0 +1,139 @@
+"""What a viewer sees in a face first: lips that close, a mouth in time with the voice, eyes that blink."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.metrics.scores import Figures, Pair
+from studio.motion import Motion
+from studio.motion.channels import is_blink_shape
+from studio.take import lag
+
+Array = NDArray[np.floating]
+
+JAW_OPENS = ("jawopen", "jaw_open", "mouth_stretch_c")
+"""Lower-case names of the shape that opens the jaw: ARKit, FACEGOOD."""
+JAW_SEALED = "mouthclose"
+"""ARKit's shape that keeps the lips together while the jaw is open."""
+VOWELS = frozenset({"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh"})
+
+CLOSED_SHARE = 0.15
+"""The mouth counts as closed within this share of the captured opening's range from its low end."""
+SPEAKING_DB = 30.0
+"""Sound counts as speech down to this far below the loudest hundredth of a take."""
+LONGEST_STOP = 0.2
+"""Seconds of quiet that still count as speaking: the sound of p, b and m stops while the lips are shut."""
+BLINK_SHUT, BLINK_OPEN = 0.5, 0.3
+"""A blink begins above the first and is over below the second."""
+LEAST_CONFIDENCE = 0.1
+"""A mouth's delay is given from this confidence on (see take.lag)."""
+
+
+def face_figures(pairs: Sequence[Pair]) -> Figures:
+    """Closures, lag and blinks over some takes, each None where it does not apply."""
+    recall, precision = closures(pairs)
+    return {
+        "closure_recall": recall,
+        "closure_precision": precision,
+        "mouth_lag_ms": mouth_lag_ms(pairs),
+        "blinks_per_minute": blinks_per_minute(pairs),
+    }
+
+
+def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
+    """Recall and precision of the closed mouth while speaking.
+
+    recall = frames where both are closed / frames where the captured mouth is; precision = the same / frames
+    where the predicted mouth is. Closed: opening <= low + CLOSED_SHARE (high - low), with the captured
+    opening's 5th and 95th percentile; the same threshold for both. A mouth that never opens has recall 1,
+    so read both.
+    Source: van Rijsbergen 1979, precision and recall.
+    """
+    both = true = found = 0
+    for pair in pairs:
+        captured, predicted = opening(pair.truth), opening(pair.predicted)
+        if pair.sound is None or captured is None or predicted is None or not len(captured):
+            continue
+        low, high = np.percentile(captured, [5, 95])
+        if high - low < 0.02:
+            continue
+        limit = low + CLOSED_SHARE * (high - low)
+        counts = speaking(pair) & pair.counts
+        true += int((counts & (captured <= limit)).sum())
+        found += int((counts & (predicted <= limit)).sum())
+        both += int((counts & (captured <= limit) & (predicted <= limit)).sum())
+    return (both / true if true else None), (both / found if found else None)
+
+
+def opening(motion: Motion) -> Array | None:
+    """How far the mouth is open (T,): the jaw less ARKit's sealed lips, or all vowels of a VRM face.
+
+    None where no shape says so.
+    """
+    low = {name.lower(): i for i, name in enumerate(motion.shape_names)}
+    jaw = next((low[name] for name in JAW_OPENS if name in low), None)
+    if jaw is not None:
+        sealed = motion.shapes[:, low[JAW_SEALED]] if JAW_SEALED in low else 0.0
+        return np.clip(motion.shapes[:, jaw] - sealed, 0.0, None)
+    vowels = [i for name, i in low.items() if name in VOWELS]
+    return motion.shapes[:, vowels].sum(axis=1) if vowels else None
+
+
+def speaking(pair: Pair) -> NDArray[np.bool_]:
+    """Frames (T,) in which there is speech, stops inside of words included."""
+    times = pair.truth.times
+    if pair.sound is None:
+        return np.zeros(len(times), dtype=bool)
+    level = lag.speech_level(pair.sound)
+    if not len(level):
+        return np.zeros(len(times), dtype=bool)
+    loud = level > 10 ** (-SPEAKING_DB / 20)
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], loud, [True]]).astype(int)))
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        inside = start > 0 and end < len(loud)
+        if inside and end - start <= LONGEST_STOP * lag.RATE:
+            loud[start:end] = True
+    return loud[np.clip(np.round(times * lag.RATE).astype(int), 0, len(loud) - 1)]
+
+
+def mouth_lag_ms(pairs: Sequence[Pair]) -> float | None:
+    """How much later the mouth moves than the voice sounds, milliseconds; negative where it is early.
+
+    The delay at which the mouth's opening correlates best with the voice's loudness, mean over takes by
+    their length. Source: take.lag; Chung and Zisserman 2016 (SyncNet) for the idea of an audio-video offset.
+    """
+    delays, weights = [], []
+    for pair in pairs:
+        if pair.sound is None or len(pair.predicted) < 2:
+            continue
+        found = lag.find_offset(pair.sound, pair.predicted)
+        if found.confidence >= LEAST_CONFIDENCE:
+            delays.append(-1000.0 * found.offset)
+            weights.append(pair.predicted.duration)
+    return float(np.average(delays, weights=weights)) if delays else None
+
+
+def blinks_per_minute(pairs: Sequence[Pair]) -> float | None:
+    """Blinks a minute in the predicted motion: how often an eye goes above BLINK_SHUT after BLINK_OPEN.
+
+    None where the face has no blink shape. People: 17 at rest, 26 in talk. Source: Bentivoglio et al. 1997.
+    """
+    blinks, minutes = 0, 0.0
+    for pair in pairs:
+        eyes = [i for i, name in enumerate(pair.predicted.shape_names) if is_blink_shape(name)]
+        if not eyes or len(pair.predicted) < 2:
+            continue
+        shut = np.where(pair.counts, pair.predicted.shapes[:, eyes].max(axis=1), 0.0)
+        blinks += count_blinks(shut)
+        minutes += float(pair.counts.sum()) / pair.predicted.fps / 60
+    return blinks / minutes if minutes else None
+
+
+def count_blinks(shut: Array) -> int:
+    """How many blinks are in a curve (T,) of how far the eyes are shut."""
+    state = np.where(shut > BLINK_SHUT, 1, np.where(shut < BLINK_OPEN, 0, -1))
+    state = state[state >= 0]  # between the two it stays what it was
+    return int((np.diff(np.concatenate([[0], state])) == 1).sum())

@@ -1,0 +1,78 @@
+"""World-space joints, rotations and blend shapes of one pose, ready to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import Motion, Pose, Skeleton, rotation
+from studio.motion.avatar import Avatar
+
+ARMS_DOWN = 72.0
+"""Degrees from a T-pose to arms that hang."""
+
+
+@dataclass(frozen=True, eq=False)
+class WorldPose:
+    """Where the bones of a performer are in the world, and what the face does.
+
+    Args:
+        skeleton: J bones and how they rest.
+        joints: Unity-space world positions (J, 3), metres.
+        turns: world rotations (J, 4), each the change from the T-pose; a stick figure needs none.
+        shapes: weights 0..1 by name, of any set.
+    """
+
+    skeleton: Skeleton
+    joints: NDArray[np.floating]
+    turns: NDArray[np.floating] | None = None
+    shapes: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, motion: Motion, t: float) -> WorldPose:
+        """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
+        pose = motion.pose(t)
+        shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
+        return cls.of_pose(motion.skeleton, pose, shapes)
+
+    @classmethod
+    def of_pose(cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float]) -> WorldPose:
+        """One pose of a skeleton's bones; joints are empty where it has none."""
+        if not skeleton.bone_names:
+            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes)
+        local, turns = skeleton.forward(pose.positions, pose.rotations)
+        root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
+        joints = rotation.rotate(root, local) + pose.root_position
+        return cls(skeleton, joints, rotation.multiply(root, turns), shapes)
+
+    @classmethod
+    def at_rest(cls, skeleton: Skeleton) -> WorldPose:
+        """A T-pose."""
+        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations))
+
+    def retargeted_to(self, avatar: Avatar) -> WorldPose:
+        """This pose with an avatar's bones and proportions; unchanged where it has no rotations."""
+        if self.turns is None:
+            return self
+        joints, turns = avatar.retargeted(self.skeleton, self.joints, self.turns)
+        return WorldPose(avatar.skeleton, joints, turns, self.shapes)
+
+    @classmethod
+    def rest_pose(cls, skeleton: Skeleton) -> WorldPose:
+        """Standing with the arms down, for a face that comes without a body."""
+        turns = np.array(skeleton.rest_rotations)
+        for name, degrees in (("LeftUpperArm", ARMS_DOWN), ("RightUpperArm", -ARMS_DOWN)):
+            if name in skeleton.bone_names:
+                turns[skeleton.bone_names.index(name)] = rotation.from_euler_yxz(
+                    0.0, 0.0, np.radians(degrees)
+                )
+        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, turns))
+
+    @property
+    def usable(self) -> bool:
+        """Whether there is something to see, all of it finite."""
+        fits = len(self.joints) == len(self.skeleton.bone_names) > 0
+        return fits and bool(np.isfinite(self.joints).all())

@@ -1,0 +1,197 @@
+"""What is wrong with the motion of a take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import Motion, rotation
+from studio.motion.channels import is_blink_shape, is_mouth_shape
+from studio.take.take import Finding
+
+STILL = 3.0
+"""Seconds without any change from which motion counts as stuck."""
+GAP = 0.15
+"""Seconds between frames from which it is a gap, and at least three intervals."""
+BONE_STILL = 5.0
+"""Seconds without any change from which a bone that else always moves counts as stuck."""
+_LIVELY = 0.6
+"""Part of the frames in which something changes that counts as always moving."""
+SPIN = 40.0
+"""Radians a second that no neck or back turns."""
+_BODY = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
+_MOVING = ("Head", "Neck", "Chest", "Spine")
+
+
+def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
+    """All that is wrong with a motion of two frames or more, and its jitter in seconds."""
+    steps = np.diff(motion.times)
+    median = float(np.median(steps))
+    gap_length = max(3 * median, GAP)
+    even = steps[steps <= gap_length]
+    jitter = float(np.sqrt(np.mean((even - median) ** 2))) if len(even) else 0.0
+    findings = [*_rate(motion, median, jitter), *_gaps(motion, steps, gap_length)]
+    return [*findings, *_still(motion), *_face(motion), *_body(motion)], jitter
+
+
+def _rate(motion: Motion, median: float, jitter: float) -> Iterator[Finding]:
+    if motion.fps < 24:
+        what = f"Motion came at only {motion.fps:.0f} frames a second."
+        remedy = "Raise the frame rate in the motion program, to 60 if it can."
+        yield Finding("rate", "major" if motion.fps < 12 else "minor", what, remedy)
+    if jitter > 0.35 * median:
+        what = f"Frames came unevenly, by {jitter * 1000:.0f} ms."
+        yield Finding("jitter", "minor", what, "Close other programs, and use a cable instead of Wi-Fi.")
+
+
+def _gaps(motion: Motion, steps: NDArray[np.float64], gap_length: float) -> Iterator[Finding]:
+    gaps = np.flatnonzero(steps > gap_length)
+    if not len(gaps):
+        return
+    longest = int(gaps[np.argmax(steps[gaps])])
+    total = float(steps[gaps].sum())
+    count = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps, the longest"
+    what = f"Motion has {count} of {steps[longest]:.2f} s."
+    severity = "major" if steps[longest] > 1.0 or total > 0.05 * motion.duration else "minor"
+    remedy = "Exclude the gap, and check the network before the next take."
+    start, end = (round(float(motion.times[i]), 3) for i in (longest, longest + 1))
+    yield Finding("gap", severity, what, remedy, start, end)
+
+
+def value_findings(motion: Motion) -> Iterator[Finding]:
+    """Values that cannot be: they must be mended before anything else is looked at."""
+    for values in (motion.times, motion.shapes, motion.positions, motion.rotations):
+        bad = ~np.isfinite(values.reshape(len(motion), -1)).all(axis=1)
+        if bad.any():
+            what = f"{_frames(bad)} values that are no numbers."
+            yield Finding(
+                "values", "major", what, "Exclude them, and check the motion program.", _first(motion, bad)
+            )
+            break
+    length = np.linalg.norm(motion.rotations.astype(np.float64), axis=-1)
+    off: NDArray[np.bool_] = np.abs(length - 1).max(axis=1, initial=0.0) > 0.01
+    if off.any():
+        what = f"{_frames(off)} rotations that are not of length one."
+        remedy = "They are mended when used; check the motion program."
+        yield Finding("non_unit", "minor", what, remedy, _first(motion, off))
+    low, high = motion.shapes.min(initial=0.0), motion.shapes.max(initial=0.0)
+    if low < -0.05 or high > 1.05:
+        what = f"Blend shapes reach from {low:.2f} to {high:.2f} instead of 0 to 1."
+        yield Finding("range", "minor", what, "Calibrate the face in the motion program.")
+
+
+def _frames(which: NDArray[np.bool_] | np.bool_) -> str:
+    count = int(which.sum())
+    return "1 frame holds" if count == 1 else f"{count} frames hold"
+
+
+def _first(motion: Motion, which: NDArray[np.bool_] | np.bool_) -> float | None:
+    """When the first of some frames is; None where it has no time."""
+    t = float(motion.times[int(np.argmax(which))])
+    return round(t, 3) if np.isfinite(t) else None
+
+
+def _still(motion: Motion) -> Iterator[Finding]:
+    changes = _changes(motion.shapes) | _changes(motion.rotations) | _changes(motion.positions)
+    moving = np.concatenate([[True], changes])
+    if not changes.any():
+        yield Finding(
+            "frozen", "fatal", "Nothing moves in the take.", "Check that the motion program tracks you."
+        )
+        return
+    starts = np.flatnonzero(moving)
+    ends = np.append(starts[1:], len(motion) - 1)
+    lengths = motion.times[ends] - motion.times[starts]
+    # Two frames far apart are a gap, not stillness.
+    stuck = (lengths > STILL) & (ends - starts > 3)
+    if not stuck.any():
+        return
+    total, longest = float(lengths[stuck].sum()), int(np.argmax(np.where(stuck, lengths, 0.0)))
+    severity = "major" if total > 0.3 * motion.duration else "minor"
+    what = f"All motion stands still for {lengths[longest]:.1f} s."
+    start, end = (round(float(motion.times[i[longest]]), 3) for i in (starts, ends))
+    yield Finding("frozen", severity, what, "Exclude that part if tracking was lost there.", start, end)
+
+
+def _changes(values: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Whether each frame differs from the one before, (T - 1,)."""
+    flat = values.reshape(len(values), -1)
+    changed: NDArray[np.bool_] = np.any(np.abs(np.diff(flat, axis=0)) > 1e-6, axis=1)
+    return changed
+
+
+def _face(motion: Motion) -> Iterator[Finding]:
+    if not motion.shape_names:
+        yield Finding(
+            "no_face", "note", "The take has no blend shapes.", "Switch face tracking on to learn lips."
+        )
+        return
+    names = motion.shape_names
+    blinks = [i for i, n in enumerate(names) if is_blink_shape(n)]
+    if blinks and motion.duration > 20 and motion.shapes[:, blinks].max() < 0.4:
+        what = "The eyes never blink."
+        yield Finding("no_blink", "minor", what, "Calibrate blinking in the motion program.")
+    mouth = [i for i, n in enumerate(names) if is_mouth_shape(n)]
+    if mouth and np.ptp(motion.shapes[:, mouth], axis=0).max() < 0.05:
+        what = "The mouth does not move."
+        yield Finding("mouth", "major", what, "Switch lip or face tracking on in the motion program.")
+    spread = np.ptp(motion.shapes, axis=0)
+    if len(names) >= 3 and (held := [n for n, s in zip(names, spread, strict=True) if s < 1e-4]):
+        what = f"{len(held)} of {len(names)} blend shapes never move: {_some(held)}."
+        yield Finding("static", "note", what, "They are carried as they are, not learnt.")
+
+
+def _body(motion: Motion) -> Iterator[Finding]:
+    names = motion.bone_names
+    if not names:
+        return
+    moving = [j for j, n in enumerate(names) if n in _MOVING]
+    turned = rotation.angle_between(motion.rotations[:1], motion.rotations).max(axis=0)
+    yield from _stuck_bones(motion)
+    if moving and turned[moving].max() < 0.005:
+        what = "Head and back do not move."
+        yield Finding(
+            "frozen_bones",
+            "minor" if motion.shape_names else "major",
+            what,
+            "Check that body tracking is on in the motion program.",
+        )
+    body = [j for j, n in enumerate(names) if n in _BODY]
+    if not body:
+        return
+    q = motion.rotations[:, body]
+    # A short interval makes any noise look fast: only turns of more than half a right angle count.
+    angle = rotation.angle_between(q[:-1], q[1:]).max(axis=1)
+    speed = angle / np.maximum(np.diff(motion.times), 1e-3)
+    jumps = np.flatnonzero((speed > SPIN) & (angle > 0.8))
+    if len(jumps):
+        at = round(float(motion.times[jumps[0]]), 3)
+        what = f"The body jumps at {len(jumps)} {'moment' if len(jumps) == 1 else 'moments'}."
+        yield Finding("jump", "minor", what, "Exclude those moments; tracking was lost there.", at)
+
+
+def _stuck_bones(motion: Motion) -> Iterator[Finding]:
+    """Bones that move all the time, but for a stretch in which others still do: a tracker that was lost."""
+    held: dict[tuple[float, float], list[str]] = {}
+    anything = _changes(motion.rotations)
+    for j, name in enumerate(motion.bone_names):
+        moves = _changes(motion.rotations[:, j])
+        if moves.mean() < _LIVELY:
+            continue
+        edges = np.concatenate([[0], np.flatnonzero(moves) + 1, [len(moves)]])
+        longest = int(np.argmax(np.diff(motion.times[edges])))
+        first, last = int(edges[longest]), int(edges[longest + 1])
+        start, end = float(motion.times[first]), float(motion.times[last])
+        if end - start > BONE_STILL and anything[first : max(last - 1, first)].mean() > _LIVELY:
+            held.setdefault((round(start, 1), round(end, 1)), []).append(name)
+    for (start, end), names in sorted(held.items())[:3]:
+        what = f"{_some(names)} {'stands' if len(names) == 1 else 'stand'} still for {end - start:.1f} s."
+        remedy = "Exclude that part if it shows, and check that tracker before the next take."
+        yield Finding("stuck_bones", "minor", what, remedy, start, end)
+
+
+def _some(names: list[str]) -> str:
+    text = ", ".join(names[:4])
+    return f"{text} and {len(names) - 4} more" if len(names) > 4 else text

@@ -1,0 +1,185 @@
+"""Sets up a training: Fabric, fresh model, loss, optimiser, learning rate, out-of-memory handling."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Literal
+
+import lightning_fabric
+import numpy as np
+import torch
+from lightning_fabric.utilities.rank_zero import rank_zero_only
+
+from studio.errors import RequestError, StudioError
+from studio.features.audio import non_silent_rows
+from studio.features.examples import Example
+from studio.features.motion import FACE, Layout
+from studio.model._network import Network
+from studio.training import checkpoint
+from studio.training.checkpoint import Model
+from studio.training.gather import Gathered
+from studio.training.losses import Loss, column_weights
+from studio.training.recipe import Recipe, TrainingSettings
+
+_SHORTEST_CROP = 30
+_SIGNS = ("out of memory", "can't allocate memory", "bad allocation", "bad_alloc", "not enough memory")
+"""What torch's allocators and oneDNN say in a plain RuntimeError."""
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether numpy, torch or the device ran out of memory."""
+    if isinstance(error, MemoryError | torch.OutOfMemoryError):
+        return True
+    return isinstance(error, RuntimeError) and any(sign in str(error).lower() for sign in _SIGNS)
+
+
+def smaller_batch(recipe: Recipe) -> str:
+    """The setting that halves what a step needs, as --set takes it; "" where it is as small as can be."""
+    training = recipe.training
+    if training.crops > 1:
+        return f"training.crops={training.crops // 2}"
+    if training.crop_frames >= 2 * _SHORTEST_CROP:
+        return f"training.crop_frames={training.crop_frames // 2}"
+    return ""
+
+
+def out_of_memory(recipe: Recipe, project: Path, run: str) -> StudioError:
+    """What to say then.
+
+    Args:
+        recipe: of the training.
+        project: its folder.
+        run: the run it had begun, "" for none; what that learnt is kept.
+    """
+    setting, what = smaller_batch(recipe), "The memory of this machine was not enough for the training."
+    if not setting:
+        return StudioError(what, "Choose another recipe, or close other programs and train again.")
+    how = f"--resume {run}" if run else f"--recipe {recipe.name}"
+    kept = " What was learnt is kept." if run else ""
+    return StudioError(
+        what, f'A smaller batch may fit: `saia train "{project}" {how} --set {setting}`.{kept}'
+    )
+
+
+def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
+    """Fabric on this machine's devices, or on those torchrun or SLURM started us for."""
+    world = int(os.environ.get("WORLD_SIZE", "1"))
+    # torchrun and SLURM tell each process about the others in these variables; alone there are none.
+    local = int(os.environ.get("LOCAL_WORLD_SIZE", "1")) if world > 1 else settings.devices
+    nodes = max(world // local, 1)
+    try:
+        fabric = lightning_fabric.Fabric(
+            accelerator=settings.accelerator,
+            devices=local,
+            num_nodes=nodes,
+            strategy="ddp" if world > 1 else "auto",
+            precision=precision_for(settings.precision, settings.accelerator),
+        )
+    except (
+        ValueError,
+        RuntimeError,
+        lightning_fabric.utilities.exceptions.MisconfigurationException,
+    ) as error:
+        what = f"Training cannot run on {settings.devices} x {settings.accelerator} here: {error}."
+        raise RequestError(what, "Choose training.accelerator=cpu and training.devices=1.") from error
+    if world > 1:
+        fabric.launch()
+    elif settings.devices > 1:
+        raise RequestError(
+            "Several devices need several processes.",
+            f"Start it with `torchrun --nproc-per-node {settings.devices} --no-python saia train ...`.",
+        )
+    return fabric
+
+
+def precision_for(precision: str, accelerator: str) -> Literal["32-true", "bf16-mixed", "16-mixed"]:
+    """Fabric's name for a recipe's precision on a device.
+
+    "auto" mixes where it is known to be sound and quicker: on NVIDIA cards, in bfloat16 where they have it.
+    Apple's graphics and processors compute in 32 bits.
+    """
+    if precision == "auto":
+        cuda = accelerator in ("auto", "cuda", "gpu") and torch.cuda.is_available()
+        precision = ("bf16" if torch.cuda.is_bf16_supported() else "fp16") if cuda else "32"
+    return "32-true" if precision == "32" else "bf16-mixed" if precision == "bf16" else "16-mixed"
+
+
+def is_first_process() -> bool:
+    """Whether this process speaks and writes for all that train together; known once Fabric was made."""
+    return int(getattr(rank_zero_only, "rank", 0)) == 0  # typed as a bare function
+
+
+def leave_together(fabric: lightning_fabric.Fabric) -> None:
+    """End the process group, once every process is done.
+
+    A process that ends with the group still open may be aborted by the threads of gloo or NCCL.
+    """
+    if fabric.world_size > 1 and torch.distributed.is_initialized():
+        fabric.barrier()
+        torch.distributed.destroy_process_group()
+
+
+def fresh_model(data: Gathered, recipe: Recipe) -> Model:
+    """The recipe's network for some takes, knowing their means and nothing else."""
+    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles))
+    rows = np.concatenate([example.sound for example in data.train])
+    # Digital silence is far below speech in dB and would stretch the scale until speech is a sliver of it.
+    rows = rows if network.min_std is None else non_silent_rows(rows, recipe.sound)
+    mean = torch.from_numpy(data.layout.scaled_mean).float()
+    network.row_mean.copy_(torch.from_numpy(rows.mean(axis=0)))
+    # A band without any sound has deviation 0; held above it, its rows stay finite.
+    network.row_deviation.copy_(torch.from_numpy(np.maximum(rows.std(axis=0), 1e-3)))
+    network.pose_mean.copy_(mean)
+    if recipe.training.start_at_mean:
+        network.start_at(mean)
+    network.see([part for example in data.train for part in _stretches(example, data.layout)])
+    return Model(network, recipe, data.layout, data.fps, styles=data.styles)
+
+
+def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:
+    """Unbroken stretches of the poses (T, C) of a take that has a body; none of one that has not."""
+    if not example.mask[layout.groups != FACE].any():
+        return []
+    counts = example.grid.valid > 0
+    breaks = np.flatnonzero(np.diff(counts)) + 1
+    parts = zip(np.split(example.values, breaks), np.split(counts, breaks), strict=True)
+    return [torch.from_numpy(part) for part, there in parts if len(there) and there[0]]
+
+
+def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
+    """The recipe's loss for the columns of some takes."""
+    layout = data.layout
+    # Columns centred on their mean get it back before cosines are taken of them.
+    centred = recipe.channels.scaling == "group"
+    shift = layout.offset / layout.scale if centred else np.zeros(layout.width)
+    values = np.concatenate([e.values[e.grid.valid > 0] for e in data.train])
+    deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
+    balance = column_weights(deviation, torch.from_numpy(layout.groups), recipe.loss)
+    return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance)
+
+
+def make_optimiser(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:
+    """The recipe's optimiser for a network."""
+    if settings.optimiser == "adam":
+        return torch.optim.Adam(network.parameters(), lr=settings.learning_rate)
+    return torch.optim.AdamW(
+        network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay
+    )
+
+
+def learning_rate(settings: TrainingSettings, step: int, steps: int) -> float:
+    """The learning rate at a step.
+
+    "one_cycle" rises over the first 30 % from a 25th of the highest rate and falls to a 10,000th of that,
+    both along a cosine. Source: Smith and Topin 2019, Super-Convergence.
+    """
+    top = settings.learning_rate
+    if settings.schedule == "constant":
+        return top
+    low, end, turn = top / 25, top / 25 / 1e4, max(0.3 * steps - 1, 1)
+    if step <= turn:
+        return low + (top - low) * (1 - math.cos(math.pi * step / turn)) / 2
+    part = min((step - turn) / max(steps - 1 - turn, 1), 1.0)
+    return end + (top - end) * (1 + math.cos(math.pi * part)) / 2

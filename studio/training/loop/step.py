@@ -1,0 +1,160 @@
+"""Optimiser steps on batches of crops; several processes share each batch."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+import lightning_fabric
+import numpy as np
+import torch
+from torch import Tensor
+
+from studio.features.augment import Crop, CropShape, cut
+from studio.training import checkpoint
+from studio.training.checkpoint import Model, TrainingState
+from studio.training.gather import Gathered
+from studio.training.loop.setup import learning_rate, make_optimiser
+from studio.training.losses import Loss
+from studio.training.sampling import Pick, steps_per_epoch
+
+AHEAD = 2
+"""Batches that lie ready while a step is taken: cutting and varying crops costs a fifth of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """This process's share of a step: rows of sound, values and weights (B, ...), and styles (B,)."""
+
+    rows: Tensor
+    values: Tensor
+    weight: Tensor
+    style: Tensor
+
+
+class TrainingSteps:
+    """Changes a model's weights, step by step.
+
+    Everything random in an epoch follows from the seed and the epoch's number alone, so a resumed training
+    goes on exactly as if it had never been interrupted.
+
+    Args:
+        fabric: what it computes on.
+        data: the takes.
+        model: its network is changed, and is where `state` says first.
+        loss: of the recipe.
+        state: where a run that goes on stood.
+    """
+
+    def __init__(
+        self,
+        fabric: lightning_fabric.Fabric,
+        data: Gathered,
+        model: Model,
+        loss: Loss,
+        state: TrainingState | None,
+    ) -> None:
+        self._fabric, self._data, self._recipe, self._network = fabric, data, model.recipe, model.network
+        self.optimiser = make_optimiser(model.network, self._recipe.training)
+        self.average: dict[str, Tensor] = {}
+        """The running mean of the weights, by name; empty where the recipe has none."""
+        if state is not None:
+            model.network.load_state_dict(state.network)
+            checkpoint.restore_optimiser(self.optimiser, state.optimiser)
+            self.average = dict(state.average)
+        self._wrapped, self._wrapped_optimiser = fabric.setup(model.network, self.optimiser)
+        self._wrapped.mark_forward_method("learn")
+        self._loss = loss.shared(self._averaged)
+        model.network.loss_fn = self._loss
+        self.an_epoch = steps_per_epoch(self._recipe.training, data.train)
+
+    def begin_epoch(self, number: int) -> np.random.Generator:
+        """Make ready for an epoch; gives what is random in its crops, the same in all processes."""
+        seed = self._recipe.training.seed
+        mixed = np.random.SeedSequence([seed, number, self._fabric.global_rank]).generate_state(1)[0]
+        torch.manual_seed(int(mixed))
+        self._wrapped.train()
+        return np.random.default_rng([seed, number])
+
+    def batches(self, chosen: Sequence[list[Pick]], rng: np.random.Generator) -> Iterator[Batch]:
+        """The batches of an epoch, made ahead on a thread of their own, one after the other.
+
+        Args:
+            chosen: the crops of each step, of all processes.
+            rng: as `begin_epoch` gave it; nobody else may draw from it until all are made.
+        """
+        # One thread and in order: the crops draw from one generator, and a run must repeat exactly.
+        ready: deque[Future[Batch]] = deque()
+        with ThreadPoolExecutor(1, "crops") as pool:
+            for pick in chosen:
+                ready.append(pool.submit(self._batch, pick, rng))
+                if len(ready) > AHEAD:
+                    yield ready.popleft().result()
+            while ready:
+                yield ready.popleft().result()
+
+    def take(self, index: int, batch: Batch) -> float:
+        """One step; gives its loss, the mean over the processes.
+
+        Args:
+            index: of all steps of the training, from 0.
+            batch: what to learn from.
+        """
+        settings, device = self._recipe.training, self._fabric.device
+        for group in self.optimiser.param_groups:
+            group["lr"] = learning_rate(settings, index, settings.epochs * self.an_epoch)
+        rows, values, weight = (part.to(device) for part in (batch.rows, batch.values, batch.weight))
+        self._wrapped_optimiser.zero_grad()
+        with self._fabric.autocast():  # which Fabric does by itself for forward alone
+            predicted, own = self._wrapped.learn(rows, batch.style.to(device), values, weight)
+        loss = self._loss(predicted.float(), values, weight) + own.float()
+        self._fabric.backward(loss)
+        # By Fabric, which unscales the gradients of half precision first.
+        if settings.clip:
+            self._fabric.clip_gradients(self._wrapped, self._wrapped_optimiser, max_norm=settings.clip)
+        self._wrapped_optimiser.step()
+        self._update_average(settings.average, index)
+        return float(self._averaged(loss.detach()))
+
+    def _batch(self, pick: list[Pick], rng: np.random.Generator) -> Batch:
+        """Cut and vary the crops of a step. Runs on the thread of the crops."""
+        crops = [self._crop(take, first, rng) for take, first in pick]
+        style_ids = self._shown_styles([take for take, _ in pick], rng)
+        share = slice(self._fabric.global_rank, None, self._fabric.world_size)
+        # A process without a crop learns from the first once more: each must take part in every collective.
+        mine, style = crops[share] or crops[:1], style_ids[share] if len(style_ids[share]) else style_ids[:1]
+        rows, values, weight = (_stacked(mine, name) for name in ("rows", "values", "weight"))
+        return Batch(rows, values, weight, style)
+
+    def _averaged(self, numbers: Tensor) -> Tensor:
+        """Numbers' means over the processes."""
+        mean = self._fabric.all_reduce(numbers, reduce_op="mean")
+        assert isinstance(mean, Tensor)
+        return mean
+
+    def _shown_styles(self, takes: list[int], rng: np.random.Generator) -> Tensor:
+        """Each crop's style, or now and then the average instead, so that it is learnt as well."""
+        style_ids = np.array([self._data.train[take].style for take in takes])
+        if self._data.styles:
+            style_ids[rng.random(len(style_ids)) < self._recipe.training.style_dropout] = 0
+        return torch.from_numpy(style_ids)
+
+    def _crop(self, take: int, first: int, rng: np.random.Generator) -> Crop:
+        recipe, network = self._recipe, self._network
+        shape = CropShape(recipe.training.crop_frames, network.before, network.after, recipe.sound)
+        return cut(self._data.train[take], first, shape, recipe.augment, rng)
+
+    def _update_average(self, decay: float, step: int) -> None:
+        if not decay:
+            return
+        # Early on the mean must not drag the first weights along: decay grows towards its value.
+        keep = min(decay, (1 + step) / (10 + step))
+        for name, parameter in self._network.named_parameters():
+            old, value = self.average.get(name), parameter.detach()
+            self.average[name] = value.clone() if old is None else old.to(value.device).lerp(value, 1 - keep)
+
+
+def _stacked(crops: list[Crop], name: str) -> Tensor:
+    return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops]))

@@ -1,0 +1,333 @@
+"""The training loop, on Lightning Fabric: one process or many, stopped, cancelled, resumed.
+
+Everything random in an epoch follows from the seed and the epoch's number alone, so a resumed training
+goes on exactly as if it had never been interrupted. What a run's folder holds is complete after every epoch:
+wherever a kill or a power cut comes, its best model can be used and the rest goes on from there.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import lightning_fabric
+import torch
+
+from studio.errors import StudioError
+from studio.ipc.events import (
+    CleaningEvent,
+    EpochEvent,
+    ListeningEvent,
+    NoteEvent,
+    OutOfMemoryEvent,
+    StartedEvent,
+    StepEvent,
+)
+from studio.metrics import scores
+from studio.project import Project, Run
+from studio.training import checkpoint, styles
+from studio.training.checkpoint import BEST
+from studio.training.events import (
+    STILL_ADVICE,
+    Event,
+    RunStatus,
+    is_still,
+)
+from studio.training.gather import gather
+from studio.training.loop import run_folder
+from studio.training.loop.run_folder import RunFolder
+from studio.training.loop.setup import (
+    fresh_model,
+    is_out_of_memory,
+    leave_together,
+    make_fabric,
+    make_loss,
+    out_of_memory,
+    smaller_batch,
+)
+from studio.training.loop.state import Progress, save_progress, saved_state
+from studio.training.loop.step import TrainingSteps
+from studio.training.loop.validation import Validation, ValidationResult, enliven
+from studio.training.preview import PreviewWriter
+from studio.training.recipe import Recipe, read_recipe
+from studio.training.sampling import picks
+
+SETTLED_FROM = 0.8
+"""Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
+_ALARM_FROM = 0.25
+"""Share of the epochs before which standing still is no reason for alarm: every model begins there."""
+
+
+def train(
+    project: Project,
+    recipe: Recipe,
+    *,
+    on_event: Callable[[Event], None],
+    stop: Callable[[], bool] = lambda: False,
+    resume: Run | None = None,
+    step_seconds: float = 1.0,
+) -> Run:
+    """Train a recipe on a project's training takes, into a run folder.
+
+    Args:
+        project: its dataset says which takes.
+        recipe: how; where a run is resumed, use `resumed_recipe`.
+        on_event: told of all that happens, from the first take listened to on, on this thread.
+        stop: asked after every step; True ends well, the best weights kept.
+        resume: a run to go on with.
+        step_seconds: a step is told of when nothing was for so long.
+
+    Returns:
+        The run; its report says how it ended.
+
+    Raises:
+        StudioError: the takes or the recipe cannot be used, or the training diverged.
+    """
+    fabric, run = make_fabric(recipe.training), ""
+
+    def tell(event: Event) -> None:
+        nonlocal run
+        run = event.run if isinstance(event, StartedEvent) else run
+        if fabric.is_global_zero:
+            on_event(event)
+
+    try:
+        done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds).run()
+        leave_together(fabric)
+        return done
+    except (MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        tell(OutOfMemoryEvent(run, smaller_batch(recipe)))
+        raise out_of_memory(recipe, project.folder, run) from error
+
+
+def resumed_recipe(run: Run) -> Recipe:
+    """The recipe a run was started with.
+
+    Raises:
+        StudioError: its folder has none.
+    """
+    return replace(read_recipe(run.folder / run_folder.RECIPE_FILE), name=run.recipe)
+
+
+class _Training:
+    """One training from start to report."""
+
+    def __init__(
+        self,
+        fabric: lightning_fabric.Fabric,
+        project: Project,
+        recipe: Recipe,
+        tell: Callable[[Event], None],
+        stop: Callable[[], bool],
+        resume: Run | None,
+        step_seconds: float,
+    ) -> None:
+        self.fabric, self.recipe, self.tell = fabric, recipe, tell
+        self.stop, self.step_seconds = stop, step_seconds
+        state = saved_state(resume)
+        layout, fps, names = run_folder.kept_columns(state) if state else (None, None, None)
+        self.data = gather(
+            project, recipe, layout, fps, names,
+            lambda take, done: tell(CleaningEvent(take, done)), lambda *facts: tell(ListeningEvent(*facts)),
+        )  # fmt: skip
+        # Right before the weights are drawn, so that runs repeat whatever gathering did.
+        torch.manual_seed(recipe.training.seed)
+        self.model = fresh_model(self.data, recipe)
+        loss = make_loss(self.data, recipe, fabric.device)
+        self.steps = TrainingSteps(fabric, self.data, self.model, loss, state)
+        self.check = Validation(self.data, self.model, loss, fabric.device)
+        self.progress = Progress() if state is None else Progress.from_dict(state.facts)
+        self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
+        self.preview = PreviewWriter(self.folder.path, recipe.training.epochs)
+
+    def run(self) -> Run:
+        """All epochs, then the report."""
+        self._tell_start()
+        settings, stopped = self.recipe.training, False
+        status = RunStatus.FAILED
+        try:
+            while self.progress.epoch < settings.epochs and not stopped:
+                loss, stopped = self._epoch(self.progress.epoch + 1)
+                # Part of an epoch is dropped where there are weights already; a first one is kept.
+                if stopped and self.progress.best_epoch:
+                    break
+                self._finish_epoch(loss, last=stopped)
+            self._enliven()
+            status = RunStatus.STOPPED if stopped else RunStatus.DONE
+        except KeyboardInterrupt:
+            status = RunStatus.STOPPED
+            raise
+        finally:
+            self.folder.report(status, self._facts())
+        # Only the first process made a folder.
+        return Run.load(self.fabric.broadcast(self.folder.path))
+
+    def _epoch(self, number: int) -> tuple[float, bool]:
+        """One epoch's mean loss, and whether a stop was asked for in its midst."""
+        steps, total = self.steps.an_epoch, 0.0
+        rng = self.steps.begin_epoch(number)
+        chosen = picks(self.recipe.training, self.data.train, rng)
+        for done, batch in enumerate(self.steps.batches(chosen, rng), 1):
+            total += self.steps.take((number - 1) * steps + done - 1, batch)
+            if not math.isfinite(total):
+                raise StudioError(
+                    f"The training of {self.folder.path.name} went astray in epoch {number}.",
+                    "Lower training.learning_rate; the best weights so far are kept.",
+                )
+            self._tell_step(number, done, total / done)
+            if self._should_stop():
+                return total / done, True
+        return total / steps, False
+
+    def _tell_step(self, epoch: int, step: int, loss: float) -> None:
+        """That it goes on, where an epoch takes long."""
+        progress, of, now = self.progress, self.recipe.training.epochs, time.monotonic()
+        if now - progress.reported_at < self.step_seconds:
+            return
+        progress.reported_at = now
+        eta = progress.eta(of, step / self.steps.an_epoch)
+        self.tell(StepEvent(epoch, of, step, self.steps.an_epoch, loss, progress.seconds, eta))
+
+    def _finish_epoch(self, loss: float, *, last: bool) -> None:
+        progress, settings = self.progress, self.recipe.training
+        progress.epoch += 1
+        progress.ends.append(time.monotonic())
+        final = last or progress.epoch >= settings.epochs
+        due = final or progress.epoch == 1 or progress.epoch % settings.validate_every == 0
+        error: StudioError | None = None
+        if self.fabric.is_global_zero:
+            try:
+                self._record(loss, due)
+            except StudioError as caught:
+                error = caught
+        # The others wait in a collective: told of the failure, they end with a sentence instead of hanging.
+        failed = self.fabric.broadcast(error is not None)
+        if error is not None:
+            raise error
+        if failed:
+            raise StudioError("Another process of this training failed.", "See its messages.")
+        # Every process must know the best epoch: it decides whether a stop may skip the validation.
+        progress.best_epoch = self.fabric.broadcast(progress.best_epoch)
+
+    def _record(self, loss: float, due: bool) -> None:
+        """Validate, keep the weights, and tell of the epoch."""
+        progress, of = self.progress, self.recipe.training.epochs
+        found = self.check(self.steps.average) if due else None
+        figures: scores.Figures = found.figures if found else {}
+        best = found is not None and (found.loss < progress.best_loss or self._settled(found))
+        still = is_still(figures.get("motion_ratio"))
+        event = EpochEvent(
+            progress.epoch,
+            of,
+            loss,
+            found.loss if found else math.nan,
+            figures,
+            progress.seconds,
+            progress.eta(of),
+            best,
+            still,
+            STILL_ADVICE if still and progress.epoch >= _ALARM_FROM * of else "",
+        )
+        if found is not None and best:
+            self._keep_best(found)
+            progress.best_val = event.as_dict()["val"]
+        # After the best weights: a kill in between repeats an epoch; the other way round would lose them.
+        save_progress(self.folder.path, self.model, self.steps.optimiser, self.steps.average, progress)
+        if found is not None and found.first is not None:
+            take, pair = self.data.val[0].id, found.first
+            self.preview.show(take, pair.truth, pair.predicted, progress.epoch, best)
+        self.folder.append(event)
+        self.tell(event)
+        progress.reported_at = time.monotonic()
+
+    def _settled(self, found: ValidationResult) -> bool:
+        """Whether what was best comes from before the learning rate came down, and this epoch from after it.
+
+        While a cycle's rate is high the weights are thrown about; one lucky moment of them on the validation
+        takes says little of other takes, so the first settled epoch takes its place whatever its loss.
+        """
+        progress, settings = self.progress, self.recipe.training
+        if settings.schedule != "one_cycle" or not math.isfinite(found.loss):
+            return False
+        return progress.best_epoch <= SETTLED_FROM * settings.epochs < progress.epoch
+
+    def _keep_best(self, found: ValidationResult) -> None:
+        """Write the model as it would be used, gains and all: whatever ends the training, it is complete."""
+        progress = self.progress
+        progress.best_loss, progress.best_epoch, progress.best_style = found.loss, progress.epoch, found.style
+        made = replace(self.model, epoch=progress.epoch, style=self._style_name(found.style))
+        gain = {"gain": torch.from_numpy(found.gain)}
+        # In this order: averaged weights replace the network's own, and the gain found with them its gain.
+        weights = {**self.model.network.state_dict(), **self.steps.average, **gain}
+        checkpoint.save_model(self.folder.path / BEST, made, weights)
+
+    def _style_name(self, style: int) -> str:
+        return self.data.styles[style - 1] if style else ""
+
+    def _enliven(self) -> None:
+        """Give the best model its gains where it has none: older versions gave them at the end."""
+        target, path = self.recipe.training.liveliness, self.folder.path / BEST
+        if target and self.fabric.is_global_zero and path.is_file():
+            enliven(path, self.data.val or self.data.train, self.progress.best_style, target)
+
+    def _should_stop(self) -> bool:
+        asked = self.stop() if self.fabric.is_global_zero else False
+        # Only the first process reads the request; all must stop after the same step, or the next one hangs.
+        return bool(self.fabric.broadcast(asked)) if self.fabric.world_size > 1 else asked
+
+    def _tell_start(self) -> None:
+        data, progress = self.data, self.progress
+        crops, processes = self.recipe.training.crops, self.fabric.world_size
+        idle = (f"Only {crops} of {processes} processes have work: raise training.crops to {processes}.",)
+        for text in (*data.notes, *self.folder.notes, *(idle if crops < processes else ())):
+            self.tell(NoteEvent(text))
+        self.tell(
+            StartedEvent(
+                self.folder.path.name,
+                str(self.folder.path),
+                self.recipe.name,
+                self.recipe.training.epochs,
+                progress.epoch,
+                tuple(e.id for e in data.train),
+                tuple(e.id for e in data.val),
+                data.frames,
+                sum(p.numel() for p in self.model.network.parameters()),
+                str(self.fabric.device),
+            )
+        )
+        self.folder.report(RunStatus.RUNNING, self._facts())
+
+    def _facts(self) -> dict[str, Any]:
+        """What report.json says beside the status."""
+        data, progress = self.data, self.progress
+        return {
+            "recipe": self.recipe.name,
+            "title": self.recipe.title,
+            "form": self.recipe.form,
+            "model": self.recipe.model,
+            "draws": self.model.network.draws,
+            "seed": self.recipe.training.seed,
+            "epochs": progress.epoch,
+            "of": self.recipe.training.epochs,
+            "best_epoch": progress.best_epoch,
+            "best_val_loss": progress.best_loss if progress.best_epoch else None,
+            "best_val": progress.best_val or self.folder.figures(progress.best_epoch),
+            "seconds": round(progress.seconds, 1),
+            "train": [e.id for e in data.train],
+            "val": [e.id for e in data.val],
+            "frames": data.frames,
+            "minutes": round(data.frames / float(data.fps) / 60, 2),
+            "fps": float(data.fps),
+            "performers": list(data.performers),
+            "styles": list(data.styles),
+            "style": self._style_name(progress.best_style) or styles.AVERAGE,
+            "channels": data.layout.width,
+            "parameters": sum(p.numel() for p in self.model.network.parameters()),
+            "device": str(self.fabric.device),
+            "notes": [*data.notes, *self.folder.notes],
+        }

@@ -1,0 +1,193 @@
+"""Validation while training: whole takes predicted, loss, figures, best style and gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from studio.features.audio_spec import Floats
+from studio.features.examples import Example
+from studio.metrics import scores
+from studio.model._network import Network, SamplingOptions
+from studio.training import checkpoint, styles
+from studio.training.checkpoint import Model
+from studio.training.gains import region_gains
+from studio.training.gather import Gathered
+from studio.training.losses import Loss
+
+
+@dataclass(frozen=True, eq=False)
+class ValidationResult:
+    """What a validation found.
+
+    Args:
+        loss: before gains; it chooses the best epoch.
+        figures: metrics of what the kept model would generate.
+        style: the style that erred least.
+        gain: (C,) what would be kept beside the weights.
+        first: the first take as captured and as predicted, None where there is no take.
+    """
+
+    loss: float
+    figures: scores.Figures
+    style: int
+    gain: Floats
+    first: scores.Pair | None
+
+
+class Validation:
+    """Predicts the validation takes with the weights that would be kept.
+
+    Args:
+        data: the takes.
+        model: the model in training.
+        loss: of the recipe.
+        device: where its weights are.
+    """
+
+    def __init__(self, data: Gathered, model: Model, loss: Loss, device: torch.device) -> None:
+        self._data, self._model, self._loss, self._device = data, model, loss, device
+        self._tried = _tried_styles(data)
+
+    def __call__(self, average: Mapping[str, Tensor]) -> ValidationResult:
+        """Validate; `average` takes the place of the network's own weights where it has some."""
+        val, network = self._data.val, self._model.network
+        with swapped(network, average), torch.no_grad():
+            network.eval()
+            in_styles = [predict_styles(network, e, self._device, self._tried) for e in val]
+            errors = [part_errors(p, e, styles.PARTS) for p, e in zip(in_styles, val, strict=True)]
+            best = styles.choose(np.concatenate(errors, axis=1))
+            expected = [p[best] for p in in_styles]
+            style = self._tried[best]
+            # People see what is drawn; the expected poses only choose the epoch.
+            seen = [drawn(network, e, self._device, style) for e in val] if network.draws else expected
+        losses = [self._take_loss(p, e) for p, e in zip(expected, val, strict=True)]
+        gain = self._gain(seen, expected if network.draws else None)
+        mean = self._data.layout.scaled_mean.astype(np.float32)
+        around = expected if network.draws else [mean] * len(seen)
+        kept = [at + gain * (p - at) for at, p in zip(around, seen, strict=True)]
+        pairs = [self._pair(p, e) for p, e in zip(kept, val, strict=True)]
+        loss = float(np.average(losses, weights=[example.frames for example in val]))
+        return ValidationResult(loss, scores.score(pairs), style, gain, pairs[0] if pairs else None)
+
+    def _gain(self, seen: list[Floats], around: list[Floats] | None) -> Floats:
+        """What deviations from the mean pose, or from what is around, would be multiplied by, (C,)."""
+        target, layout = self._model.recipe.training.liveliness, self._data.layout
+        if not target:
+            return np.ones(layout.width, dtype=np.float32)
+        found = region_gains(seen, self._data.val, layout, around)
+        gain: Floats = (1 + target * (found - 1)).astype(np.float32)
+        return gain
+
+    def _take_loss(self, predicted: Floats, example: Example) -> float:
+        weight = example.grid.valid[:, None] * example.mask[None]
+        tensors = (torch.from_numpy(v)[None].to(self._device) for v in (predicted, example.values, weight))
+        return float(self._loss(*tensors))
+
+    def _pair(self, predicted: Floats, example: Example) -> scores.Pair:
+        motion = self._data.layout.motion(predicted, example.grid.motion.times)
+        return scores.Pair(example.grid.motion, motion, example.grid.valid)
+
+
+def _tried_styles(data: Gathered) -> list[int]:
+    """The average and the styles with most frames."""
+    frames = np.zeros(len(data.styles) + 1)
+    for example in data.train:
+        frames[example.style] += example.frames
+    most = 1 + np.argsort(-frames[1:], kind="stable")[: styles.MOST_TRIED]
+    return [0, *sorted(map(int, most))] if data.styles else [0]
+
+
+PIECE_FRAMES = 1024
+"""Frames predicted at once."""
+
+
+def predict(network: Network, example: Example, device: torch.device | str = "cpu", style: int = 0) -> Floats:
+    """Scaled poses (T, C) of a whole example in a style, in pieces, as generating does it."""
+    return predict_styles(network, example, device, (style,))[0]
+
+
+def drawn(network: Network, example: Example, device: torch.device | str, style: int) -> Floats:
+    """Scaled poses (T, C) as generating draws them where nothing else is asked for."""
+    return predict_styles(network, example, device, (style,), SamplingOptions())[0]
+
+
+def predict_styles(
+    network: Network,
+    example: Example,
+    device: torch.device | str = "cpu",
+    styles: Sequence[int] = (0,),
+    sampling: SamplingOptions | None = None,
+) -> Floats:
+    """Scaled poses (S, T, C) of a whole example in several styles at once; expected ones without chance."""
+    k, out, state = network.sizes.steps_per_frame, [], None
+    chosen = torch.tensor(styles, device=device)
+    for first in range(0, example.frames, PIECE_FRAMES):
+        last = min(first + PIECE_FRAMES, example.frames)
+        a, b = first - network.margin, last + network.margin
+        rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
+        heard = torch.from_numpy(rows).to(device).expand(len(styles), -1, -1)
+        here = None if sampling is None else replace(sampling, first=a)
+        poses, state = network.predict(heard, state, chosen, here)
+        out.append(poses[:, network.margin : network.margin + last - first].cpu().numpy())
+    return np.concatenate(out, axis=1)
+
+
+def part_errors(predicted: Floats, example: Example, parts: int) -> Floats:
+    """Mean squared errors (S, parts) of scaled poses (S, T, C) on even parts of an example."""
+    weight = example.grid.valid[:, None] * example.mask[None]
+    squares = np.square(predicted - example.values[None]) * weight
+    edges = np.linspace(0, example.frames, min(parts, example.frames) + 1).astype(int)[:-1]
+    counts = np.add.reduceat(weight.sum(axis=1), edges)
+    sums = np.add.reduceat(squares.sum(axis=2), edges, axis=1)
+    errors: Floats = (sums / np.maximum(counts, 1.0))[:, counts > 0].astype(np.float32)
+    return errors
+
+
+def enliven(path: Path, takes: Sequence[Example], style: int, target: float) -> None:
+    """Give a kept model the gains that match how lively its regions are to the capture, once.
+
+    Args:
+        path: the model's file, rewritten.
+        takes: not learnt from.
+        style: it is measured in.
+        target: 1 for the whole gain, 0 for none.
+    """
+    made = checkpoint.load_model(path)
+    if not bool((made.network.gain == 1).all()):
+        return
+    with torch.no_grad():
+        expected = [predict(made.network, example, style=style) for example in takes]
+        if made.network.draws:
+            poses = [drawn(made.network, example, "cpu", style) for example in takes]
+            gain = region_gains(poses, takes, made.layout, expected)
+        else:
+            gain = region_gains(expected, takes, made.layout)
+    made.network.gain.copy_(torch.from_numpy(1 + target * (gain - 1)).float())
+    checkpoint.save_model(path, made)
+
+
+class swapped:  # noqa: N801 (used like a function)
+    """Within the block a network has other weights for some of its parameters."""
+
+    def __init__(self, network: Network, weights: Mapping[str, Tensor]) -> None:
+        self._network, self._weights = network, weights
+        self._own: dict[str, Tensor] = {}
+
+    def __enter__(self) -> None:
+        self._exchange(self._weights)
+
+    def __exit__(self, *_: object) -> None:
+        self._exchange(dict(self._own))
+
+    def _exchange(self, weights: Mapping[str, Tensor]) -> None:
+        with torch.no_grad():
+            for name, parameter in self._network.named_parameters():
+                if name in weights:
+                    self._own[name] = parameter.detach().clone()
+                    parameter.copy_(weights[name])

@@ -1,0 +1,174 @@
+"""What to look at first, over the whole project: a way to each place, and a way out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.dataset.suggest import Suggestion
+from studio.ui import theme
+from studio.ui.curate.findings import ICONS
+from studio.ui.widgets.card import label
+from studio.ui.widgets.timeline.time_view import clock
+
+MOST = 40
+"""Rows built; what comes after them shows as these are dealt with."""
+
+
+class Suggestions(QWidget):
+    """The list, the worst first, and the choice of a run to hold the takes against.
+
+    Signals:
+        chosen: the Suggestion to go to.
+        exclude_requested: the Suggestion whose span, or whole take, is to be left out.
+        compare_requested: id of the run whose errors are wanted.
+    """
+
+    chosen = Signal(object)
+    exclude_requested = Signal(object)
+    compare_requested = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("suggestions")
+        self._shown: tuple[object, ...] = ("",)
+        self._editable = True
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.INSIDE)
+        column.addLayout(self._build_head())
+        inside = QWidget()
+        inside.setObjectName("scrolled")
+        self._rows = QVBoxLayout(inside)
+        self._rows.setContentsMargins(0, 0, 4, 0)
+        self._rows.setSpacing(theme.INSIDE)
+        scroll = QScrollArea()
+        scroll.setWidget(inside)
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        column.addWidget(scroll, 1)
+
+    def show_suggestions(self, found: Sequence[Suggestion], waiting: int) -> None:
+        """Show what was found.
+
+        Args:
+            found: the worst first.
+            waiting: takes whose check is still to come.
+        """
+        key = (tuple(found[:MOST]), len(found), waiting, self._editable)
+        if key == self._shown:
+            return
+        self._shown = key
+        self._summary.setText(self._words(len(found), waiting))
+        while (item := self._rows.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.hide()
+                widget.deleteLater()
+        for number, one in enumerate(found[:MOST]):
+            self._rows.addWidget(self._row(one, number))
+        self._rows.addStretch(1)
+
+    def show_runs(self, runs: Sequence[str], busy: str = "") -> None:
+        """Offer runs to compare with; `busy` says how far the comparing has come."""
+        now = self.run.currentText()
+        names = [self.run.itemText(i) for i in range(self.run.count())]
+        if names != list(runs):
+            self.run.clear()
+            self.run.addItems(list(runs))
+            if now in runs:
+                self.run.setCurrentText(now)
+        for widget in (self.run, self.compare):
+            widget.setVisible(bool(runs))
+        self.run.setEnabled(not busy)
+        self.compare.setEnabled(not busy)
+        self.compare.setText(busy or self.tr("Compare"))
+
+    def set_editable(self, editable: bool) -> None:
+        """Whether spans may be left out here."""
+        self._editable = editable
+
+    def _words(self, count: int, waiting: int) -> str:
+        if waiting:
+            return self.tr("{0} found; {1} takes still to be checked.").format(count, waiting)
+        if not count:
+            return self.tr("Nothing to fix was found.")
+        if count > MOST:
+            return self.tr("The worst {0} of {1} things to look at.").format(MOST, count)
+        if count == 1:
+            return self.tr("1 thing to look at.")
+        return self.tr("{0} things to look at, the worst first.").format(count)
+
+    def _build_head(self) -> QHBoxLayout:
+        self._summary = label("", "muted", "suggestions_summary")
+        self.run = QComboBox()
+        self.run.setObjectName("suggestions_run")
+        self.run.setAccessibleName(self.tr("Run to compare with"))
+        self.compare = QPushButton(self.tr("Compare"))
+        self.compare.setObjectName("suggestions_compare")
+        self.compare.setToolTip(
+            self.tr("Find the spans where this trained run is furthest from what was captured")
+        )
+        self.compare.clicked.connect(lambda: self.compare_requested.emit(self.run.currentText()))
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        row.addWidget(self._summary, 1)
+        row.addWidget(self.run)
+        row.addWidget(self.compare)
+        return row
+
+    def _row(self, one: Suggestion, number: int) -> QWidget:
+        row = QWidget()
+        row.setObjectName(f"suggestion_{number}")
+        across = QHBoxLayout(row)
+        across.setContentsMargins(0, 0, 0, 0)
+        across.setSpacing(theme.INSIDE)
+        severity = "bad" if one.weight >= 0.7 else "warn" if one.weight >= 0.3 else "muted"
+        sign = QLabel()
+        sign.setPixmap(theme.icon(ICONS[severity], severity).pixmap(theme.icon_size()))
+        across.addWidget(sign, 0, Qt.AlignmentFlag.AlignTop)
+        column = QVBoxLayout()
+        column.setSpacing(2)
+        for text, role in ((one.what, ""), (one.remedy, "caption")):
+            words = label(text, role)
+            words.setWordWrap(True)
+            column.addWidget(words)
+        across.addLayout(column, 1)
+        self._add_buttons(across, one, number)
+        return row
+
+    def _add_buttons(self, across: QHBoxLayout, one: Suggestion, number: int) -> None:
+        place = clock(one.span[0]) if one.span else ""
+        go = QToolButton()
+        go.setText(f"{one.selection}  {place}".strip())
+        go.setToolTip(self.tr("Go there"))
+        go.setAccessibleName(self.tr("Go to {0}").format(go.text()))
+        go.setObjectName(f"suggestion_{number}_go")
+        theme.as_role(go, "chip")
+        go.clicked.connect(lambda: self.chosen.emit(one))
+        across.addWidget(go, 0, Qt.AlignmentFlag.AlignTop)
+        is_moment = one.span is not None and one.span[1] <= one.span[0]
+        out = QPushButton(self.tr("Exclude") if one.span else self.tr("Do not use"))
+        out.setObjectName(f"suggestion_{number}_exclude")
+        out.setToolTip(
+            self.tr("Leave this span out of training")
+            if one.span
+            else self.tr("Leave the whole take out of training")
+        )
+        theme.as_role(out, "chip")
+        out.setEnabled(self._editable and not is_moment)
+        if is_moment:
+            out.setToolTip(self.tr("This is one moment: go there and drag over what is to be left out"))
+        out.clicked.connect(lambda: self.exclude_requested.emit(one))
+        across.addWidget(out, 0, Qt.AlignmentFlag.AlignTop)

@@ -1,0 +1,303 @@
+"""The welcome page: a new project, one from before, the sample; and whether this machine is ready."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QMouseEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.ipc.events import SystemCheckEvent
+from studio.paths import resource
+from studio.ui import theme
+from studio.ui.widgets.card import Card, Picture, label
+
+SHOWN_RECENT = 6
+
+
+class RecentRow(QFrame):
+    """One project from before.
+
+    Signals:
+        open_requested, forget_requested: its folder.
+    """
+
+    open_requested = Signal(object)
+    forget_requested = Signal(object)
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self._folder = folder
+        missing = not folder.is_dir()
+        open_button = QPushButton(folder.name)
+        theme.set_icon(open_button, "mdi6.folder-outline", "disabled" if missing else "accent")
+        open_button.setObjectName("open_recent")
+        open_button.setEnabled(not missing)
+        theme.as_role(open_button, "quiet")
+        open_button.setStyleSheet("text-align: left;")
+        open_button.clicked.connect(lambda: self.open_requested.emit(folder))
+        place = label(self.tr("not found: {0}").format(folder) if missing else str(folder.parent), "caption")
+        place.setToolTip(str(folder))
+        place.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        forget = QToolButton()
+        theme.set_icon(forget, "mdi6.close", "muted")
+        forget.setToolTip(self.tr("Remove from this list"))
+        forget.setAccessibleName(self.tr("Remove {0} from this list").format(folder.name))
+        theme.as_role(forget, "quiet")
+        forget.clicked.connect(lambda: self.forget_requested.emit(folder))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(open_button)
+        row.addWidget(place, 1)
+        row.addWidget(forget)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.open_requested.emit(self._folder)
+
+
+class WelcomePage(QWidget):
+    """What is seen before a project is open.
+
+    Signals:
+        new_requested, open_requested, sample_requested: a button was pressed.
+        cancel_requested: the sample project should not be made after all.
+        recent_requested, forget_requested: a folder of the list.
+        check_requested: look at the machine again.
+        report_requested: copy the report of the check.
+    """
+
+    new_requested = Signal()
+    open_requested = Signal()
+    sample_requested = Signal()
+    cancel_requested = Signal()
+    recent_requested = Signal(object)
+    forget_requested = Signal(object)
+    check_requested = Signal()
+    report_requested = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("welcome_page")
+        middle = QWidget()
+        middle.setObjectName("scrolled")
+        middle.setMaximumWidth(1040)
+        column = QVBoxLayout(middle)
+        column.setContentsMargins(theme.EDGE, theme.EDGE, theme.EDGE, theme.EDGE)
+        column.setSpacing(theme.EDGE)
+        column.addStretch(2)
+        column.addLayout(self._build_head())
+        cards = QHBoxLayout()
+        cards.setSpacing(theme.BETWEEN)
+        cards.addLayout(self._build_start(), 5)
+        right = QVBoxLayout()
+        right.setSpacing(theme.BETWEEN)
+        right.addWidget(self._build_recent(), 1)
+        right.addWidget(self._build_check())
+        cards.addLayout(right, 6)
+        column.addLayout(cards)
+        column.addStretch(3)
+        holder = QWidget()
+        holder.setObjectName("scrolled")
+        centred = QHBoxLayout(holder)
+        centred.addStretch(1)
+        centred.addWidget(middle, 20)
+        centred.addStretch(1)
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(holder)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(scroll)
+
+    def show_recent(self, folders: tuple[Path, ...]) -> None:
+        """List projects from before, the latest first."""
+        while self._recent.count():
+            item = self._recent.takeAt(0)
+            if item is not None and (widget := item.widget()) is not None:
+                widget.hide()
+                widget.deleteLater()
+        for folder in folders[:SHOWN_RECENT]:
+            row = RecentRow(folder)
+            row.open_requested.connect(self.recent_requested)
+            row.forget_requested.connect(self.forget_requested)
+            self._recent.addWidget(row)
+        if not folders:
+            self._recent.addWidget(label(self.tr("Projects you open will be listed here."), "muted"))
+        self._recent.addStretch(1)
+
+    def show_checking(self) -> None:
+        """Say that the machine is being looked at."""
+        self._check_again.setEnabled(False)
+        self._show_rows([("mdi6.progress-clock", "muted", self.tr("Looking at this machine…"), "")])
+
+    def show_checks(self, checks: Sequence[SystemCheckEvent]) -> None:
+        """List what was found: findings of `saia doctor`."""
+        self._check_again.setEnabled(True)
+        rows = []
+        for check in checks:
+            symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
+            rows.append((symbol, token, check.what, check.remedy))
+        self._show_rows(rows)
+
+    def show_progress(self, text: str, fraction: float | None) -> None:
+        """Show how far making the sample project is; None for not known, "" to take it away."""
+        self._progress_box.setVisible(bool(text))
+        self._progress_text.setText(text)
+        self._progress.setRange(0, 0 if fraction is None else 100)
+        self._progress.setValue(int(100 * (fraction or 0.0)))
+        for button in (self.new_button, self.open_button, self.sample_button):
+            button.setEnabled(not text)
+
+    def _build_head(self) -> QHBoxLayout:
+        picture = QLabel()
+        picture.setPixmap(QIcon(str(resource("icons", "saia.svg"))).pixmap(QSize(72, 72)))
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        words.addWidget(label("Saia Studio", "display"))
+        words.addWidget(
+            label(self.tr("Record your voice and motion once. From then on, your voice moves you."), "muted")
+        )
+        row = QHBoxLayout()
+        row.setSpacing(theme.BETWEEN)
+        row.addWidget(picture)
+        row.addLayout(words, 1)
+        return row
+
+    def _build_start(self) -> QVBoxLayout:
+        column = QVBoxLayout()
+        column.setSpacing(theme.INSIDE)
+        self.sample_button = _big_button(
+            "mdi6.human-greeting",
+            self.tr("Open the sample project"),
+            self.tr("A practice performer, ready to train. No hardware needed."),
+            "open_sample",
+        )
+        self.new_button = _big_button(
+            "mdi6.plus",
+            self.tr("New project"),
+            self.tr("An empty folder for your own takes."),
+            "new_project",
+        )
+        self.open_button = _big_button(
+            "mdi6.folder-open-outline",
+            self.tr("Open a project"),
+            self.tr("Or drop its folder anywhere on this window."),
+            "open_project",
+        )
+        self.new_button.clicked.connect(self.new_requested)
+        self.open_button.clicked.connect(self.open_requested)
+        self.sample_button.clicked.connect(self.sample_requested)
+        for button in (self.sample_button, self.new_button, self.open_button):
+            column.addWidget(button)
+        column.addWidget(self._build_progress())
+        column.addStretch(1)
+        return column
+
+    def _build_progress(self) -> QWidget:
+        self._progress_box = Card()
+        self._progress_text = label("", "muted")
+        self._progress = QProgressBar()
+        self._progress.setTextVisible(False)
+        cancel = QPushButton(self.tr("Cancel"))
+        cancel.setObjectName("cancel_sample")
+        cancel.clicked.connect(self.cancel_requested)
+        row = QHBoxLayout()
+        row.addWidget(self._progress_text, 1)
+        row.addWidget(cancel)
+        self._progress_box.body.addLayout(row)
+        self._progress_box.body.addWidget(self._progress)
+        self._progress_box.hide()
+        return self._progress_box
+
+    def _build_recent(self) -> QWidget:
+        card = Card(self.tr("Recent projects"))
+        self._recent = QVBoxLayout()
+        self._recent.setSpacing(0)
+        card.body.addLayout(self._recent)
+        card.setMinimumHeight(150)
+        return card
+
+    def _build_check(self) -> QWidget:
+        card = Card(self.tr("This machine"))
+        copy = QToolButton()
+        copy.setText(self.tr("Copy report"))
+        copy.setObjectName("copy_diagnostics")
+        theme.as_role(copy, "quiet")
+        copy.clicked.connect(self.report_requested)
+        self._check_again = QToolButton()
+        self._check_again.setText(self.tr("Check again"))
+        self._check_again.setObjectName("check_again")
+        theme.as_role(self._check_again, "quiet")
+        self._check_again.clicked.connect(self.check_requested)
+        card.head.addWidget(copy)
+        card.head.addWidget(self._check_again)
+        self._checks = QGridLayout()
+        self._checks.setHorizontalSpacing(10)
+        self._checks.setVerticalSpacing(6)
+        self._checks.setColumnStretch(1, 1)
+        card.body.addLayout(self._checks)
+        return card
+
+    def _show_rows(self, rows: list[tuple[str, str, str, str]]) -> None:
+        while self._checks.count():
+            item = self._checks.takeAt(0)
+            if item is not None and (widget := item.widget()) is not None:
+                widget.hide()
+                widget.deleteLater()
+        for index, (symbol, token, what, remedy) in enumerate(rows):
+            words = label(f"{what}\n{remedy}" if remedy else what, "" if token == "warn" else "muted")
+            words.setWordWrap(True)
+            self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)
+            self._checks.addWidget(words, index, 1)
+
+
+class BigButton(QPushButton):
+    """A button as wide as its column: a symbol, what it does, and a line about it."""
+
+    def __init__(self, symbol: str, text: str, line: str) -> None:
+        super().__init__()
+        theme.as_role(self, "big")
+        self.setAccessibleName(text)
+        self.setAccessibleDescription(line)
+        title = label(text)
+        title.setFont(theme.ui_font(15, semibold=True))
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        words.addWidget(title)
+        about = label(line, "muted")
+        about.setWordWrap(True)
+        words.addWidget(about)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(16, 12, 16, 12)
+        row.setSpacing(theme.BETWEEN)
+        row.addWidget(Picture(symbol, 30, "accent"))
+        row.addLayout(words, 1)
+        for child in self.findChildren(QLabel):
+            child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 84)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(260, 84)
+
+
+def _big_button(symbol: str, text: str, line: str, name: str) -> BigButton:
+    button = BigButton(symbol, text, line)
+    button.setObjectName(name)
+    return button

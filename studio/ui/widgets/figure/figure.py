@@ -1,0 +1,498 @@
+"""The stick figure: a body in a room, moved at the display's rate, turned with the mouse."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QCloseEvent,
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+
+from studio.motion.avatar import Avatar
+from studio.motion.skeleton import Skeleton
+from studio.render.camera import VIEWS, Orbit
+from studio.render.scene import BODY, GHOST, RenderScene
+from studio.render.world_pose import WorldPose
+from studio.ui import theme
+from studio.ui.widgets.figure import sketch
+
+World = NDArray[np.floating]
+
+FRAME_PX = 4
+QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
+"""Pictures may take this share of the GUI thread's time: those made within QUICK seconds hold up nobody and
+reach the display's rate in software too; slow machines show fewer."""
+MOST_PIXELS = 2_600_000
+TOO_SLOW, FAR_TOO_SLOW = 0.4, 2.0
+"""Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
+_COSTS_KEPT, _COSTS_ENOUGH = 12, 3
+
+
+class StickFigure(QWidget):
+    """One figure, an optional ghost beside it in another colour, and the camera around them.
+
+    `show_pose` may be called as often as one likes: the newest pose is drawn at the display's rate.
+    Call `warm_up` while nothing else is going on; until then, and where OpenGL fails, lines are drawn.
+
+    Signals:
+        view_changed: the camera moved; carries an Orbit.
+        empty_clicked: the button of the empty room.
+        avatar_too_slow: the avatar's surfaces are left away from now on.
+    """
+
+    view_changed = Signal(object)
+    empty_clicked = Signal()
+    avatar_too_slow = Signal()
+
+    def __init__(
+        self,
+        parent: QWidget | None = None,
+        empty_text: str = "",
+        empty_icon: str = "mdi6.human",
+        empty_button: str = "",
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("stick_figure")
+        self.setAccessibleName(self.tr("Stick figure"))
+        self.setMinimumSize(160, 160)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.orbit = Orbit()
+        self.view_buttons_shown = True
+        """False where a tab offers one set of view buttons for several figures."""
+        self.renders = 0
+        """Pictures made so far; for measuring."""
+        self._scene: RenderScene | None = None
+        self._scene_failed = self._disposed = False
+        self._stance: WorldPose | None = None
+        self._ghost: WorldPose | None = None
+        self._avatar: Avatar | None = None
+        self._costs: deque[float] = deque(maxlen=_COSTS_KEPT)
+        self._detail = Detail()
+        self._image: QImage | None = None
+        self._empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
+        self._rolling = self._ring = False
+        self._caption = self._overlay = ""
+        self._last_cost = 0.0
+        self._next = QTimer(self)
+        self._next.setSingleShot(True)
+        self._next.setTimerType(Qt.TimerType.PreciseTimer)
+        self._next.timeout.connect(self._draw_picture)
+        self._last_drawn = 0.0
+        self._drag_from: QPointF | None = None
+        self.empty_button = QPushButton(empty_button, self)
+        self.empty_button.setObjectName("figure_empty_button")
+        self.empty_button.clicked.connect(self.empty_clicked)
+        theme.as_role(self.empty_button, "primary")
+        self._add_view_buttons()
+
+    # What is shown
+
+    def show_pose(self, skeleton: Skeleton, world: World) -> None:
+        """Show joints at Unity-space world positions (J, 3), metres; J is the skeleton's."""
+        self.show_stance(WorldPose(skeleton, world))
+
+    @property
+    def stance(self) -> WorldPose | None:
+        """How the performer stands; None until something was shown."""
+        return self._stance
+
+    def show_stance(self, stance: WorldPose) -> None:
+        """Show a performer, as the avatar where the stance has turns and an avatar is worn."""
+        if stance.usable:
+            self._stance = stance
+            self._request()
+
+    def show_ghost(self, world: World | None, skeleton: Skeleton | None = None) -> None:
+        """Show a second figure in another colour, of the same skeleton where none is given; None hides it."""
+        bones = skeleton or (self._stance.skeleton if self._stance else None)
+        self.show_ghost_stance(WorldPose(bones, world) if world is not None and bones is not None else None)
+
+    def show_ghost_stance(self, stance: WorldPose | None) -> None:
+        """Show a second performer in another colour; None hides it."""
+        self._ghost = stance if stance is not None and stance.usable else None
+        self._request()
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Draw an avatar instead of the stick figure; None for the stick figure."""
+        if avatar is not self._avatar:
+            self._avatar = avatar
+            self._costs.clear()
+            self._detail.begin_anew()
+            self._request()
+
+    @property
+    def avatar(self) -> Avatar | None:
+        """What is worn, without surfaces and face where drawing them takes too long."""
+        return self._avatar
+
+    def clear(self, sentence: str = "", icon: str = "") -> None:
+        """Show an empty room with a sentence, the last one where none is given."""
+        self._empty_text = sentence or self._empty_text
+        self._empty_icon = icon or self._empty_icon
+        self._stance = self._ghost = self._image = None
+        self._update_buttons()
+        self.update()
+
+    @property
+    def empty(self) -> bool:
+        """Whether no pose is shown."""
+        return self._stance is None
+
+    def set_rolling(self, rolling: bool) -> None:
+        """Put the red frame around the picture, or take it away."""
+        if rolling != self._rolling:
+            self._rolling = rolling
+            self.update()
+
+    def set_caption(self, text: str) -> None:
+        """A word in the upper left corner, e.g. "Captured"."""
+        if text != self._caption:
+            self._caption = text
+            self.update()
+
+    def set_overlay(self, text: str) -> None:
+        """A large word over the middle, e.g. a countdown's "3"; "" takes it away."""
+        if text != self._overlay:
+            self._overlay = text
+            self.update()
+
+    # The camera
+
+    def set_view(self, name: str) -> None:
+        """Look from "front", "three_quarter" or "side"."""
+        self.set_orbit(Orbit.preset(name, self.orbit.zoom))
+
+    def set_orbit(self, orbit: Orbit) -> None:
+        """Look from somewhere; two figures side by side share one through `view_changed`."""
+        if orbit != self.orbit:
+            self.orbit = orbit
+            for name, button in self._view_buttons.items():
+                button.setChecked((orbit.azimuth, orbit.elevation) == VIEWS[name])
+            self.view_changed.emit(orbit)
+            self._request()
+
+    # OpenGL
+
+    @property
+    def warm(self) -> bool:
+        """Whether pictures come from OpenGL."""
+        return self._scene is not None
+
+    def warm_up(self) -> None:
+        """Load pyvista on another thread and make the first picture; blocks the GUI once for that picture.
+
+        Call when the window is shown and nothing is being recorded.
+        """
+        if self._scene is not None or self._scene_failed or self._disposed:
+            return
+        if not loaded():
+            QTimer.singleShot(100, self, self.warm_up)
+            return
+        try:
+            self._scene = RenderScene(theme.colours())
+            self._scene.warm_up(max(self.width(), 8), max(self.height(), 8))
+        except (ImportError, RuntimeError, OSError, AttributeError, ValueError):
+            # No OpenGL here: the lines stay, and `saia doctor` says why.
+            self._scene, self._scene_failed = None, True
+        self._request()
+
+    def dispose(self) -> None:
+        """Free the OpenGL context, once, before the widget goes."""
+        self._disposed = True
+        self._next.stop()
+        if self._scene is not None:
+            self._scene.close()
+            self._scene = None
+
+    # Qt
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self.dispose()
+        super().closeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._detail.begin_anew()
+        self._place_empty_button()
+        self._request()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and not self._disposed:
+            if self._scene is not None:
+                self._scene.set_palette(theme.colours())
+            self._request()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show the focus ring only to those who walk with the Tab key."""
+        reasons = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
+        self._ring = event.reason() in reasons
+        super().focusInEvent(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._drag_from = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._drag_from is not None:
+            moved = event.position() - self._drag_from
+            self._drag_from = event.position()
+            self.set_orbit(self.orbit.turned(-moved.x() * 0.5, moved.y() * 0.4))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._drag_from = None
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.set_orbit(Orbit())
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        self.set_orbit(self.orbit.zoomed(0.999 ** event.angleDelta().y()))
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        turns = {Qt.Key.Key_Left: (-8.0, 0.0), Qt.Key.Key_Right: (8.0, 0.0), Qt.Key.Key_Up: (0.0, 5.0),
+                 Qt.Key.Key_Down: (0.0, -5.0)}  # fmt: skip
+        zooms = {Qt.Key.Key_Plus: 0.9, Qt.Key.Key_Equal: 0.9, Qt.Key.Key_Minus: 1 / 0.9}
+        key = Qt.Key(event.key())
+        if key in turns and not event.modifiers():
+            self.set_orbit(self.orbit.turned(*turns[key]))
+        elif key in zooms:
+            self.set_orbit(self.orbit.zoomed(zooms[key]))
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        rect = QRectF(self.rect())
+        if self._stance is None:
+            sketch.draw_ground(painter, rect)
+            self._paint_empty(painter, rect)
+        elif self._image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(rect, self._image)
+        else:
+            self._paint_sketch(painter, rect)
+        if self._caption:
+            painter.setFont(theme.ui_font(semibold=True))
+            painter.setPen(theme.colour("muted"))
+            front = self._view_buttons["front"]
+            room = (front.x() if front.isVisible() else self.width()) - 28
+            metrics = painter.fontMetrics()
+            words = metrics.elidedText(self._caption, Qt.TextElideMode.ElideRight, max(room, 60))
+            painter.drawText(QPointF(14, 28), words)
+        if self._overlay:
+            painter.fillRect(rect, theme.colour("ground", 120))
+            painter.setFont(theme.figures_font(min(int(rect.height() * 0.35), 180), semibold=True))
+            painter.setPen(theme.colour("text"))
+            painter.drawText(rect, int(Qt.AlignmentFlag.AlignCenter), self._overlay)
+        edge = "record" if self._rolling else ("accent" if self._ring and self.hasFocus() else "")
+        if edge:
+            width = FRAME_PX if self._rolling else 1
+            painter.setPen(QPen(theme.colour(edge), width))
+            inset = width / 2
+            painter.drawRect(rect.adjusted(inset, inset, -inset, -inset))
+        painter.end()
+
+    def _paint_sketch(self, painter: QPainter, rect: QRectF) -> None:
+        sketch.draw_ground(painter, rect)
+        for stance, token in ((self._ghost, "ghost"), (self._stance, "figure")):
+            if stance is not None:
+                worn = stance.retargeted_to(self._avatar) if self._avatar is not None else stance
+                sketch.draw_figure(painter, rect, self.orbit, worn.skeleton, worn.joints, token)
+
+    def _paint_empty(self, painter: QPainter, rect: QRectF) -> None:
+        side = self._symbol_side()
+        symbol: QPixmap = theme.icon(self._empty_icon, "line").pixmap(side, side)
+        middle = rect.center()
+        painter.drawPixmap(QPointF(middle.x() - side / 2, middle.y() - side * 0.85), symbol)
+        painter.setFont(theme.ui_font())
+        painter.setPen(theme.colour("muted"))
+        box = QRectF(middle.x() - 190, middle.y() + side * 0.15 + 16, 380, 64)
+        box = box.intersected(rect.adjusted(12, 0, -12, 0))
+        flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
+        painter.drawText(box, int(flags), self._empty_text)
+
+    def _symbol_side(self) -> int:
+        return int(min(max(min(self.width(), self.height()) * 0.3, 56), 120))
+
+    def _place_empty_button(self) -> None:
+        size = self.empty_button.sizeHint()
+        top = self.height() / 2 + self._symbol_side() * 0.15 + 16 + 64
+        self.empty_button.resize(size)
+        self.empty_button.move((self.width() - size.width()) // 2, int(top))
+
+    # Pictures
+
+    def _request(self) -> None:
+        """Ask for a new picture, soon enough for the display and late enough for everyone else."""
+        if self._disposed or self._next.isActive():
+            return
+        share = QUICK_SHARE if self._last_cost < QUICK else SLOWEST_SHARE
+        wait = self._last_cost * (1 / share - 1) - (time.perf_counter() - self._last_drawn)
+        self._next.start(max(0, int(wait * 1000)))
+
+    def _draw_picture(self) -> None:
+        self._update_buttons()
+        if self._stance is None or self._scene is None or not self.isVisible():
+            self.update()
+            return
+        started = time.perf_counter()
+        self._scene.set_avatar(self._avatar)
+        self._scene.place(BODY, self._stance)
+        if self._ghost is not None:
+            self._scene.place(GHOST, self._ghost)
+        else:
+            self._scene.hide(GHOST)
+        ratio = self.devicePixelRatioF()
+        pixels = self.width() * self.height() * ratio * ratio
+        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * self._detail.share
+        width, height = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
+        self._image = _image_of(self._scene.render(self.orbit, width, height))
+        self._last_drawn = time.perf_counter()
+        self._last_cost = self._last_drawn - started
+        self.renders += 1
+        self._detail.saw(self._last_cost)
+        self._watch_cost()
+        self.update()
+
+    def _watch_cost(self) -> None:
+        """Fall back to a stick figure of the avatar's proportions where drawing all of it takes too long."""
+        if self._avatar is None or not self._avatar.surfaces:
+            return
+        self._costs.append(self._last_cost)
+        # The quickest of them counts: a computer that is held up by something else for a while is not slow.
+        quickest = min(self._costs)
+        always = len(self._costs) == _COSTS_KEPT and quickest > TOO_SLOW
+        if always or (len(self._costs) >= _COSTS_ENOUGH and quickest > FAR_TOO_SLOW):
+            self.set_avatar(replace(self._avatar, surfaces=(), expressions=()))
+            self.avatar_too_slow.emit()
+
+    # Buttons over the picture
+
+    def _add_view_buttons(self) -> None:
+        names = {
+            "front": self.tr("Front"),
+            "three_quarter": self.tr("Three-quarter"),
+            "side": self.tr("Side"),
+        }
+        self._view_buttons: dict[str, QToolButton] = {}
+        group = QButtonGroup(self)
+        group.setExclusive(False)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        row.addStretch(1)
+        for name, text in names.items():
+            button = QToolButton()
+            button.setText(text)
+            button.setObjectName(f"view_{name}")
+            button.setCheckable(True)
+            button.setChecked((self.orbit.azimuth, self.orbit.elevation) == VIEWS[name])
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            theme.as_role(button, "chip")
+            button.clicked.connect(lambda _checked=False, n=name: self._on_view(n))
+            group.addButton(button)
+            row.addWidget(button)
+            self._view_buttons[name] = button
+        column = QVBoxLayout(self)
+        column.setContentsMargins(10, 10, 10, 10)
+        column.addLayout(row)
+        column.addStretch(1)
+        self._update_buttons()
+
+    def _on_view(self, name: str) -> None:
+        self._view_buttons[name].setChecked(True)
+        self.set_view(name)
+
+    def _update_buttons(self) -> None:
+        for button in self._view_buttons.values():
+            button.setVisible(self._stance is not None and self.view_buttons_shown)
+        self.empty_button.setVisible(self._stance is None and bool(self.empty_button.text()))
+
+
+def _image_of(pixels: NDArray[np.uint8]) -> QImage:
+    """A picture (H, W, 4) as the scene gives it; Qt keeps a copy of its own."""
+    height, width = pixels.shape[:2]
+    lowest_first = pixels[::-1].ravel().data
+    return QImage(lowest_first, width, height, width * 4, QImage.Format.Format_RGBX8888).flipped()
+
+
+SHARES = (1.0, 0.7, 0.5)
+"""Of a picture's height and width that are drawn; the rest is scaled up."""
+SLOW, EASY = 0.025, 0.018
+"""Seconds: a picture that takes longer is drawn coarser; one that would take no longer finer, finer again."""
+_KEPT = 12
+
+
+class Detail:
+    """Chooses the share by what pictures took."""
+
+    def __init__(self) -> None:
+        self._step = 0
+        self._costs: deque[float] = deque(maxlen=_KEPT)
+
+    @property
+    def share(self) -> float:
+        """Of the height and width to draw."""
+        return SHARES[self._step]
+
+    def saw(self, cost: float) -> None:
+        """A picture took so many seconds."""
+        self._costs.append(cost)
+        if len(self._costs) < _KEPT:
+            return
+        # The quickest counts: a computer that is held up by something else for a while is not slow.
+        quickest = min(self._costs)
+        if quickest > SLOW and self._step < len(SHARES) - 1:
+            self._go(self._step + 1)
+        elif self._step and max(self._costs) * (SHARES[self._step - 1] / self.share) ** 2 < EASY:
+            self._go(self._step - 1)
+
+    def begin_anew(self) -> None:
+        """Something else is drawn, or in another size."""
+        self._go(0)
+
+    def _go(self, step: int) -> None:
+        self._step = step
+        self._costs.clear()
+
+
+_loading: threading.Thread | None = None
+_done = threading.Event()
+
+
+def loaded() -> bool:
+    """Whether pyvista can be imported at once; begins to load it where nobody has."""
+    global _loading
+    if "pyvista" not in sys.modules and _loading is None:
+        # No daemon: a thread left in the midst of VTK's loading would abort a program that ends.
+        _loading = threading.Thread(target=_load, name="load pyvista")
+        _loading.start()
+    return _loading is None or _done.is_set() or not _loading.is_alive()
+
+
+def _load() -> None:
+    try:
+        import pyvista  # noqa: F401
+    except (ImportError, OSError):
+        return  # whoever uses it meets the same error and says so
+    finally:
+        _done.set()

@@ -1,0 +1,209 @@
+"""Decodes one VMC message: its kind, its name, and values that are safe to use. Pure."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Protocol
+
+from studio.motion.channels import canonical_bone, canonical_shape
+from studio.vmc import osc
+from studio.vmc.osc import AbsurdError, MalformedError
+
+MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
+"""Names kept of a sender at most, so that a hostile one cannot make memory grow."""
+_MOST_LEFT_OUT = 4 * MAX_SHAPES
+_MAX_POSITION, _MAX_WEIGHT = 1000.0, 100.0
+_NON_UNIT = 0.02
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Placed = tuple[Vector, Quaternion]
+
+
+class Sink(Protocol):
+    """Whoever wants to hear what messages say."""
+
+    def bone(self, name: str, placed: Placed) -> None:
+        """A bone stands so."""
+
+    def shape(self, name: str, weight: float) -> None:
+        """A blend shape weighs so much."""
+
+    def root(self, placed: Placed) -> None:
+        """The avatar stands there."""
+
+    def apply(self) -> None:
+        """The shapes sent so far hold now."""
+
+    def time(self, seconds: float) -> None:
+        """The sender's clock says so."""
+
+    def state(self, numbers: tuple[int, ...]) -> None:
+        """Loaded, calibration state and mode, tracking: as many as came."""
+
+    def avatar(self, texts: tuple[str, ...]) -> None:
+        """Path, title and hash of the avatar: as many as came."""
+
+
+_SEVEN, _ONE = struct.Struct(">7f"), struct.Struct(">f")
+_APPLY_HEAD = b"/VMC/Ext/Blend/Apply\x00"
+_BONE_HEAD = b"/VMC/Ext/Bone/Pos\x00\x00\x00,sfffffff\x00\x00\x00"
+_ROOT_HEAD = b"/VMC/Ext/Root/Pos\x00\x00\x00,sfffffff\x00\x00\x00"
+_TIME_HEAD = b"/VMC/Ext/T\x00\x00,f\x00\x00"
+_SHAPE_HEAD = b"/VMC/Ext/Blend/Val\x00\x00,sf\x00"
+
+
+class Decoder:
+    """Reads VMC messages of one sender; keeps the names it has met, and only so many of them.
+
+    A decoder for each sender: names that a hostile one makes up leave the others theirs.
+
+    Args:
+        spellings: shapes as others spell them, by their name in small letters.
+
+    Counters:
+        non_unit: rotations that had to be made unit.
+        unknown: messages whose address means nothing here.
+    """
+
+    def __init__(self, spellings: Mapping[str, str] = MappingProxyType({})) -> None:
+        self._spellings = spellings
+        self.non_unit = 0
+        self.unknown = 0
+        self._left_out: set[str] = set()
+        self._bones: set[str] = set()
+        self._shapes: dict[str, str] = {}
+        self._bone_heads: dict[bytes, str] = {}
+        self._shape_heads: dict[bytes, str] = {}
+        self._root_head: bytes | None = None
+        self._last_state: tuple[bytes, tuple[int, ...]] = (b"", ())
+
+    def decode(self, part: bytes, sink: Sink) -> None:
+        """Read one message and tell the sink what it says.
+
+        Raises:
+            AbsurdError: no motion program sends that.
+            MalformedError: it is damaged, or its values are beyond all bounds.
+        """
+        # The two messages that make up nearly all traffic differ only in their last bytes, so their whole
+        # head (address, types, name) is looked up at once instead of being parsed.
+        name = self._bone_heads.get(part[:-28])
+        if name is not None:
+            sink.bone(name, self._placed(_SEVEN.unpack_from(part, len(part) - 28)))
+            return
+        name = self._shape_heads.get(part[:-4])
+        if name is not None:
+            sink.shape(name, _weight(_ONE.unpack_from(part, len(part) - 4)[0]))
+        elif part.startswith(_APPLY_HEAD):
+            sink.apply()
+        elif part[:-4] == _TIME_HEAD:
+            sink.time(_finite(_ONE.unpack_from(part, len(part) - 4)[0]))
+        elif part[:-28] == self._root_head:
+            sink.root(self._placed(_SEVEN.unpack_from(part, len(part) - 28)))
+        elif part == self._last_state[0]:
+            sink.state(self._last_state[1])
+        else:
+            self._decode_rare(part, sink)
+
+    def _decode_rare(self, part: bytes, sink: Sink) -> None:
+        match osc.address(part):
+            case "/VMC/Ext/Bone/Pos":
+                sink.bone(*self._new_bone(part))
+            case "/VMC/Ext/Blend/Val":
+                sink.shape(*self._new_shape(part))
+            case "/VMC/Ext/T":
+                sink.time(_number(osc.arguments(part), 0))
+            case "/VMC/Ext/Root/Pos":
+                arguments = osc.arguments(part)
+                _name(arguments, may_be_empty=True)  # VMagicMirror sends ""
+                sink.root(self._placed(_seven(arguments)))
+                if part.startswith(_ROOT_HEAD) and len(arguments) == 8:
+                    self._root_head = part[:-28]
+            case "/VMC/Ext/OK":
+                numbers = tuple(a for a in osc.arguments(part)[:4] if isinstance(a, int))
+                self._last_state = part, numbers
+                sink.state(numbers)
+            case "/VMC/Ext/VRM":
+                sink.avatar(tuple(a[:1024] for a in osc.arguments(part)[:3] if isinstance(a, str)))
+            case _:
+                self.unknown += 1
+
+    def _new_bone(self, part: bytes) -> tuple[str, Placed]:
+        """A bone message whose head is not known yet, or that is written in an unusual way."""
+        arguments = osc.arguments(part)
+        name = canonical_bone(_name(arguments))
+        if name not in self._bones and len(self._bones) >= MAX_BONES:
+            raise self._one_too_many(name, "more bones than any body has")
+        placed = self._placed(_seven(arguments))
+        self._bones.add(name)
+        if part.startswith(_BONE_HEAD) and len(arguments) == 8 and len(self._bone_heads) < 4 * MAX_BONES:
+            self._bone_heads[part[:-28]] = name
+        return name, placed
+
+    def _new_shape(self, part: bytes) -> tuple[str, float]:
+        arguments = osc.arguments(part)
+        name = canonical_shape(_name(arguments))
+        if name.lower() not in self._shapes and len(self._shapes) >= MAX_SHAPES:
+            raise self._one_too_many(name.lower(), "more blend shapes than any face has")
+        weight = _weight(_number(arguments, 1))
+        # A sender that changes the case of its names still means the same shape.
+        lower = name.lower()
+        name = self._shapes.setdefault(lower, self._spellings.get(lower, name))
+        if part.startswith(_SHAPE_HEAD) and len(arguments) == 2 and len(self._shape_heads) < 4 * MAX_SHAPES:
+            self._shape_heads[part[:-4]] = name
+        return name, weight
+
+    def _one_too_many(self, name: str, what: str) -> MalformedError:
+        """An avatar with too many names sends the same ones again and again; a flood, ever new ones."""
+        if name in self._left_out:
+            return MalformedError(what)
+        if len(self._left_out) < _MOST_LEFT_OUT:
+            self._left_out.add(name)
+        return AbsurdError(what)
+
+    def _placed(self, seven: tuple[float, ...]) -> Placed:
+        """A position and a unit rotation; NaN fails every comparison and so is refused too."""
+        px, py, pz, x, y, z, w = seven
+        if not (abs(px) <= _MAX_POSITION and abs(py) <= _MAX_POSITION and abs(pz) <= _MAX_POSITION):
+            raise MalformedError("a position is out of this world")
+        square = x * x + y * y + z * z + w * w
+        if not 1e-6 <= square <= 1e6:
+            raise MalformedError("a rotation is no rotation")
+        if abs(square - 1.0) > 1e-6:
+            self.non_unit += abs(square - 1.0) > _NON_UNIT
+            length = math.sqrt(square)
+            x, y, z, w = x / length, y / length, z / length, w / length
+        return (px, py, pz), (x, y, z, w)
+
+
+def _weight(value: float) -> float:
+    if not abs(value) <= _MAX_WEIGHT:
+        raise MalformedError("a weight is out of all bounds")
+    return min(max(value, 0.0), 1.0)
+
+
+def _name(arguments: list[object], may_be_empty: bool = False) -> str:
+    name = arguments[0] if arguments else None
+    if not isinstance(name, str) or len(name) > MAX_NAME or not (name or may_be_empty):
+        raise MalformedError("a name is missing or has no end")
+    return name
+
+
+def _number(arguments: list[object], index: int) -> float:
+    value = arguments[index] if index < len(arguments) else None
+    if not isinstance(value, int | float):
+        raise MalformedError("a number is missing")
+    return _finite(value)
+
+
+def _finite(value: float) -> float:
+    if not abs(value) <= 1e15:
+        raise MalformedError("a number is not one")
+    return float(value)
+
+
+def _seven(arguments: list[object]) -> tuple[float, ...]:
+    return tuple(_number(arguments, i) for i in range(1, 8))

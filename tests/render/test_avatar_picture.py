@@ -1,0 +1,114 @@
+"""An avatar in a picture: dressed, ghostly, undressed, and with faces of other sets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio import formats
+from studio.motion import Skeleton
+from studio.motion.avatar import Avatar
+from studio.motion.channels import ARKIT_SHAPES
+from studio.render.avatar_actor import has_body, height_of
+from studio.render.camera import Orbit
+from studio.render.face import fitted
+from studio.render.mannequin import mannequin
+from studio.render.scene import BODY, GHOST, RenderScene
+from studio.render.world_pose import WorldPose
+from tests.formats.avatars import Maker
+from tests.formats.examples import needs_data
+
+
+@pytest.fixture(scope="module")
+def scene():
+    with RenderScene() as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def avatar(tmp_path_factory: pytest.TempPathFactory) -> Avatar:
+    return formats.read_avatar(Maker(1).write(tmp_path_factory.mktemp("avatar") / "a.vrm"))
+
+
+def picture(scene: RenderScene, shapes: dict[str, float], zoom: float = 1.0) -> np.ndarray:
+    rest = WorldPose.at_rest(Skeleton.humanoid())
+    scene.place(BODY, WorldPose(rest.skeleton, rest.joints, rest.turns, shapes))
+    return np.array(scene.render(Orbit.preset("front", zoom), 320, 240)).astype(int)
+
+
+def blue(pixels: np.ndarray) -> np.ndarray:
+    """Where the avatar's clothes are; the stick figure's blue is lighter."""
+    return (pixels[:, :, 2] > pixels[:, :, 0] + 60) & (pixels[:, :, 0] < 110)
+
+
+def test_an_avatar_takes_the_figures_place_and_leaves_it(scene: RenderScene, avatar: Avatar) -> None:
+    scene.set_avatar(None)
+    stick = picture(scene, {})
+    scene.set_avatar(avatar)
+    assert blue(picture(scene, {})).sum() > 500 + 3 * blue(stick).sum()
+    scene.set_avatar(None)
+    assert (picture(scene, {}) == stick).all()
+
+
+def test_every_expression_is_seen_on_the_face(scene: RenderScene, avatar: Avatar) -> None:
+    scene.set_avatar(avatar)
+    still = picture(scene, {}, 0.25)
+    for name in ("A", "Joy", "Blink", "happy", "ou"):
+        assert (picture(scene, {name: 1.0}, 0.25) != still).sum() > 50, name
+    assert (picture(scene, {"LookUp": 1.0}, 0.25) == still).all()
+
+
+def test_a_ghost_of_the_avatar_has_the_second_colour(scene: RenderScene, avatar: Avatar) -> None:
+    scene.set_avatar(avatar)
+    alone = picture(scene, {})
+    rest = WorldPose.at_rest(Skeleton.humanoid())
+    scene.place(GHOST, WorldPose(rest.skeleton, rest.joints + np.array([0.5, 0.0, 0.0]), rest.turns))
+    both = picture(scene, {})
+    orange = (both[:, :, 0] > both[:, :, 2] + 40) & (np.abs(both - alone).max(axis=2) > 20)
+    assert orange.sum() > 200
+    scene.hide(GHOST)
+    assert (picture(scene, {}) == alone).all()
+
+
+def test_avatars_of_any_size_fill_the_picture_alike(scene: RenderScene, tmp_path: Path) -> None:
+    heights = []
+    for size in (0.4, 1.0, 2.5):
+        scene.set_avatar(formats.read_avatar(Maker(0, size).write(tmp_path / f"{size}.vrm")))
+        rows = np.flatnonzero(blue(picture(scene, {})).any(axis=1))
+        heights.append(int(np.ptp(rows)))
+    assert np.ptp(heights) <= 3
+
+
+def test_a_file_of_bones_with_hardly_a_mesh_is_a_stick_figure_of_its_proportions(scene: RenderScene) -> None:
+    thin = formats.read_avatar(needs_data("vrm") / "VRMC_materials_mtoon_UV_Animation_Test.vrm")
+    assert not has_body(thin)
+    assert 1.4 < height_of(thin) < 1.9
+    scene.set_avatar(thin)
+    pixels = picture(scene, {})
+    light = (pixels[:, :, 2] > pixels[:, :, 0] + 30) & (pixels[:, :, 0] > 80)
+    assert light.sum() > 300
+
+
+def test_shapes_the_avatar_has_no_names_for_still_move_its_face(avatar: Avatar) -> None:
+    found = fitted(avatar, dict.fromkeys(ARKIT_SHAPES, 0.0) | {"JawOpen": 0.8, "EyeBlinkLeft": 1.0})
+    assert found["A"] > 0.4
+    assert (found["Blink_L"], found["Blink_R"]) == (1.0, 0.0)
+
+
+def test_shapes_the_avatar_knows_are_left_alone(avatar: Avatar) -> None:
+    shapes = {"A": 0.3, "Blink": 0.1, "MouthClose": 0.5}
+    assert fitted(avatar, shapes) is shapes
+
+
+def test_a_plain_body_moves_its_face_by_every_shape() -> None:
+    body = mannequin(Skeleton.humanoid(), ("A", "Blink", "Joy", "Surprised", "JawOpen"))
+    for name in ("A", "Blink", "Joy", "Surprised", "JawOpen"):
+        weights = body.morph_weights({name: 1.0})
+        moved = [
+            float(np.abs(morph.offsets).max()) * weight
+            for surface, own in zip(body.surfaces, weights, strict=True)
+            for morph, weight in zip(surface.morphs, own, strict=True)
+        ]
+        assert max(moved) > 0.005, name
