@@ -24,6 +24,7 @@ MAY_USE: dict[str, set[str]] = {
     **{name: set() for name in FREE},
     "files": set(),
     "ipc": set(),
+    "actions": set(),
     "settings": {"files", "dataset", "take", "sound"},
     "motion": set(),
     "sound": {"files"},
