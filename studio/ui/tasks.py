@@ -519,18 +519,22 @@ class Job(QObject):
 
     @property
     def running(self) -> bool:
+        """As of ChildTask."""
         return self._task.running
 
     @property
     def cancelling(self) -> bool:
+        """As of ChildTask."""
         return self._task.cancelling
 
     @property
     def pid(self) -> int:
+        """As of ChildTask."""
         return self._task.pid
 
     @property
     def log(self) -> str:
+        """As of ChildTask."""
         return self._task.log
 
     def _on_failed(self, error: StudioError) -> None:
