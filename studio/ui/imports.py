@@ -14,7 +14,7 @@ from studio.ui import messages
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
 from studio.ui.messages import counted
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 
 SOUNDS = frozenset(
     {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
@@ -92,17 +92,17 @@ class Importer(QObject):
         self._skeleton: ImportedSkeleton | None = None
         """One whose bones were guessed, or could not be: what the person may correct."""
         self.bones = BoneTablePresenter(session, window)
-        self._job = Job(self)
-        self._job.told.connect(self._on_event)
-        self._job.done.connect(self._on_done)
-        self._job.failed.connect(self._on_failed)
-        self._job.ended.connect(self._on_ended)
-        session.import_cancelled.connect(self._job.cancel)
+        self._task = ChildTask(self)
+        self._task.told.connect(self._on_event)
+        self._task.done.connect(self._on_done)
+        self._task.failed.connect(self._on_failed)
+        self._task.ended.connect(self._on_ended)
+        session.import_cancelled.connect(self._task.cancel)
 
     @property
     def running(self) -> bool:
         """Whether a batch is being imported."""
-        return self._job.running
+        return self._task.running
 
     def start(self, paths: tuple[Path, ...]) -> None:
         """Import paths, or say why not."""
@@ -110,19 +110,19 @@ class Importer(QObject):
         if project is None:
             what = self.tr("There is no project to import into.")
             messages.show_error(self._window, StudioError(what, self.tr("Open or make a project first.")))
-        elif self._job.running:
+        elif self._task.running:
             what = self.tr("Another import is still going on.")
             messages.show_error(self._window, StudioError(what, self.tr("Drop these files when it is done.")))
         else:
             self._folder = project.folder
             self._refused.clear()
             self._skeleton = None
-            self._tell(self.tr("Importing…"), None)
-            self._job.start(["import", str(project.folder), *map(str, paths)])
+            self._show_status(self.tr("Importing…"), None)
+            self._task.start(["import", str(project.folder), *map(str, paths)])
 
     def close(self) -> None:
         """End the child; what it has saved stays."""
-        self._job.close()
+        self._task.close()
 
     def _on_event(self, event: ChildEvent) -> None:
         match event:
@@ -130,9 +130,9 @@ class Importer(QObject):
                 self._skeleton = ImportedSkeleton.of_event(event)
             case ProblemEvent():
                 self._refused.append((event.what, event.remedy))
-                self._tell(self.tr("Importing…"), event.fraction)
+                self._show_status(self.tr("Importing…"), event.fraction)
             case TakeEvent():
-                self._tell(self.tr("Imported {0}").format(event.take), event.fraction)
+                self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)
 
     def _on_done(self, done: ImportDone) -> None:
         project = self._session.project
@@ -141,25 +141,25 @@ class Importer(QObject):
         count = len(done.takes)
         if self._refused:
             what, remedy = self._refused[0]
-            told = self._told(count)
+            text = self._text(count)
             one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
             left = counted(len(self._refused), one, many)
-            messages.show_failure(self._window, f"{told} {left}", f"{what} {remedy}")
+            messages.show_failure(self._window, f"{text} {left}", f"{what} {remedy}")
             self._offer_bones()
             return
         show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
-        said = self._told(count)
+        text = self._text(count)
         if self._skeleton is None:
-            messages.show_note(self._window, said, "", show)
+            messages.show_note(self._window, text, "", show)
             return
         guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
-        messages.show_note(self._window, said, guess, (self.tr("Check the bones"), self._show_bones))
+        messages.show_note(self._window, text, guess, (self.tr("Check the bones"), self._show_bones))
 
-    def _told(self, count: int) -> str:
+    def _text(self, count: int) -> str:
         return counted(count, self.tr("1 take imported."), self.tr("{0} takes imported."))
 
-    def _on_failed(self, what: str, remedy: str) -> None:
-        messages.show_failure(self._window, what, remedy)
+    def _on_failed(self, error: StudioError) -> None:
+        messages.show_error(self._window, error)
         self._offer_bones()
 
     def _offer_bones(self) -> None:
@@ -172,12 +172,12 @@ class Importer(QObject):
             self.bones.ask(self._skeleton)
 
     def _on_ended(self) -> None:
-        self._tell("", None)
+        self._show_status("", None)
         # A cancelled or failed batch keeps the takes it had finished.
         project = self._session.project
         if project is not None and project.folder == self._folder:
             self._session.refresh_takes()
 
-    def _tell(self, sentence: str, fraction: float | None) -> None:
+    def _show_status(self, sentence: str, fraction: float | None) -> None:
         self._session.status_changed.emit("job", sentence, "")
         self._session.import_progress.emit(sentence, fraction)

@@ -15,7 +15,7 @@ from studio.ipc.events import DoneEvent, UnpackDone
 from studio.ui import messages
 from studio.ui.messages import counted
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 
 SUFFIX = ".zip"
 
@@ -34,15 +34,15 @@ class PackTask(QObject):
         self._session, self._window, self._open_project = session, window, open_project
         self._target = Path()
         self._unpacks = False
-        self._job = Job(self)
-        self._job.done.connect(self._on_done)
-        self._job.failed.connect(lambda what, remedy: messages.show_failure(self._window, what, remedy))
-        self._job.ended.connect(lambda: self._tell(""))
+        self._task = ChildTask(self)
+        self._task.done.connect(self._on_done)
+        self._task.failed.connect(lambda error: messages.show_error(self._window, error))
+        self._task.ended.connect(lambda: self._show_status(""))
 
     @property
     def running(self) -> bool:
         """Whether something is being packed or unpacked."""
-        return self._job.running
+        return self._task.running
 
     def ask_pack(self) -> None:
         """Ask where the packed project shall lie, and pack it there."""
@@ -77,26 +77,26 @@ class PackTask(QObject):
             return
         self._target = target if target.suffix.lower() == SUFFIX else target.with_name(target.name + SUFFIX)
         self._unpacks = False
-        self._tell(self.tr("Packing {0}…").format(project.name))
-        self._job.start(["pack", str(project.folder), "-o", str(self._target)])
+        self._show_status(self.tr("Packing {0}…").format(project.name))
+        self._task.start(["pack", str(project.folder), "-o", str(self._target)])
 
     def unpack(self, packed: Path, folder: Path) -> None:
         """Make a project folder of a zip, and open it."""
         if self._is_busy():
             return
         self._target, self._unpacks = folder, True
-        self._tell(self.tr("Unpacking {0}…").format(packed.name))
-        self._job.start(["unpack", str(packed), str(folder)])
+        self._show_status(self.tr("Unpacking {0}…").format(packed.name))
+        self._task.start(["unpack", str(packed), str(folder)])
 
     def close(self) -> None:
         """End the child; a half-made file goes with it."""
-        self._job.close()
+        self._task.close()
 
     def _is_busy(self) -> bool:
-        if self._job.running:
+        if self._task.running:
             what = self.tr("Something is still being packed.")
             messages.show_error(self._window, StudioError(what, self.tr("Wait until it is done.")))
-        return self._job.running
+        return self._task.running
 
     def _on_done(self, done: DoneEvent) -> None:
         target = self._target
@@ -114,14 +114,14 @@ class PackTask(QObject):
         def show_it() -> None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(target.parent)))
 
-        said = self.tr("The whole project is in {0}.").format(target.name)
-        messages.show_note(self._window, said, "", (self.tr("Show the folder"), show_it))
+        text = self.tr("The whole project is in {0}.").format(target.name)
+        messages.show_note(self._window, text, "", (self.tr("Show the folder"), show_it))
 
     def _home(self) -> Path:
         recent = self._session.settings.recent_projects
         return Path(recent[0]).parent if recent else Path.home()
 
-    def _tell(self, sentence: str) -> None:
+    def _show_status(self, sentence: str) -> None:
         self._session.status_changed.emit("job", sentence, "")
 
 

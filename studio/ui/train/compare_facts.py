@@ -89,14 +89,14 @@ class Comparison:
         columns: ids of the runs, then of the baselines, then "captured".
         runs: how many of the columns are runs.
         rows: the figures that apply to any.
-        ground: ids of the takes measured on.
+        takes: ids of those measured on.
         split: what they are used for.
     """
 
     columns: tuple[str, ...]
     runs: int
     rows: tuple[FigureRow, ...]
-    ground: tuple[str, ...]
+    takes: tuple[str, ...]
     split: str
 
 

@@ -73,13 +73,39 @@ class LossPlot(QWidget):
             best: the best epoch so far.
         """
         self._points = {}
-        for key, _words in self._series:
+        for key, _ in self._series:
             pairs = points.get(key, ())
             good = [(e, float(v)) for e, v in pairs if v is not None and math.isfinite(v)]
             self._points[key] = ([e for e, _ in good], [v for _, v in good])
         self._best = best
         if not self._timer.isActive():
             self._timer.start()
+
+    @property
+    def points(self) -> dict[str, tuple[list[int], list[float]]]:
+        """Epochs and values of each curve, as they are drawn soon."""
+        return self._points
+
+    @property
+    def drawn(self) -> dict[str, int]:
+        """How many points of each curve are drawn already."""
+        epochs = {key: curve.getData()[0] for key, curve in self._curves.items()}
+        return {key: 0 if found is None else len(found) for key, found in epochs.items()}
+
+    @property
+    def value_range(self) -> tuple[float, float]:
+        """The least and the greatest value of the axis that is drawn."""
+        low, high = self._plot.viewRange()[1] if self._plot is not None else (0.0, 1.0)
+        return float(low), float(high)
+
+    @property
+    def marks_best(self) -> bool:
+        """Whether the best epoch is marked."""
+        return self._best_line is not None and bool(self._best_line.isVisible())
+
+    def value_text(self, key: str) -> str:
+        """The newest value of a curve, as the legend says it."""
+        return self._values[key].text()
 
     def _legend(self, title: str) -> QHBoxLayout:
         row = QHBoxLayout()
@@ -88,14 +114,14 @@ class LossPlot(QWidget):
         theme.as_role(heading, "heading")
         row.addWidget(heading)
         row.addStretch(1)
-        for index, (key, words) in enumerate(self._series):
+        for index, (key, text) in enumerate(self._series):
             swatch = QFrame()
             swatch.setFixedSize(12, 3)
             swatch.setStyleSheet(f"background: {theme.DATA[index]}; border-radius: 1px;")
             value = QLabel("")
             value.setFont(theme.figures_font(theme.CAPTION_PX))
             self._values[key] = value
-            caption = QLabel(words)
+            caption = QLabel(text)
             theme.as_role(caption, "caption")
             for widget in (swatch, caption, value):
                 row.addWidget(widget)
@@ -139,7 +165,7 @@ class LossPlot(QWidget):
             )
             item.addItem(self._band)
             self._band.setToolTip(words)
-        for index, (key, _words) in enumerate(self._series):
+        for index, (key, _) in enumerate(self._series):
             symbol = {"symbol": "o", "symbolSize": 4, "symbolBrush": theme.DATA[index], "symbolPen": None}
             self._curves[key] = item.plot([], [], pen=theme.plot_pen(index, 2.0), **symbol)
         self._best_line = pg.InfiniteLine(
@@ -165,8 +191,8 @@ class LossPlot(QWidget):
         self._best_line.setVisible(self._best is not None)
         if self._best is not None:
             self._best_line.setValue(self._best)
-            told = self.tr("Epoch {0} has the lowest loss on validation: its weights are kept")
-            self._plot.setToolTip(told.format(self._best))
+            tip = self.tr("Epoch {0} has the lowest loss on validation: its weights are kept")
+            self._plot.setToolTip(tip.format(self._best))
         self._set_range()
 
     def _set_range(self) -> None:

@@ -21,17 +21,15 @@ def _plot(qtbot: QtBot) -> LossPlot:
 def test_only_its_own_series_set_the_range(qtbot: QtBot) -> None:
     plot = _plot(qtbot)
     plot.show_points({"train_loss": [(1, 0.02), (2, 0.01)], "motion_ratio": [(1, 5.0)]}, best=2)
-    assert plot._plot is not None
-    qtbot.waitUntil(lambda: plot._plot.viewRange()[1][1] < 0.03)
-    assert plot._values["train_loss"].text() == "0.0100"
+    qtbot.waitUntil(lambda: plot.value_range[1] < 0.03)
+    assert plot.value_text("train_loss") == "0.0100"
 
 
 def test_a_single_value_does_not_fill_the_axis_with_digits(qtbot: QtBot) -> None:
     plot = _plot(qtbot)
     plot.show_points({"val_loss": [(1, 0.07)]}, best=1)
-    assert plot._plot is not None
-    qtbot.waitUntil(lambda: plot._plot.viewRange()[1][1] < 0.1)
-    low, high = plot._plot.viewRange()[1]
+    qtbot.waitUntil(lambda: plot.value_range[1] < 0.1)
+    low, high = plot.value_range
     assert low < 0.07 < high
     assert high - low >= 0.0035
 
@@ -39,8 +37,8 @@ def test_a_single_value_does_not_fill_the_axis_with_digits(qtbot: QtBot) -> None
 def test_values_that_are_no_numbers_leave_a_gap(qtbot: QtBot) -> None:
     plot = _plot(qtbot)
     plot.show_points({"val_loss": [(1, 0.5), (2, None), (3, math.nan), (4, math.inf), (5, 0.4)]}, best=5)
-    assert plot._points["val_loss"] == ([1, 5], [0.5, 0.4])
-    qtbot.waitUntil(lambda: plot._best_line.isVisible())
+    assert plot.points["val_loss"] == ([1, 5], [0.5, 0.4])
+    qtbot.waitUntil(lambda: plot.marks_best)
 
 
 @pytest.mark.parametrize(
@@ -54,13 +52,8 @@ def test_many_epochs_are_one_redraw(qtbot: QtBot) -> None:
     plot = _plot(qtbot)
     for epoch in range(1, 200):
         plot.show_points({"train_loss": [(e, 1 / e) for e in range(1, epoch + 1)]}, best=None)
-    assert _drawn(plot) == 0
-    qtbot.waitUntil(lambda: _drawn(plot) == 199)
-
-
-def _drawn(plot: LossPlot) -> int:
-    epochs = plot._curves["train_loss"].getData()[0]
-    return 0 if epochs is None else len(epochs)
+    assert plot.drawn["train_loss"] == 0
+    qtbot.waitUntil(lambda: plot.drawn["train_loss"] == 199)
 
 
 def _picture(face: DrawnFace) -> QImage:

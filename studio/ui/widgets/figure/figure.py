@@ -143,8 +143,18 @@ class StickFigure(QWidget):
 
     @property
     def avatar(self) -> Avatar | None:
-        """What is worn, without surfaces and face where drawing them takes too long."""
+        """The avatar shown, without surfaces and face where drawing them takes too long."""
         return self._avatar
+
+    @property
+    def picture(self) -> QImage | None:
+        """The picture that OpenGL made last; None where the lines are drawn instead."""
+        return self._image
+
+    @property
+    def drawing_soon(self) -> bool:
+        """Whether another picture has been asked for."""
+        return self._next.isActive()
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
@@ -374,14 +384,14 @@ class StickFigure(QWidget):
         self._last_cost = self._last_drawn - started
         self.renders += 1
         self._detail.saw(self._last_cost)
-        self._watch_cost()
+        self.note_cost(self._last_cost)
         self.update()
 
-    def _watch_cost(self) -> None:
+    def note_cost(self, cost: float) -> None:
         """Fall back to a stick figure of the avatar's proportions where drawing all of it takes too long."""
         if self._avatar is None or not self._avatar.surfaces:
             return
-        self._costs.append(self._last_cost)
+        self._costs.append(cost)
         # The quickest of them counts: a computer that is held up by something else for a while is not slow.
         quickest = min(self._costs)
         always = len(self._costs) == _COSTS_KEPT and quickest > TOO_SLOW

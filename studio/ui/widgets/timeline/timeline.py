@@ -66,6 +66,8 @@ class Timeline(QWidget):
         self.content = Content()
         self._vocabulary: tuple[str, ...] = ()
         self._picture: QPixmap | None = None
+        self.still_paints = 0
+        """How often the lanes were painted; the playhead moves over them without that."""
         self._lanes: tuple[Lane, ...] | None = None
         self._mouse = TimelineMouse(self)
         self._editor: LabelEditor | None = None
@@ -344,6 +346,7 @@ class Timeline(QWidget):
         """Copy the dirty part of the picture and paint what moves above it."""
         if self._picture is None or self._picture.devicePixelRatioF() != self.devicePixelRatioF():
             ratio = self.devicePixelRatioF()
+            self.still_paints += 1
             self._picture = picture.still_picture(self.content, self.lanes, self._view, self.size(), ratio)
         painter = QPainter(self)
         ratio = self._picture.devicePixelRatioF()

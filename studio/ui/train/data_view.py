@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from studio.ui import theme
-from studio.ui.train.data_facts import DataFacts, SplitFacts, Warning
+from studio.ui.train.data_facts import DataFacts, DataWarning, SplitFacts
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.timeline.time_view import minutes
 
@@ -20,11 +20,11 @@ class DataCard(Card):
 
     Signals:
         curate_requested: takes are to be chosen.
-        mend_requested: set a take aside for validation.
+        validation_requested: set a take aside for validation.
     """
 
     curate_requested = Signal()
-    mend_requested = Signal()
+    validation_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(self.tr("Data"), parent)
@@ -84,7 +84,7 @@ class DataCard(Card):
         button.setEnabled(not self._locked)
         button.setToolTip(self._locked or self.tr("One take is kept to check the learning"))
 
-    def _show_warnings(self, warnings: Sequence[Warning]) -> None:
+    def _show_warnings(self, warnings: Sequence[DataWarning]) -> None:
         while (item := self._warnings.takeAt(0)) is not None:
             widget = item.widget()
             if widget is not None:
@@ -93,7 +93,7 @@ class DataCard(Card):
         for warning in warnings[:MOST_WARNINGS]:
             self._warnings.addWidget(self._warning(warning))
 
-    def _warning(self, warning: Warning) -> QWidget:
+    def _warning(self, warning: DataWarning) -> QWidget:
         line = QWidget()
         row = QHBoxLayout(line)
         row.setContentsMargins(0, 0, 0, 0)
@@ -105,13 +105,13 @@ class DataCard(Card):
         words = label(warning.text, "caption")
         words.setWordWrap(True)
         row.addWidget(words, 1)
-        if warning.mend == "val":
-            mend = QPushButton(self.tr("Set one aside"))
-            mend.setObjectName("set_validation")
-            theme.as_role(mend, "chip")
-            mend.clicked.connect(self.mend_requested)
-            self._lock(mend)
-            row.addWidget(mend, 0, Qt.AlignmentFlag.AlignTop)
+        if warning.repair == "val":
+            button = QPushButton(self.tr("Set one aside"))
+            button.setObjectName("set_validation")
+            theme.as_role(button, "chip")
+            button.clicked.connect(self.validation_requested)
+            self._lock(button)
+            row.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
         return line
 
     def _split_text(self, split: SplitFacts) -> str:

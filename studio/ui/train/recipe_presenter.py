@@ -1,4 +1,4 @@
-"""What to train: a preset card or a recipe, and what there is to compute on."""
+"""What to train: a preset card or a recipe, what is changed of it, and what there is to compute on."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
 from studio.ui import tasks
 from studio.ui.session import Session
-from studio.ui.train.advanced import forms_or_none
-from studio.ui.train.view import PresetChoice, TrainView
+from studio.ui.train.model import TrainModel
+from studio.ui.train.recipe_view import PresetChoice, RecipeCard, forms_or_none
 
 
-class Choices(QObject):
+class RecipePresenter(QObject):
     """Keeps preset cards, list of recipes and drawer in step; the recipe of the last time is chosen."""
 
-    def __init__(self, view: TrainView, session: Session) -> None:
+    def __init__(self, view: RecipeCard, model: TrainModel, session: Session) -> None:
         super().__init__(view)
-        self._view = view
+        self._view, self._model, self._session = view, model, session
         self._devices: Devices | None = None  # not looked for yet
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
@@ -30,9 +30,17 @@ class Choices(QObject):
         view.preset_chosen.connect(self._on_preset)
         view.recipe_chosen.connect(self._on_recipe)
         view.advanced.toggled.connect(self._on_advanced)
+        view.start_requested.connect(model.start)
+        model.data_changed.connect(self._show_start)
+        model.training.changed.connect(self._show_start)
         names = [info.name for info in self._infos]
         last = session.settings.recipe
         self._on_recipe(last if last in names else recipes.DEFAULT)
+
+    def _show_start(self) -> None:
+        facts = self._model.facts
+        ready = facts is not None and facts.can_train
+        self._view.show_start(ready, self._model.training.running, self._session.locked_reason)
 
     def _on_preset(self, key: str) -> None:
         info = self._by_preset.get(key)
@@ -48,6 +56,7 @@ class Choices(QObject):
 
     def _on_advanced(self, shown: bool) -> None:
         """Look for graphics cards once somebody wants to choose one."""
+        # Looking may wake a sleeping card: not for those who never ask.
         if shown and self._devices is None:
             self._devices = Devices(("cpu",))
 

@@ -1,17 +1,30 @@
-"""Train's advanced drawer: a recipe's forms, look-ahead, epochs, seed, and what to compute on."""
+"""What to train: preset cards, the list of recipes, and the drawer of what may be changed of one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QSpinBox, QWidget
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
 
+from studio.actions import ACTIONS
 from studio.errors import StudioError
 from studio.training import recipe as recipes
 from studio.ui import theme
-from studio.ui.widgets.card import label
+from studio.ui.shortcuts import translated
+from studio.ui.train.task import TrainRequest
+from studio.ui.widgets.card import Card, label
 
 LOOK_AHEAD = "network.look_ahead_ms"
 MOST_AHEAD_MS = 1000
@@ -51,6 +64,16 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
         ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
         found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks))
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class PresetChoice:
+    """A preset card: key, title, how long it takes here, what it is for."""
+
+    key: str
+    title: str
+    duration: str
+    summary: str
 
 
 class AdvancedDrawer(QWidget):
@@ -112,11 +135,11 @@ class AdvancedDrawer(QWidget):
             "cuda": self.tr("NVIDIA graphics card"),
             "mps": self.tr("Apple graphics"),
         }
-        wanted = self.device.currentData()
+        chosen = self.device.currentData()
         self.device.clear()
         for name in ("auto", *names):
             self.device.addItem(words.get(name, self.tr("Automatic")), name)
-        self.device.setCurrentIndex(max(self.device.findData(wanted), 0))
+        self.device.setCurrentIndex(max(self.device.findData(chosen), 0))
         self._device_note.setText(reason)
 
     def overrides(self) -> tuple[str, ...]:
@@ -184,6 +207,155 @@ class AdvancedDrawer(QWidget):
         second.addWidget(self._device_note, 1)
         grid.addLayout(first, 0, 0)
         grid.addLayout(second, 1, 0)
+
+
+class PresetCard(QPushButton):
+    """A checkable card.
+
+    Args:
+        name: its object name.
+        title: "Quick look".
+        duration: "about 2 min"; may be empty.
+        summary: one sentence.
+    """
+
+    def __init__(
+        self, name: str, title: str, duration: str, summary: str, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setCheckable(True)
+        self.setAutoExclusive(True)
+        self.setAccessibleName(f"{title}, {duration}" if duration else title)
+        self.setAccessibleDescription(summary)
+        theme.as_role(self, "big")
+        self.title = label(title, "")
+        self.title.setFont(theme.ui_font(theme.TEXT_PX, semibold=True))
+        self.duration = label(duration, "caption")
+        self.summary = label(summary, "caption")
+        self.summary.setWordWrap(True)
+        self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
+        head = QHBoxLayout()
+        head.addWidget(self.title)
+        head.addStretch(1)
+        head.addWidget(self.duration)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(14, 10, 14, 8)
+        column.setSpacing(theme.TIGHT)
+        column.addLayout(head)
+        column.addWidget(self.summary, 1)
+        for child in (self.title, self.duration, self.summary):
+            child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def sizeHint(self) -> QSize:
+        layout = self.layout()
+        assert layout is not None
+        return QSize(190, max(layout.sizeHint().height(), 96))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(150, 96)
+
+
+class RecipeCard(Card):
+    """The card with preset cards, recipes, drawer and the button that starts.
+
+    Signals:
+        start_requested: a TrainRequest.
+        recipe_chosen: the recipe's name was changed by hand.
+        preset_chosen: a preset's key.
+    """
+
+    start_requested = Signal(object)
+    recipe_chosen = Signal(str)
+    preset_chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(self.tr("Preset"), parent)
+        self._presets: list[PresetCard] = []
+        self._preset_row = QHBoxLayout()
+        self._preset_row.setSpacing(theme.INSIDE)
+        self.body.addLayout(self._preset_row, 1)
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        self.recipe = QComboBox()
+        self.recipe.setObjectName("recipe")
+        self.recipe.setAccessibleName(self.tr("Recipe"))
+        self.recipe.setMinimumWidth(200)
+        self.recipe.currentIndexChanged.connect(
+            lambda _: self.recipe_chosen.emit(str(self.recipe.currentData() or ""))
+        )
+        self.advanced = QPushButton(self.tr("Advanced"))
+        self.advanced.setObjectName("advanced")
+        self.advanced.setCheckable(True)
+        theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
+        theme.as_role(self.advanced, "quiet")
+        self.start = QPushButton(translated(ACTIONS["start_training"].name))
+        self.start.setObjectName("start_training")
+        theme.as_role(self.start, "primary")
+        self.start.clicked.connect(lambda: self.start_requested.emit(self._request()))
+        recipe_label = label(self.tr("Recipe"), "muted")
+        recipe_label.setBuddy(self.recipe)
+        row.addWidget(recipe_label)
+        row.addWidget(self.recipe)
+        row.addWidget(self.advanced)
+        row.addStretch(1)
+        row.addWidget(self.start)
+        self.drawer = AdvancedDrawer()
+        self.drawer.hide()
+        self.advanced.toggled.connect(self.drawer.setVisible)
+        self.body.addWidget(self.drawer)
+        self.body.addLayout(row)
+
+    def show_start(self, ready: bool, running: bool, locked: str) -> None:
+        """Offer to start.
+
+        Args:
+            ready: there is enough to learn from.
+            running: a training is under way already.
+            locked: why nothing can be changed here, "" where it can.
+        """
+        self.start.setEnabled(ready and not running and not locked)
+        busy = self.tr("A training is under way") if running else ""
+        self.start.setToolTip(locked or busy or translated(ACTIONS["start_training"].help))
+
+    def show_presets(self, presets: Sequence[PresetChoice], chosen: str) -> None:
+        """Fill the row of preset cards."""
+        for card in self._presets:
+            card.setParent(None)
+            card.deleteLater()
+        self._presets = []
+        for preset in presets:
+            card = PresetCard(f"preset_{preset.key}", preset.title, preset.duration, preset.summary)
+            card.setProperty("key", preset.key)
+            card.setChecked(preset.key == chosen)
+            card.clicked.connect(lambda _=False, key=preset.key: self.preset_chosen.emit(key))
+            card.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+            self._preset_row.addWidget(card, 1)
+            self._presets.append(card)
+
+    def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
+        """Fill the recipe list with (name, title, summary)."""
+        with QSignalBlocker(self.recipe):
+            self.recipe.clear()
+            for name, title, summary in recipes:
+                self.recipe.addItem(title, name)
+                self.recipe.setItemData(self.recipe.count() - 1, summary, Qt.ItemDataRole.ToolTipRole)
+
+    def choose(self, preset: str, recipe: str, forms: Sequence[Form]) -> None:
+        """Mark a preset ("" for none) and its recipe, and show its forms in the drawer."""
+        for card in self._presets:
+            card.setAutoExclusive(False)
+            card.setChecked(card.property("key") == preset)
+            card.setAutoExclusive(True)
+        with QSignalBlocker(self.recipe):
+            self.recipe.setCurrentIndex(max(self.recipe.findData(recipe), 0))
+        self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
+        self.drawer.show_forms(forms)
+
+    def _request(self) -> TrainRequest:
+        # Values of a drawer that was never opened are the recipe's own.
+        changed = self.drawer.overrides() if self.advanced.isChecked() else ()
+        return TrainRequest(str(self.recipe.currentData() or ""), changed)
 
 
 def _caption(words: str, widget: QWidget) -> QLabel:

@@ -1,4 +1,4 @@
-"""The list of training runs with their figures and notes."""
+"""The list of training runs with their figures and notes, and what can be done with the chosen ones."""
 
 from __future__ import annotations
 
@@ -7,12 +7,25 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QPushButton,
+    QStackedLayout,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
 
+from studio.actions import ACTIONS
 from studio.ui import theme
+from studio.ui.shortcuts import translated
 from studio.ui.train.run_facts import RunFacts
+from studio.ui.widgets.card import Card, label
 
 RUN, STATUS, EPOCHS, BEST, RMSE, PEARSON, MOTION, NOTE = range(8)
+MOST_COMPARED = 6
+"""Runs held side by side: more than that are no comparison but a list."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +199,7 @@ class RunsTable(QTableWidget):
         return words.get(life, ("", ""))
 
     def _explain_columns(self) -> None:
-        told = {
+        tips = {
             STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
             BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
@@ -202,7 +215,7 @@ class RunsTable(QTableWidget):
                 "How much it moves against you: 1.0 is as much, 0.8 to 1.25 is alive, below 0.3 stands still"
             ),
         }
-        for column, text in told.items():
+        for column, text in tips.items():
             item = self.horizontalHeaderItem(column)
             assert item is not None
             item.setToolTip(text)
@@ -216,6 +229,123 @@ class RunsTable(QTableWidget):
         run = self.item(row, RUN)
         if column != NOTE and run is not None:
             self.run_opened.emit(run.text())
+
+
+class RunsCard(Card):
+    """The table of runs with its buttons.
+
+    Signals:
+        review_requested, resume_requested, delete_requested, folder_requested, card_requested,
+            export_requested: with the run's id.
+        import_requested: bring in a run of another computer.
+        compare_requested: ids of the runs to hold side by side.
+        note_changed: (run id, text).
+        run_chosen: id of the run whose curves to show.
+    """
+
+    review_requested = Signal(str)
+    resume_requested = Signal(str)
+    delete_requested = Signal(str)
+    folder_requested = Signal(str)
+    card_requested = Signal(str)
+    export_requested = Signal(str)
+    import_requested = Signal()
+    compare_requested = Signal(tuple)
+    note_changed = Signal(str, str)
+    run_chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(self.tr("Runs"), parent)
+        self._resumable: frozenset[str] = frozenset()
+        self._reviewable: frozenset[str] = frozenset()
+        self._training, self._locked = False, ""
+        self.table = RunsTable()
+        self.table.run_chosen.connect(lambda _: self._show_buttons())
+        self.table.run_chosen.connect(self.run_chosen)
+        self.table.note_changed.connect(self.note_changed)
+        self.table.run_opened.connect(self.review_requested)
+        self._buttons: dict[str, QPushButton] = {}
+        self._add_buttons()
+        none = label(
+            self.tr("No run yet. Each training becomes one line here, to compare and to review."), "muted"
+        )
+        none.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._stack = QStackedLayout()
+        self._stack.addWidget(none)
+        self._stack.addWidget(self.table)
+        self.body.addLayout(self._stack, 1)
+        self._legend = label(
+            self.tr(
+                "Error: how far off, less is better.   Pearson r: 1 follows exactly.   "
+                "Motion: 1 moves as much as you do."
+            ),
+            "caption",
+            "runs_legend",
+        )
+        self.body.addWidget(self._legend)
+        self.setMinimumHeight(190)
+
+    def show_runs(self, rows: Sequence[RunRow], resumable: set[str], reviewable: set[str]) -> None:
+        """Fill the list of runs."""
+        self._resumable, self._reviewable = frozenset(resumable), frozenset(reviewable)
+        self.table.show_rows(rows)
+        self._stack.setCurrentIndex(1 if rows else 0)
+        self._legend.setVisible(bool(rows))
+        self._show_buttons()
+
+    def show_state(self, training: bool, locked: str) -> None:
+        """What can be done now.
+
+        Args:
+            training: a training is under way, so that none can be resumed.
+            locked: why nothing can be changed here, "" where it can.
+        """
+        self._training, self._locked = training, locked
+        self.table.set_editable(not locked)
+        self._show_buttons()
+
+    def _add_buttons(self) -> None:
+        for name, signal, icon in (
+            ("review_run", self.review_requested, "mdi6.eye-outline"),
+            ("compare_runs", None, "mdi6.chart-bar"),
+            ("card_of_run", self.card_requested, "mdi6.card-text-outline"),
+            ("resume_run", self.resume_requested, "mdi6.play-circle-outline"),
+            ("show_run_folder", self.folder_requested, "mdi6.folder-outline"),
+            ("export_run", self.export_requested, "mdi6.export"),
+            ("import_run", None, "mdi6.import"),
+            ("delete_run", self.delete_requested, "mdi6.trash-can-outline"),
+        ):
+            button = QPushButton(translated(ACTIONS[name].name))
+            button.setObjectName(name)
+            theme.set_icon(button, icon, "muted")
+            theme.as_role(button, "quiet")
+            if signal is not None:
+                button.clicked.connect(lambda _=False, s=signal: s.emit(self.table.chosen))
+            self._buttons[name] = button
+            self.head.addWidget(button)
+        self._buttons["import_run"].clicked.connect(self.import_requested)
+        self._buttons["compare_runs"].clicked.connect(lambda: self.compare_requested.emit(self._comparable()))
+        for name in ("export_run", "compare_runs"):
+            self._buttons[name].setToolTip(translated(ACTIONS[name].help))
+
+    def _show_buttons(self) -> None:
+        chosen, free = self.table.chosen, not self._locked
+        for name, enabled in (
+            ("review_run", chosen in self._reviewable),
+            ("compare_runs", bool(self._comparable())),
+            ("card_of_run", bool(chosen)),
+            ("resume_run", free and chosen in self._resumable and not self._training),
+            ("show_run_folder", bool(chosen)),
+            ("export_run", chosen in self._reviewable),
+            ("import_run", free),
+            ("delete_run", free and bool(chosen)),
+        ):
+            self._buttons[name].setEnabled(enabled)
+        for name in ("resume_run", "delete_run", "import_run"):
+            self._buttons[name].setToolTip(self._locked)
+
+    def _comparable(self) -> tuple[str, ...]:
+        return tuple(run for run in self.table.all_chosen if run in self._reviewable)[:MOST_COMPARED]
 
 
 def _text(value: float | None, decimals: int) -> str:

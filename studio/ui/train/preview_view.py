@@ -130,10 +130,10 @@ class PreviewPane(QWidget):
     """Captured and predicted side by side; the newest or the best epoch.
 
     Signals:
-        wanted: "latest" or "best" is to be seen.
+        chosen: "latest" or "best" is to be seen.
     """
 
-    wanted = Signal(str)
+    chosen = Signal(str)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -206,13 +206,13 @@ class PreviewPane(QWidget):
         row.addWidget(title)
         row.addStretch(1)
         group = QButtonGroup(self)
-        for name, words in ((LATEST, self.tr("Newest")), (BEST, self.tr("Best"))):
+        for name, text in ((LATEST, self.tr("Newest")), (BEST, self.tr("Best"))):
             chip = QToolButton()
             chip.setObjectName(f"preview_{name}")
-            chip.setText(words)
+            chip.setText(text)
             chip.setCheckable(True)
             theme.as_role(chip, "chip")
-            chip.clicked.connect(lambda _=False, which=name: self.wanted.emit(which))
+            chip.clicked.connect(lambda _=False, which=name: self.chosen.emit(which))
             group.addButton(chip)
             row.addWidget(chip)
             self._chips[name] = chip

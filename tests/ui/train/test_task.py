@@ -10,27 +10,34 @@ from PySide6.QtWidgets import QLabel, QMainWindow, QMessageBox, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
-from studio.ipc.events import EpochEvent, OutOfMemoryEvent, StepEvent, TrainDone
+from studio.errors import StudioError
+from studio.ipc.events import EpochEvent, OutOfMemoryEvent, StartedEvent, StepEvent, TrainDone
 from studio.project import Project
 from studio.ui import messages
 from studio.ui.session import Session
-from studio.ui.tasks import Job
-from studio.ui.train.card_dialog import CardDialog
-from studio.ui.train.data_card import DataCard
+from studio.ui.train.card_view import CardDialog
 from studio.ui.train.data_facts import data_facts
-from studio.ui.train.heard import TrainingProgress, smaller_batch_note
+from studio.ui.train.data_view import DataCard
 from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.progress import TrainingProgress
+from studio.ui.train.task import TrainRequest, smaller_batch_args
 from studio.ui.train.view import TrainView
+from tests.fakes import FakeChildTask
 
 LONG = 30_000
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
+def child() -> FakeChildTask:
+    return FakeChildTask()
+
+
+@pytest.fixture
+def tab(qtbot: QtBot, session: Session, child: FakeChildTask) -> Iterator[tuple[TrainView, TrainPresenter]]:
     window = QMainWindow()
     view = TrainView()
     window.setCentralWidget(view)
-    presenter = TrainPresenter(view, session)
+    presenter = TrainPresenter(view, session, child)
     qtbot.addWidget(window)
     window.resize(1280, 800)
     window.show()
@@ -53,16 +60,18 @@ def answer(view: TrainView, words: str) -> None:
     QTimer.singleShot(0, view, press)
 
 
-def under_way(presenter: TrainPresenter, session: Session) -> Job:
-    """As if a training were under way, with a run that has weights; its child is never started."""
+def under_way(
+    presenter: TrainPresenter, session: Session, child: FakeChildTask, resumed: bool = False
+) -> None:
+    """A training with a run that has weights; its child is never started."""
     assert session.project is not None
     folder = session.project.new_run_folder("quick")
     (folder / "best.safetensors").write_bytes(b"weights")
-    job = Job(presenter)
-    job.ended.connect(presenter._on_ended)
-    presenter._job, presenter._run_id, presenter._folder = job, folder.name, folder
-    presenter._runs_folder, presenter._resuming = session.project.runs_folder, False
-    return job
+    if resumed:
+        presenter.model.resume(folder.name)
+        return
+    presenter.model.start(TrainRequest("quick"))
+    child.told.emit(StartedEvent(folder.name, folder=str(folder)))
 
 
 def test_the_window_closes_freely_while_nothing_trains(tab: tuple[TrainView, TrainPresenter]) -> None:
@@ -70,32 +79,35 @@ def test_the_window_closes_freely_while_nothing_trains(tab: tuple[TrainView, Tra
 
 
 def test_a_training_keeps_the_window_open_until_somebody_says_so(
-    tab: tuple[TrainView, TrainPresenter], session: Session
+    tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask
 ) -> None:
     view, presenter = tab
-    under_way(presenter, session)
+    under_way(presenter, session, child)
     answer(view, "Cancel")
     assert not presenter.may_close()
-    assert presenter.training
+    assert presenter.model.training.running
 
 
 def test_stop_and_keep_closes_the_window_once_the_training_has_ended(
-    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask
 ) -> None:
     view, presenter = tab
-    job = under_way(presenter, session)
+    under_way(presenter, session, child)
     answer(view, "Stop and keep the best")
     assert not presenter.may_close()
     assert view.window().isVisible()
-    job.ended.emit()
+    assert child.stops == 1
+    child.ended.emit()
     qtbot.waitUntil(lambda: not view.window().isVisible(), timeout=LONG)
     assert session.project is not None
     assert [run.id for run in session.project.runs] == ["quick_001"]
 
 
-def test_discard_puts_the_run_into_the_trash(tab: tuple[TrainView, TrainPresenter], session: Session) -> None:
+def test_discard_puts_the_run_into_the_trash(
+    tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask
+) -> None:
     view, presenter = tab
-    under_way(presenter, session)
+    under_way(presenter, session, child)
     answer(view, "Discard")
     assert presenter.may_close()
     assert session.project is not None
@@ -105,16 +117,14 @@ def test_discard_puts_the_run_into_the_trash(tab: tuple[TrainView, TrainPresente
 
 @pytest.mark.parametrize("resumed", [False, True])
 def test_a_cancelled_training_is_removed_though_its_child_was_done(
-    tab: tuple[TrainView, TrainPresenter], session: Session, resumed: bool
+    tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask, resumed: bool
 ) -> None:
     view, presenter = tab
-    job = under_way(presenter, session)
-    presenter._resuming = resumed
-    job.done.connect(presenter._on_done)
-    job._cancelling = True  # as after `cancel`: it measured look-aheads, which end well when told to
-    job.done.emit(TrainDone("quick_001"))
-    job.ended.emit()
-    assert not presenter.training
+    under_way(presenter, session, child, resumed)
+    presenter.model.training.cancel()
+    # It measured look-aheads, which end well when told to end.
+    child.end(child.done, TrainDone("quick_001"))
+    assert not presenter.model.training.running
     assert session.project is not None
     assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
     said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
@@ -129,7 +139,7 @@ def test_a_removed_run_comes_back_with_one_click(
     assert session.project is not None
     session.project.new_run_folder("quick")
     session.runs_changed.emit()
-    view.runs.choose("quick_001")
+    view.runs.table.choose("quick_001")
     delete = view.findChild(QPushButton, "delete_run")
     assert delete is not None
     answer(view, "Cancel")
@@ -138,26 +148,25 @@ def test_a_removed_run_comes_back_with_one_click(
     answer(view, "Delete run")
     qtbot.mouseClick(delete, Qt.MouseButton.LeftButton)
     assert session.project.runs == ()
-    assert view.runs.rowCount() == 0
+    assert view.runs.table.rowCount() == 0
     toast = view.window().findChild(messages.Toast)
     assert toast is not None
     assert (toast.text.text(), toast.action.text()) == ("Removed quick_001.", "Undo")
     assert toast.remedy.text() == "It lies in .trash/runs of the project's folder, with the 10 removed last."
     qtbot.mouseClick(toast.action, Qt.MouseButton.LeftButton)
     assert [run.id for run in session.project.runs] == ["quick_001"]
-    assert view.runs.chosen == "quick_001"
+    assert view.runs.table.chosen == "quick_001"
 
 
 def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
-    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask
 ) -> None:
     view, presenter = tab
-    job = under_way(presenter, session)
-    presenter._words = ["train", "folder", "--recipe", "quick"]
-    presenter._on_event(OutOfMemoryEvent("quick_001", "training.crops=4"))
-    presenter._on_failed("The memory of this machine was not enough for the training.", "Type this.")
-    job.ended.emit()
-    assert not presenter.training
+    under_way(presenter, session, child)
+    child.told.emit(OutOfMemoryEvent("quick_001", "training.crops=4"))
+    what = "The memory of this machine was not enough for the training."
+    child.end(child.failed, StudioError(what, "Type this."))
+    assert not presenter.model.training.running
     offer = view.findChild(QPushButton, "take_offer")
     told = view.findChild(QLabel, "offer_text")
     assert offer is not None
@@ -169,26 +178,29 @@ def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
         "batch may fit."
     )
     qtbot.mouseClick(offer, Qt.MouseButton.LeftButton)
-    assert presenter.training
-    assert presenter._words == ["train", "folder", "--resume", "quick_001", "--set", "training.crops=4"]
-    assert not offer.isVisible()
-    presenter.cancel()
-    qtbot.waitUntil(lambda: not presenter.training, timeout=LONG)
+    assert presenter.model.training.running
     assert session.project is not None
+    folder = str(session.project.folder)
+    assert child.started[-1] == ["train", folder, "--resume", "quick_001", "--set", "training.crops=4"]
+    assert not offer.isVisible()
+    presenter.model.training.cancel()
+    assert child.cancels == 1
+    child.end(child.cancelled)
+    assert not presenter.model.training.running
     assert [run.id for run in session.project.runs] == ["quick_001"], "a resumed run stays"
 
 
 def test_the_command_with_a_smaller_batch_keeps_what_was_asked_for() -> None:
     words = ["train", "P", "--recipe", "best", "--set", "training.epochs=3"]
-    assert smaller_batch_note(words, "", "training.crops=4") == [*words, "--set", "training.crops=4"]
+    assert smaller_batch_args(words, "", "training.crops=4") == [*words, "--set", "training.crops=4"]
     again = ["train", "P", "--resume", "best_002", "--set", "training.crops=4"]
-    assert smaller_batch_note(words, "best_002", "training.crops=4") == again
-    assert smaller_batch_note(again, "best_002", "training.crops=2") == [*again, "--set", "training.crops=2"]
+    assert smaller_batch_args(words, "best_002", "training.crops=4") == again
+    assert smaller_batch_args(again, "best_002", "training.crops=2") == [*again, "--set", "training.crops=2"]
 
 
 def test_steps_move_the_bar_between_epochs() -> None:
-    heard = TrainingProgress()
-    assert heard.fraction == -1.0
+    progress = TrainingProgress()
+    assert progress.fraction == -1.0
     told = (
         StepEvent(1, 4, 5, 10, eta_s=70.0),
         EpochEvent(1, 4, eta_s=60.0),
@@ -196,8 +208,8 @@ def test_steps_move_the_bar_between_epochs() -> None:
     )
     seen = []
     for event in told:
-        heard.take(event)
-        seen.append((heard.fraction, heard.eta))
+        progress.update(event)
+        seen.append((progress.fraction, progress.eta))
     assert seen == [(0.125, 70.0), (0.25, 60.0), (0.275, 55.0)]
 
 

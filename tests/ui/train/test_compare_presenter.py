@@ -13,8 +13,8 @@ from studio.ipc.events import CompareDone
 from studio.ipc.messages import from_plain
 from studio.project import Project
 from studio.ui.session import Session
-from studio.ui.train.compare_dialog import CompareDialog
 from studio.ui.train.compare_facts import compared, title
+from studio.ui.train.compare_view import CompareDialog
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 
@@ -90,13 +90,13 @@ def _button(view: TrainView, name: str) -> QPushButton:
 
 def test_several_runs_are_selected_and_stay_so(tab: tuple[TrainView, TrainPresenter]) -> None:
     view, presenter = tab
-    view.runs.selectAll()
-    assert set(view.runs.all_chosen) == {"quick_001", "quick_002"}
-    presenter._keeping.show()
-    assert set(view.runs.all_chosen) == {"quick_001", "quick_002"}, "the list is read anew all the time"
-    view.runs.choose("quick_001")
-    assert view.runs.all_chosen == ("quick_001",)
-    view.runs.clearSelection()
+    view.runs.table.selectAll()
+    assert set(view.runs.table.all_chosen) == {"quick_001", "quick_002"}
+    presenter.model.runs_changed.emit()
+    assert set(view.runs.table.all_chosen) == {"quick_001", "quick_002"}, "the list is read anew all the time"
+    view.runs.table.choose("quick_001")
+    assert view.runs.table.all_chosen == ("quick_001",)
+    view.runs.table.clearSelection()
     assert not _button(view, "compare_runs").isEnabled()
 
 
@@ -105,13 +105,13 @@ def test_what_cannot_be_measured_is_a_sentence_in_the_window_of_the_comparison(
     qtbot: QtBot, tab: tuple[TrainView, TrainPresenter]
 ) -> None:
     view, presenter = tab
-    view.runs.selectAll()
+    view.runs.table.selectAll()
     qtbot.mouseClick(_button(view, "compare_runs"), Qt.MouseButton.LeftButton)
-    dialog = presenter._keeping._comparing.dialog
+    dialog = presenter.compare.dialog
     assert dialog is not None
     state = dialog.findChild(QLabel, "compare_state")
     assert state is not None
     qtbot.waitUntil(lambda: "is damaged" in state.text(), timeout=60_000)
     assert "best.safetensors" in state.text()
     dialog.close()
-    assert presenter._keeping._comparing.dialog is None
+    assert presenter.compare.dialog is None

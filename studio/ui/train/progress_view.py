@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from enum import Enum, auto
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QCoreApplication, Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
+    QMessageBox,
     QPlainTextEdit,
     QProgressBar,
     QPushButton,
@@ -16,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.train.preview_pane import PreviewPane
+from studio.ui.train.preview_view import PreviewPane
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
 from studio.ui.widgets.loss_plot import LossPlot
@@ -198,3 +200,45 @@ class ProgressCard(Card):
         self.motion_plot.setToolTip(
             self.tr("How much it moves against you: 1.0 is as much. In the green band it looks alive.")
         )
+
+
+class CloseChoice(Enum):
+    """What becomes of a training when its window closes."""
+
+    KEEP = auto()
+    DISCARD = auto()
+    GO_ON = auto()
+
+
+def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> CloseChoice:
+    """Ask; a training lives as long as its window does.
+
+    Args:
+        parent: whose window closes.
+        run: the run's id, "" where it has not begun.
+        resumed: whether it goes on with an earlier one, which discarding does not touch.
+    """
+    box = QMessageBox(parent)
+    box.setObjectName("question")
+    box.setWindowTitle(_tr("Saia Studio"))
+    box.setText(_tr("{0} is still training.").format(run) if run else _tr("A training is being prepared."))
+    box.setInformativeText(
+        _tr("It cannot go on without the window. What it has learnt can be kept, and resumed later.")
+    )
+    keep = box.addButton(_tr("Stop and keep the best"), QMessageBox.ButtonRole.AcceptRole)
+    discard = None
+    if not resumed:
+        discard = box.addButton(_tr("Discard"), QMessageBox.ButtonRole.DestructiveRole)
+    stay = box.addButton(_tr("Cancel"), QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(keep)
+    box.setEscapeButton(stay)
+    box.exec()
+    if box.clickedButton() is keep:
+        return CloseChoice.KEEP
+    return (
+        CloseChoice.DISCARD if discard is not None and box.clickedButton() is discard else CloseChoice.GO_ON
+    )
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Ending", text)

@@ -8,7 +8,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.training.recipe import load_recipe, recipes
-from studio.ui.train.advanced import LOOK_AHEAD, AdvancedDrawer, forms_of, forms_or_none
+from studio.ui.train.recipe_view import LOOK_AHEAD, AdvancedDrawer, forms_of, forms_or_none
 
 RECIPES = [info.name for info in recipes()]
 

@@ -22,11 +22,11 @@ class CardDialog(QDialog):
 
     Signals:
         licence_written: the note, when it is saved.
-        browser_wanted: open the card in a browser, to print or to send it.
+        browser_requested: open the card in a browser, to print or to send it.
     """
 
     licence_written = Signal(str)
-    browser_wanted = Signal()
+    browser_requested = Signal()
 
     def __init__(self, run: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -91,7 +91,7 @@ class CardDialog(QDialog):
         browser = QPushButton(self.tr("Open in the browser"))
         browser.setObjectName("card_in_browser")
         theme.set_icon(browser, "mdi6.open-in-new", "muted")
-        browser.clicked.connect(self.browser_wanted)
+        browser.clicked.connect(self.browser_requested)
         close = QPushButton(self.tr("Close"))
         close.clicked.connect(self.accept)
         row = QHBoxLayout()

@@ -11,21 +11,20 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QObject, Signal
-from PySide6.QtWidgets import QWidget
 
 from studio.errors import StudioError
 from studio.project import Run
 from studio.project.generated import generated_folder
 from studio.project.trash import MOST_KEPT, bring_run_back, put_run_away, thin_out
-from studio.ui import messages, tasks, undo
+from studio.ui import tasks
 from studio.ui.undo import Step, StepsUndo
 
 
-class RunTrashPresenter(QObject):
-    """Puts runs into the trash and offers to undo it.
+class RunTrash(QObject):
+    """Puts runs into the trash, and back by undo.
 
     Args:
-        parent: where messages are shown.
+        parent: as everywhere in Qt.
         busy: whether a run's folder is being trained in, which undo and redo leave where it is.
 
     Attributes:
@@ -34,48 +33,41 @@ class RunTrashPresenter(QObject):
     Signals:
         removed: id of a run that is gone.
         returned: id of a run that is back.
+        told: (sentence, remedy, the UndoScope that can take it back).
+        failed: a StudioError.
     """
 
     removed = Signal(str)
     returned = Signal(str)
+    told = Signal(str, str, object)
+    failed = Signal(object)
 
-    def __init__(self, parent: QWidget, busy: Callable[[Path], bool]) -> None:
+    def __init__(self, parent: QObject, busy: Callable[[Path], bool]) -> None:
         super().__init__(parent)
-        self._parent, self._busy = parent, busy
+        self._busy = busy
         self.steps = StepsUndo(self)
 
-    def remove(self, folder: Path, told: str) -> None:
-        """Put a run away.
-
-        Args:
-            folder: the run's.
-            told: the sentence that says so.
-        """
+    def remove(self, folder: Path, sentence: str) -> None:
+        """Put a run away, and say so in this sentence."""
         run = _MovingRun(self, folder)
         try:
             run.put_away()
         except StudioError as error:
-            messages.show_error(self._parent, error)
+            self.failed.emit(error)
             return
-        self.steps.push(
-            Step(self.tr("Remove {0}").format(folder.name), run.bring_back, partial(self._again, run))
-        )
-        undo.tell_change(self._parent, self.steps, told, where_it_goes())
+        name = self.tr("Remove {0}").format(folder.name)
+        self.steps.push(Step(name, run.bring_back, partial(self._put_away_again, run)))
+        self.told.emit(sentence, trash_text(), self.steps)
 
-    def brought_in(self, folder: Path, told: str) -> None:
-        """A run came from elsewhere, which undo removes again.
-
-        Args:
-            folder: the run's.
-            told: the sentence that says so.
-        """
+    def add_imported(self, folder: Path, sentence: str) -> None:
+        """A run came from elsewhere, which undo removes again; say so in this sentence."""
         run = _MovingRun(self, folder)
         name = self.tr("Import {0}").format(folder.name)
-        self.steps.push(Step(name, partial(self._again, run), run.bring_back))
-        undo.tell_change(self._parent, self.steps, told)
+        self.steps.push(Step(name, partial(self._put_away_again, run), run.bring_back))
+        self.told.emit(sentence, "", self.steps)
 
-    def _again(self, run: _MovingRun) -> None:
-        """Put a run away once more; StudioError while somebody trains on it."""
+    def _put_away_again(self, run: _MovingRun) -> None:
+        """StudioError while somebody trains on it: the child would write into a folder that is gone."""
         if self._busy(run.folder):
             what = self.tr("{0} is being trained.").format(run.folder.name)
             raise StudioError(what, self.tr("Stop the training first."))
@@ -85,7 +77,7 @@ class RunTrashPresenter(QObject):
 class _MovingRun:
     """A run on its way between the runs and the trash; it may come back under another name."""
 
-    def __init__(self, owner: RunTrashPresenter, folder: Path) -> None:
+    def __init__(self, owner: RunTrash, folder: Path) -> None:
         self._owner, self._runs = owner, folder.parent
         self.folder = folder
 
@@ -108,9 +100,9 @@ class _MovingRun:
         self._owner.returned.emit(self.folder.name)
 
 
-def where_it_goes() -> str:
+def trash_text() -> str:
     """Where a removed run lies, and for how long."""
-    words = QCoreApplication.translate(
+    text = QCoreApplication.translate(
         "Removing", "It lies in .trash/runs of the project's folder, with the {0} removed last."
     )
-    return words.format(MOST_KEPT)
+    return text.format(MOST_KEPT)

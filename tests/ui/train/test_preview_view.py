@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 from studio.motion import Motion, rotation
 from studio.training import preview
 from studio.ui import theme
-from studio.ui.train.preview_pane import CAPTION, Loop, PreviewPane, SmallFigure
-from studio.ui.train.previewing import PreviewPresenter
+from studio.ui.train.preview_view import CAPTION, Loop, PreviewPane, SmallFigure
+from studio.ui.train.progress_presenter import PreviewPresenter
 
 MINUTE = 60_000
 

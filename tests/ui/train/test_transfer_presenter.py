@@ -40,7 +40,7 @@ def test_the_card_is_read_and_its_note_is_kept(
 ) -> None:
     view, presenter = tab
     _press(qtbot, view, "card_of_run")
-    dialog = presenter._keeping._carrying.dialog
+    dialog = presenter.transfer.dialog
     assert dialog is not None
     text = dialog.card.toPlainText()
     assert "Quick look" in text
@@ -53,17 +53,21 @@ def test_the_card_is_read_and_its_note_is_kept(
     assert not dialog.save.isEnabled()
     assert (toy_project.run("quick_001").folder / "licence.txt").read_text(encoding="utf-8") == "友 agreed."
     dialog.close()
-    assert presenter._keeping._carrying.dialog is None
+    assert presenter.transfer.dialog is None
 
 
 @pytest.mark.slow
 def test_a_file_that_is_no_run_is_a_sentence_in_the_window(
-    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], toy_project: Project, tmp_path: Path
+    qtbot: QtBot,
+    tab: tuple[TrainView, TrainPresenter],
+    session: Session,
+    toy_project: Project,
+    tmp_path: Path,
 ) -> None:
-    view, presenter = tab
+    view, _ = tab
     broken = tmp_path / "壊れた.saiarun"
     broken.write_bytes(b"no run")
-    presenter._session.run_dropped.emit(broken)
+    session.run_dropped.emit(broken)
 
     def told() -> str:
         toast = view.findChild(Toast)
