@@ -11,8 +11,8 @@ from studio.ui.live.latency_card import LatencyCard
 from studio.ui.live.source_card import LiveSourceCard
 from studio.ui.live.stage import LiveStage
 from studio.ui.widgets.card import Card, EmptyState, Picture, columns, label, rows
+from studio.ui.widgets.meters import ShapeMeters
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
-from studio.ui.widgets.shape_meters import ShapeMeters
 
 
 class LiveView(QWidget):

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from studio.ui import theme
 from studio.ui.record.phone_row import PhoneRow
 from studio.ui.widgets.card import Card, Picture, label
-from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"

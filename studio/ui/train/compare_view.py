@@ -27,7 +27,7 @@ from studio.ui import theme
 from studio.ui.train.compare_facts import Cell, Comparison, FigureRow, title
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import label
-from studio.ui.widgets.loss_plot import LossPlot
+from studio.ui.widgets.plots import LossPlot
 
 Points = Mapping[str, Sequence[tuple[int, float | None]]]
 

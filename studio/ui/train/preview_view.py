@@ -16,8 +16,7 @@ from studio.render.camera import Orbit
 from studio.training.preview import BEST, LATEST
 from studio.ui import theme
 from studio.ui.widgets.card import heading
-from studio.ui.widgets.figure.drawn_face import DrawnFace
-from studio.ui.widgets.figure.sketch import draw_figure, draw_ground
+from studio.ui.widgets.figure.sketch import DrawnFace, draw_figure, draw_ground
 
 FRAME_MS = 40
 """25 pictures a second: enough for a small figure, and light beside a training."""

@@ -21,7 +21,7 @@ from studio.ui import theme
 from studio.ui.train.preview_view import PreviewPane
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
-from studio.ui.widgets.loss_plot import LossPlot
+from studio.ui.widgets.plots import LossPlot
 
 
 class ProgressCard(Card):

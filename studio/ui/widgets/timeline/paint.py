@@ -15,9 +15,8 @@ from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QPainter, QPen,
 from studio.dataset import Label
 from studio.ui import theme
 from studio.ui.widgets.timeline.content import Curve, Floats, Lane, Mark, PeakSource, Span
-from studio.ui.widgets.timeline.spectrum import heat_colours
+from studio.ui.widgets.timeline.sound_lane import columns_image, heat_colours, paint_waveform
 from studio.ui.widgets.timeline.time_view import TimeView, ticks
-from studio.ui.widgets.timeline.waveform import columns_image, paint_waveform
 
 LINE_PX = 1.5
 """Thickness of a motion curve."""

@@ -8,7 +8,7 @@ from PySide6.QtGui import QPainter, QPixmap
 from studio.ui import theme
 from studio.ui.widgets.timeline import paint
 from studio.ui.widgets.timeline.content import GUTTER, Content, Lane
-from studio.ui.widgets.timeline.spectrum import paint_pitches, paint_spectrum
+from studio.ui.widgets.timeline.sound_lane import paint_pitches, paint_spectrum
 from studio.ui.widgets.timeline.time_view import TimeView
 
 

@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtGui import QImage
 from pytestqt.qtbot import QtBot
 
-from studio.ui.widgets.figure.drawn_face import DrawnFace
-from studio.ui.widgets.loss_plot import LossPlot, epoch_step
+from studio.ui.widgets.figure.sketch import DrawnFace
+from studio.ui.widgets.plots import LossPlot, epoch_step
 
 
 def _plot(qtbot: QtBot) -> LossPlot:
