@@ -165,6 +165,7 @@ class ErrorEvent(ChildEvent):
 
     Args:
         what, remedy: one sentence each.
+        code: what programs decide by, see StudioError.
         in_window: what to do about it in the window, where that is something else.
         there: the file that would have been written over, "" where that is not why.
         log: where the details lie.
@@ -174,6 +175,7 @@ class ErrorEvent(ChildEvent):
 
     what: str = ""
     remedy: str = ""
+    code: str = "failed"
     in_window: str = ""
     there: str = ""
     log: str = ""

@@ -227,7 +227,7 @@ def show_error(parent: QWidget | None, error: BaseException) -> None:
     if isinstance(error, StudioError):
         toast = _toast(parent)
         if toast is not None:
-            toast.show_message(error.what, error.remedy, "error")
+            toast.show_message(error.what, error.in_window, "error")
         return
     report = "".join(traceback.format_exception(error))
     print(report, file=sys.stderr)  # noqa: T201 - the terminal keeps what the window may lose

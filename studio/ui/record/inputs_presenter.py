@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QThreadPool, QTimer
 
 from studio.capture.snapshot import Snapshot
-from studio.errors import InputError, StudioError
+from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
 from studio.ui import messages, tasks
 from studio.ui.record.inputs import EVERYWHERE, InputsCard
@@ -219,8 +219,7 @@ class InputsPresenter(QObject):
     def _note(self, which: str, error: BaseException) -> None:
         """Keep a problem on the health card; only what is unexpected pops up."""
         if isinstance(error, StudioError):
-            remedy = error.in_window if isinstance(error, InputError) else error.remedy
-            self.problems[which] = (error.what, remedy)
+            self.problems[which] = (error.what, error.in_window)
         else:
             messages.show_error(self._card, error)
 
