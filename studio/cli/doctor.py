@@ -191,7 +191,7 @@ def check_speech() -> SystemCheckEvent:
 
 def check_disk() -> SystemCheckEvent:
     """Whether an hour of recording fits on the disk of the current folder."""
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
 
     free = shutil.disk_usage(Path.cwd()).free
     room = f"{size_text(free)} are free here"

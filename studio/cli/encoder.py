@@ -30,7 +30,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.features.audio_spec import WHISPER
     from studio.features.encoder_download import fetch
     from studio.features.encoders import bring, whisper_remedy
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
 
     if args.encoder == WHISPER:
         raise RequestError("Whisper comes as a package of Python.", whisper_remedy())

@@ -97,7 +97,7 @@ def _sample(folder: Path, out: Output) -> None:
 
 
 def _bundle(folder: Path, out: Output) -> None:
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
     from studio.paths import resource
     from studio.performer import bundle
 

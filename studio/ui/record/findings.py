@@ -7,7 +7,7 @@ from PySide6.QtCore import QCoreApplication
 from studio.capture.health import is_quiet
 from studio.capture.input_tests import grade
 from studio.capture.snapshot import Snapshot
-from studio.files.disk import size_text
+from studio.files.atomic import size_text
 from studio.ui.messages import counted
 
 LOW_DISK_S = 30 * 60.0

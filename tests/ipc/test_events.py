@@ -20,12 +20,15 @@ from studio.ipc.events import (
     EpochEvent,
     FilesDone,
     LiveStateEvent,
+    MessageError,
     QueueFailure,
     RecordStateEvent,
     TakeEvent,
     VoiceEvent,
+    decode,
+    encode,
+    event_types,
 )
-from studio.ipc.messages import MessageError, decode, encode, event_types
 from studio.project import Project
 
 CLI = Path(__file__).resolve().parents[2] / "studio" / "cli"
