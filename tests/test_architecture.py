@@ -43,6 +43,7 @@ MAY_USE: dict[str, set[str]] = {
     "playback": {"vmc", *RECORDED},
     "render": {"motion", "formats"},
     "formats": {"render", *RECORDED},
+    "export": {"ipc", "formats", "playback", "render", "inference.offline", "project", "dataset", *RECORDED},
     "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
     "cli": {"*"},
     "ui": {"*"},

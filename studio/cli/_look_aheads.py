@@ -114,7 +114,7 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
 
 
 def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
-    from studio.cli._output import _plain
+    from studio.cli._output import plain
     from studio.files.atomic import write_json
 
     path = chosen.folder / "report.json"
@@ -124,4 +124,4 @@ def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSe
             "look_aheads": found,
             "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
         }
-        write_json(path, _plain(report))
+        write_json(path, plain(report))

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._project import check_sound
-from studio.cli._run import as_request
 from studio.errors import RequestError
+from studio.export.range import cut_sound
 
 if TYPE_CHECKING:
     from studio.dataset import Selection
     from studio.inference.offline import Predictor
-    from studio.model._network import SamplingOptions
     from studio.motion import Motion
     from studio.project import Project, Run
     from studio.take import Take
 
 Report = Callable[[float], None]
-"""Told which fraction is done; what it raises ends the work."""
+"""Called with the fraction that is done; what it raises ends the work."""
+
+SOUND_SUFFIXES = frozenset(
+    {".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a", ".aac", ".aif", ".aiff", ".wma",
+     ".mp4", ".mov", ".mkv", ".webm", ".avi"}
+)  # fmt: skip
+"""Which files of a folder count as sound; a file that is named is read whatever its ending."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,21 @@ class ExportClip:
 
     motion: Motion | None
     audio: Path | None
+
+
+@dataclass(frozen=True, eq=False)
+class ExportSource:
+    """Something to export.
+
+    Args:
+        name: what its files are called.
+        weight: how long it takes in comparison with the others.
+        clip: reads or generates it, reporting the fraction done.
+    """
+
+    name: str
+    weight: float
+    clip: Callable[[Report], ExportClip]
 
 
 @dataclass(frozen=True)
@@ -52,38 +72,38 @@ class Generator:
             what = f"{run.id} has no trained weights yet."
             raise RequestError(what, "Train it first, or choose another run.")
         self.run, self.options = run, options
-        self._loaded: tuple[Predictor, SamplingOptions] | None = None
 
     @property
     def style(self) -> str:
         """The style it moves in."""
-        return self.options.style or self._ready()[0].style
+        return self.options.style or self._predictor.style
 
     def motion(self, audio: Path, report: Report) -> Motion:
         """Generate the motion of a whole sound."""
-        predictor, sampling = self._ready()
-        made: Motion = predictor.generate(
+        from studio.inference.offline import sampling_of
+
+        # Before the weights are loaded: an impossible liveliness is to be refused at once.
+        sampling = sampling_of(self.options.seed, self.options.liveliness)
+        motion: Motion = self._predictor.generate(
             audio, on_progress=report, style=self.options.style, sampling=sampling
         )
-        return made
+        return motion
 
     def pieces(self, audio: Path) -> Iterator[Motion]:
         """Generate the motion of a sound in pieces, each given as soon as it is made."""
-        from studio.inference.offline import BLOCK_SECONDS
+        from studio.inference.offline import BLOCK_SECONDS, sampling_of
         from studio.sound.sound_file import sound_blocks
 
-        predictor, sampling = self._ready()
-        blocks = sound_blocks(audio, predictor.model.recipe.sound.sample_rate, BLOCK_SECONDS)
-        yield from predictor.stream(blocks, style=self.options.style, sampling=sampling)
+        sampling = sampling_of(self.options.seed, self.options.liveliness)
+        blocks = sound_blocks(audio, self._predictor.model.recipe.sound.sample_rate, BLOCK_SECONDS)
+        yield from self._predictor.stream(blocks, style=self.options.style, sampling=sampling)
 
-    def _ready(self) -> tuple[Predictor, SamplingOptions]:
-        if self._loaded is None:
-            # Torch takes seconds to load: what was wrong with the request has been said by now.
-            from studio.inference.offline import load_predictor, sampling_of
+    @cached_property
+    def _predictor(self) -> Predictor:
+        # Torch takes seconds to load, so it is imported only once the whole request is known to be possible.
+        from studio.inference.offline import load_predictor
 
-            sampling = sampling_of(self.options.seed, self.options.liveliness)
-            self._loaded = load_predictor(self.run.folder), sampling
-        return self._loaded
+        return load_predictor(self.run.folder)
 
 
 def selection_of(project: Project, name: str) -> tuple[Selection, Take]:
@@ -97,9 +117,8 @@ def selection_of(project: Project, name: str) -> tuple[Selection, Take]:
 
 
 def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
-    """The used part of a take; its sound is cut into a folder of our own where that is needed."""
+    """The used part of a take; its sound is cut into a temporary folder where that is needed."""
     from studio.dataset.material import load_material
-    from studio.sound.sound_file import Sound, read_span, write_sound
     from studio.take.cleaned import clean
 
     motion = load_material(selection, take, 8000).motion if take.motion_path else None
@@ -107,9 +126,7 @@ def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
     end = take.info.duration if selection.out_point is None else selection.out_point
     audio = clean(take.audio_path, selection.clean) if take.audio_path is not None else None
     if audio is not None and (start > 0 or end < take.info.audio_seconds):
-        span: Sound = read_span(audio, start, end)
-        audio = folder / f"{selection.id}.wav"
-        write_sound(audio, span, "PCM_24")
+        audio = cut_sound(audio, folder / f"{selection.id}.wav", start, end)
     return ExportClip(motion, audio)
 
 
@@ -118,10 +135,7 @@ def file_clip(path: Path, audio: Path | None) -> ExportClip:
     from studio.motion.sanitize import sanitized
     from studio.take.motion_file import read_motion
 
-    if audio is not None:
-        check_sound(audio)
-    with as_request():
-        return ExportClip(sanitized(read_motion(path))[0], audio)
+    return ExportClip(sanitized(read_motion(path))[0], audio)
 
 
 def generated_clip(generator: Generator, clip: ExportClip, report: Report) -> ExportClip:
@@ -129,3 +143,39 @@ def generated_clip(generator: Generator, clip: ExportClip, report: Report) -> Ex
     if clip.audio is None:
         raise RequestError("There is no sound to generate motion from.", "Choose a take with sound.")
     return ExportClip(generator.motion(clip.audio, report), clip.audio)
+
+
+def sound_files(paths: Iterable[Path]) -> list[Path]:
+    """The sound files that were named, folders replaced by those in them.
+
+    Raises:
+        RequestError: there is nothing at a path, or a folder holds no sound.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            found += _sounds_in(path)
+        elif path.exists():
+            found.append(path)
+        else:
+            raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+    return list(dict.fromkeys(found))
+
+
+def _sounds_in(folder: Path) -> list[Path]:
+    try:
+        inside = sorted(
+            path
+            for path in folder.iterdir()
+            # macOS leaves hidden ._NAME.wav files on foreign disks; they hold no sound.
+            if path.suffix.lower() in SOUND_SUFFIXES and not path.name.startswith(".") and path.is_file()
+        )
+    except OSError as error:
+        what = f"The folder {folder} cannot be read."
+        raise RequestError(what, "Choose another folder, or allow reading in it.") from error
+    if not inside:
+        raise RequestError(
+            f"There is no sound in the folder {folder.resolve().name}.",
+            "Choose a folder with WAV, MP3 or other sounds.",
+        )
+    return inside
