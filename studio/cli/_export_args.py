@@ -125,8 +125,8 @@ class ExportRange:
 
             motion = tuned(motion, self.tuning)
         if self.cuts:
-            end = np.inf if self.end is None else np.nextafter(self.end, np.inf)
-            motion = motion.between(self.start, float(end)).shifted(-self.start)
+            end = np.inf if self.end is None else self.end
+            motion = motion.cut(self.start, end)
             if not len(motion):
                 what = f"{name} has no motion from {self.start:g} s on."
                 raise RequestError(what, f"Choose a span within its {motion.duration:.1f} s.")

@@ -10,9 +10,10 @@ import pytest
 
 from studio.features.audio_spec import AudioSpec
 from studio.features.augment import CropShape, Variation, cut
-from studio.features.examples import Example, cached_rows, learnt_rate, make_example, nominal_rate, on_grid
+from studio.features.examples import Example, cached_rows, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
+from studio.motion.grid import learnt_rate, nominal_rate, on_grid
 from tests.tolerance import LAST_BITS_DB
 
 SPEC = AudioSpec()
