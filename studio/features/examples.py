@@ -9,17 +9,19 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from studio.errors import StudioError
 from studio.features.audio import rows
 from studio.features.audio_spec import AudioSpec, Floats
 from studio.features.motion import Layout
-from studio.files import leftovers
+from studio.files import atomic
 from studio.files.cache import read_arrays, used
 from studio.motion.grid import Grid
 
 PAD_SECONDS = 3.0
 """Silence whose rows are kept on both sides of a take, for windows that reach beyond it."""
+_ROWS_VERSION = 2
+"""Raised whenever the same sound and spec give other rows than before; older cached rows then go unused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,28 +84,16 @@ def cached_rows(
     """Rows as features.audio.rows gives them, from the cache where the same sound was seen before."""
     if cache is None:
         return rows(samples, spec, fps, first, count)
+    key = f"rows {_ROWS_VERSION} {fps} {first} {count} {spec.cache_key}"
     digest = hashlib.blake2b(np.ascontiguousarray(samples).tobytes(), digest_size=16)
-    digest.update(repr((spec, fps, first, count, "rows 1")).encode())
-    if spec.uses_encoder:
-        digest.update(repr((spec.encoder, spec.encoder_digest, "speech 2")).encode())
+    digest.update(key.encode())
     path = cache / f"{digest.hexdigest()}.npy"
-    kept = read_arrays(path).get("")
-    if kept is not None and kept.shape == (count, spec.width) and kept.dtype == np.float32:
+    cached = read_arrays(path).get("")
+    if cached is not None and cached.shape == (count, spec.width) and cached.dtype == np.float32:
         used(path)
-        return kept
+        return cached
     made = rows(samples, spec, fps, first, count)
-    with suppress(OSError):  # a full disk costs time, not the training
-        _keep(path, made)
+    with suppress(StudioError), atomic.written(path) as temporary, temporary.open("wb") as file:
+        # A full disk costs time, not the training.
+        np.save(file, made, allow_pickle=False)
     return made
-
-
-def _keep(path: Path, values: NDArray[np.float32]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = leftovers.beside(path)
-    try:
-        with beside.open("wb") as file:
-            np.save(file, values, allow_pickle=False)
-        beside.replace(path)
-    finally:
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
