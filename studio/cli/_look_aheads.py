@@ -34,7 +34,7 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
     Returns:
         For each look-ahead `ms`, `reach_ms` and figures; empty for runs that offer none.
     """
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.inference.live.steps import look_ahead_of
     from studio.inference.offline import load_predictor
     from studio.sound.sound_file import Sound

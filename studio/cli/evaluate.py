@@ -17,7 +17,7 @@ from studio.evaluation.evaluation_set import EvaluationSet, choose_evaluation_se
 
 if TYPE_CHECKING:
     from studio.dataset.material import TrainingMaterial
-    from studio.evaluation.figures import Evaluation
+    from studio.evaluation.evaluation_set import Evaluation
     from studio.project import Run
 
 EXAMPLE = "saia evaluate MyProject balanced_001"
@@ -32,6 +32,7 @@ MAIN = (
 MORE = (
     ("nrmse", "RMSE, each channel scaled to its range", 4), ("mae", "mean absolute error", 4),
     ("rmse_face", "RMSE of the blend shapes", 4), ("rmse_body", "RMSE of the rotations (6D)", 4),
+    ("pearson_face", "correlation of the blend shapes", 2),
     ("motion_ratio_face", "motion of the face, predicted / captured", 2),
     ("motion_ratio_body", "motion of the body", 2), ("motion_ratio_head", "motion of the head", 2),
     ("motion_ratio_torso", "motion of the torso", 2), ("motion_ratio_arms", "motion of the arms", 2),
@@ -141,7 +142,7 @@ def measure(
 
     How far it is is told before each take, as `progress`.
     """
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.inference.offline import load_predictor, sampling_of
     from studio.sound.sound_file import Sound
 
