@@ -40,7 +40,7 @@ MAY_USE: dict[str, set[str]] = {
     "inference": {"training", "features", "model", "project", "dataset", *RECORDED},
     "inference.live": {"capture", "vmc", "playback"},
     "playback": {"vmc", *RECORDED},
-    "render": {"motion", "formats"},
+    "render": {"motion"},
     "formats": {"render", *RECORDED},
     "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
     "cli": {"*"},
@@ -174,6 +174,7 @@ def test_stations_import_only_what_they_may() -> None:
     [
         ("take.check", "motion.motion", True),
         ("take.check", "vmc.encode", False),
+        ("render.drawing", "formats.mp4", False),
         ("motion.motion", "take.take", False),
         ("playback.player", "vmc.encode", True),
         ("playback.player", "capture.recorder", False),
