@@ -41,7 +41,7 @@ MAY_USE: dict[str, set[str]] = {
     "inference": {"training.checkpoint", "features", "model", "motion", "sound", "take"},
     "inference.live": {"capture", "vmc", "playback"},
     "playback": {"vmc", *RECORDED},
-    "render": {"motion", "formats"},
+    "render": {"motion"},
     "formats": {"render", *RECORDED},
     "export": {"ipc", "formats", "playback", "render", "inference.offline", "project", "dataset", *RECORDED},
     "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
@@ -176,6 +176,7 @@ def test_stations_import_only_what_they_may() -> None:
     [
         ("take.check", "motion.motion", True),
         ("take.check", "vmc.encode", False),
+        ("render.drawing", "formats.mp4", False),
         ("motion.motion", "take.take", False),
         ("playback.player", "vmc.encode", True),
         ("playback.player", "capture.recorder", False),
