@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QMetaMethod, QObject, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
@@ -13,7 +13,7 @@ from studio.settings import NO_MICROPHONE
 from studio.sound.sound_file import SoundInfo, sound_info
 from studio.ui import messages, tasks
 from studio.ui.live.source_card import LiveSourceCard
-from studio.ui.session import Session
+from studio.ui.session import MicrophoneRequest, Session
 
 if TYPE_CHECKING:
     from studio.capture.microphone import AudioDevice
@@ -85,10 +85,9 @@ class MicrophonePresenter(QObject):
 
     def _look_anew(self) -> None:
         """List them as they are now: by Record where it is there, for it has one open, and rests for that."""
-        wanted = self._session.microphones_wanted
-        if self._session.isSignalConnected(QMetaMethod.fromSignal(wanted)):
-            wanted.emit()
-        else:
+        request = MicrophoneRequest()
+        self._session.microphones_requested.emit(request)
+        if not request.accepted:
             self.look(refresh=True)
 
     def offer(self, path: Path) -> None:

@@ -40,18 +40,17 @@ def test_a_take_is_recorded_while_live(
     qtbot.addWidget(record_view, before_close_func=lambda _: record.close())
     record_view.show()
     record.activate()
-    qtbot.waitUntil(lambda: record._recorder is not None and record_view.slate_bar.record.isEnabled())
-    recorder = record._recorder
+    qtbot.waitUntil(lambda: record.model.recorder is not None and record_view.slate_bar.record.isEnabled())
+    recorder = record.model.recorder
     assert recorder is not None
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive)
     with qtbot.waitSignal(session.microphones_listed):  # though Record has one open
         view.source.refresh.click()
-    record.inputs._in_order.waitForDone()  # it has it again
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive)
     view.source.start.click()
     qtbot.waitUntil(lambda: performs(view, live))
     record_view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: record.rolling)
+    qtbot.waitUntil(lambda: session.rolling)
     qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 1.0)
     view.meters.clear()  # what came before does not count
     live._state = None
