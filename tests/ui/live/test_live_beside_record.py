@@ -26,7 +26,7 @@ def free_port() -> int:
 
 def performs(view: LiveView, live: LivePresenter) -> bool:
     """Whether poses come and the microphone gives sound, silent or not."""
-    return bool(view.meters.shown_names) and live._state is not None and not live._state.lost
+    return bool(view.meters.shown_names) and live.model.state is not None and not live.model.state.lost
 
 
 @pytest.mark.slow
@@ -53,15 +53,15 @@ def test_a_take_is_recorded_while_live(
     qtbot.waitUntil(lambda: session.rolling)
     qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 1.0)
     view.meters.clear()  # what came before does not count
-    live._state = None
+    live.model.state = None
     qtbot.waitUntil(lambda: performs(view, live))
     record_view.slate_bar.record.click()
     qtbot.waitUntil(lambda: len(toy_project.takes) == 4)
     take = next(take for take in toy_project.takes if take.id.startswith("Both"))
     assert take.audio_path is not None
     assert 0.5 < take.info.audio_seconds <= take.info.duration + 0.01
-    assert live.running
+    assert live.model.task.running
     view.source.start.click()
-    qtbot.waitUntil(lambda: not live.running)
+    qtbot.waitUntil(lambda: not live.model.task.running)
     record.close()
     tasks.wait()
