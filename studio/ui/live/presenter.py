@@ -9,7 +9,7 @@ from studio.ui.avatar_store import Avatars
 from studio.ui.live.latency_presenter import DelayedVoicePresenter, LatencyPresenter
 from studio.ui.live.microphone_presenter import MicrophonePresenter
 from studio.ui.live.model import LiveModel
-from studio.ui.live.send_presenter import LiveTargets
+from studio.ui.live.send_presenter import LiveSendPresenter
 from studio.ui.live.source_presenter import LiveSourcePresenter, LiveTuningPresenter
 from studio.ui.live.stage_presenter import LiveStagePresenter, StatusPresenter
 from studio.ui.live.view import LiveView
@@ -34,7 +34,7 @@ class LivePresenter(QObject):
         self._view, self._session = view, session
         self.undo_scope = UndoScope(self)
         model = self.model = LiveModel(session, self, child)
-        self.targets = LiveTargets(view.send, model, session)
+        self.targets = LiveSendPresenter(view.send, model, session)
         self.tunings = LiveTuningPresenter(view.source, model, session)
         self.microphones = MicrophonePresenter(view.source, model, session)
         self.source = LiveSourcePresenter(view.source, model, session)

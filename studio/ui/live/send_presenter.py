@@ -21,7 +21,7 @@ from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
 OFF = TargetState(TargetStatus.OFF, 0, 0)
 
 
-class LiveTargets(QObject):
+class LiveSendPresenter(QObject):
     """Tells the child what to send to, from the start of a performance on."""
 
     def __init__(self, panel: SendPanel, model: LiveModel, session: Session) -> None:
