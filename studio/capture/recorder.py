@@ -55,7 +55,7 @@ class Recorder:
 
     def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
         self.takes_folder = takes_folder
-        self._reserve = reserve_bytes
+        self.reserve_bytes = reserve_bytes
         self._lock = threading.RLock()
         # Held over a whole stop or discard: two of them at once would save or remove the same take twice.
         self._asking = threading.Lock()
@@ -385,7 +385,7 @@ class Recorder:
             self._disk_at = now
             free = disk.free_bytes(self.takes_folder)
             self._disk_free = free or 0
-            if free is not None and free < self._reserve:
+            if free is not None and free < self.reserve_bytes:
                 self._end_early(rolling, cut_off.full(rolling.seconds))
         if now - self._flushed_at < _FLUSH_S or self._ended.is_set():
             return

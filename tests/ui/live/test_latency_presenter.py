@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,21 +17,28 @@ from studio.ipc.events import VoiceEvent
 from studio.project import Project
 from studio.settings import Settings
 from studio.ui import tasks
-from studio.ui.live.voice import NOBODY, SYSTEM, DelayedVoicePresenter, VoiceRow
+from studio.ui.live.latency_presenter import DelayedVoicePresenter
+from studio.ui.live.latency_view import NOBODY, SYSTEM, VoiceRow
+from studio.ui.live.model import LiveModel
 from studio.ui.session import Session
 from tests.inference.live.runs import add_run
 from tests.inference.live.test_steps import speech
-from tests.ui.live.children import Room, ready, state
+from tests.ui.live.children import FakeChild, Room, ready, state
 
-Thought = tuple[VoiceRow, DelayedVoicePresenter, Session, list[Command]]
+Voice = tuple[VoiceRow, DelayedVoicePresenter, LiveModel, Session]
 
 
 @pytest.fixture
-def thought(qtbot: QtBot) -> Callable[..., Thought]:
-    def build(**settings: object) -> Thought:
-        row, session, said = VoiceRow(), Session(Settings().changed(**settings)), []
+def voice(qtbot: QtBot, child: FakeChild) -> Callable[..., Voice]:
+    """A row of its own with a performance that is ready to be told where the voice goes."""
+
+    def build(**settings: object) -> Voice:
+        row, session = VoiceRow(), Session(Settings().changed(**settings))
         qtbot.addWidget(row)
-        return row, DelayedVoicePresenter(row, session, said.append), session, said
+        model = LiveModel(session, row, child)  # type: ignore[arg-type]
+        made = DelayedVoicePresenter(row, model, session)
+        model.task.start([])
+        return row, made, model, session
 
     return build
 
@@ -40,61 +48,67 @@ def choose(row: VoiceRow, value: str) -> None:
     row.outputs.activated.emit(row.outputs.currentIndex())
 
 
-def test_a_choice_is_told_at_once_and_remembered(thought: Callable[..., Thought]) -> None:
-    row, voice, session, said = thought()
+def test_a_choice_is_told_at_once_and_remembered(voice: Callable[..., Voice], child: FakeChild) -> None:
+    row, _, model, session = voice()
     assert row.value == NOBODY
     row.show_outputs(["CABLE Input"], NOBODY)
     choose(row, "CABLE Input")
-    assert said == [Command("voice-to", "CABLE Input")]
+    assert child.commands == [Command("voice-to", "CABLE Input")]
     assert session.settings.live_voice == "CABLE Input"
-    said.clear()
-    voice.begin(file=False)
-    voice.begin(file=True)
-    assert said == [Command("voice-to", "CABLE Input")]
+    child.commands.clear()
+    model.activate()
+    model.use_file(None)
+    child.told.emit(ready(("A",), ()))
+    assert Command("voice-to", "CABLE Input") in child.commands
+    child.commands.clear()
+    model.use_file(Path("voice.wav"))
+    child.told.emit(ready(("A",), ()))
+    assert child.commands == []
     choose(row, NOBODY)
     assert session.settings.live_voice == ""
-    assert said[-1] == Command("voice-to", "none")
+    assert child.commands[-1] == Command("voice-to", "none")
 
 
 def test_an_output_that_is_gone_is_named_and_one_that_cannot_be_is_off(
-    thought: Callable[..., Thought], virtual_audio: str
+    voice: Callable[..., Voice], child: FakeChild, virtual_audio: str
 ) -> None:
-    row, voice, _, _ = thought(live_voice="CABLE Input")
+    row, made, _, _ = voice(live_voice="CABLE Input")
     assert row.outputs.currentText() == "CABLE Input (not found)"
-    voice.told(None)
+    child.told.emit(VoiceEvent(None))
     assert row.value == NOBODY
-    voice.look()  # as when the tab is shown again
+    made.refresh()  # as when the tab is shown again
     tasks.wait()
     QCoreApplication.processEvents()
     assert row.value == NOBODY
-    voice.over()
+    child.end()
     assert row.value == "CABLE Input"
-    voice.told("")
+    child.told.emit(VoiceEvent(""))
     assert row.value == SYSTEM
 
 
 def test_outputs_of_this_computer_are_listed(
-    thought: Callable[..., Thought], virtual_audio: str, qtbot: QtBot
+    voice: Callable[..., Voice], virtual_audio: str, qtbot: QtBot
 ) -> None:
-    row, voice, _, _ = thought(live_voice="default")
-    voice.look()
+    row, made, _, _ = voice(live_voice="default")
+    made.refresh()
     qtbot.waitUntil(lambda: row.outputs.count() > 2)
     assert row.value == SYSTEM
     tasks.wait()
 
 
 def test_a_file_needs_none_and_the_advice_follows_the_choice(
-    room: Callable[..., Room], toy_project: Project
+    room: Callable[..., Room], toy_project: Project, child: FakeChild
 ) -> None:
     add_run(toy_project)
-    view, live, _ = room(toy_project, live_voice="default")
-    live._on_event(ready(("A",), ("Head",)))
-    live._on_event(VoiceEvent(""))
-    live._on_event(state())
+    view, _, _ = room(toy_project, child, live_voice="default")
+    view.source.start.click()
+    child.told.emit(ready(("A",), ("Head",)))
+    child.told.emit(VoiceEvent(""))
+    child.told.emit(state())
     assert "no Sync Offset is needed" in view.latency.advice.text()
     assert not view.latency.copy.isVisible()
-    live._on_event(VoiceEvent(None))
-    live._on_event(state())
+    child.told.emit(VoiceEvent(None))
+    child.told.emit(state())
     assert "Sync Offset 100 ms" in view.latency.advice.text()
     assert view.latency.copy.isVisible()
     view.latency.voice.show_file(True)
@@ -118,7 +132,7 @@ def test_the_voice_is_heard_while_live(
     request.addfinalizer(sounddevice.stop)
     monkeypatch.setenv("PULSE_SINK", virtual_devices.SECOND)  # the performance's alone: it begins after this
     view.source.start.click()
-    qtbot.waitUntil(lambda: live._state is not None, timeout=60_000)
+    qtbot.waitUntil(lambda: live.model.state is not None, timeout=60_000)
     monkeypatch.setenv("PULSE_SOURCE", f"{virtual_devices.SECOND}.monitor")
     ear = AudioInput(virtual_audio, 48_000, 1)
     ear.start()
@@ -126,5 +140,5 @@ def test_the_voice_is_heard_while_live(
     qtbot.waitUntil(lambda: any(np.abs(block.samples).max() > 0.02 for block in ear.drain()), timeout=60_000)
     assert view.latency.voice.value == SYSTEM
     view.source.start.click()
-    qtbot.waitUntil(lambda: not live.running, timeout=60_000)
+    qtbot.waitUntil(lambda: not live.model.task.running, timeout=60_000)
     tasks.wait()

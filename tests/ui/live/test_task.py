@@ -13,7 +13,7 @@ import soundfile
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.ui.live.performing import Phase
+from studio.ui.live.task import Phase
 from studio.ui.messages import Toast
 from tests.formats.avatars import Maker
 from tests.inference.live.runs import add_run
@@ -22,12 +22,13 @@ from tests.ui.live.children import Room
 
 
 @pytest.fixture
-def live(room: Callable[..., Room], toy_project: Project, tmp_path: Path) -> Room:
+def live(room: Callable[..., Room], toy_project: Project, tmp_path: Path, qtbot: QtBot) -> Room:
     """A file to perform, heard by nobody: no sound device is needed."""
     add_run(toy_project)
     built = room(toy_project, audio_output="none")
     soundfile.write(tmp_path / "voice.wav", speech(60.0), 16_000)
-    built[0].source.show_file(tmp_path / "voice.wav")
+    built[1].microphones.offer(tmp_path / "voice.wav")
+    qtbot.waitUntil(built[0].source.start.isEnabled)
     return built
 
 
@@ -40,7 +41,7 @@ def test_what_gets_ready_is_left_at_once(live: Room, qtbot: QtBot) -> None:
     view.source.start.click()
     assert view.source.start.text() == "Ending…"
     assert not view.source.start.isEnabled()
-    qtbot.waitUntil(lambda: not presenter.running)
+    qtbot.waitUntil(lambda: not presenter.model.task.running)
     assert view.source.start.text() == "Go live"
     assert not view.findChildren(Toast)  # that is no failure
 
@@ -53,18 +54,16 @@ def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
     view, presenter, _ = live
     view.stage.avatar.wanted.emit(Maker(1).write(tmp_path / "me.vrm"))
     view.source.start.click()
-    qtbot.waitUntil(lambda: presenter._performing.phase == Phase.LIVE)
+    qtbot.waitUntil(lambda: presenter.model.task.phase == Phase.LIVE)
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
     qtbot.waitUntil(lambda: bool(view.meters.shown_names))
-    qtbot.waitUntil(lambda: presenter._state is not None)
+    qtbot.waitUntil(lambda: presenter.model.state is not None)
     known = "A file is known ahead: voice and lips come together."
     qtbot.waitUntil(lambda: view.latency.words.text() == known)
-    job = presenter._performing._job
-    assert job is not None
-    os.kill(job.pid, signal.SIGSTOP)
-    presenter._performing._force.setInterval(200)
+    os.kill(presenter.model.task.pid, signal.SIGSTOP)
     view.source.start.click()
-    qtbot.waitUntil(lambda: not presenter.running)
+    presenter.model.task.force()
+    qtbot.waitUntil(lambda: not presenter.model.task.running)
     said = [(toast.text.text(), toast.remedy.text()) for toast in view.findChildren(Toast)]
     ended = "The performance did not end by itself, so it was ended for you."
     assert (ended, "Nothing is lost: you can go live again.") in said

@@ -1,17 +1,19 @@
-"""The Send panel in the Live tab: which targets the child sends to, and how each does."""
+"""Presenter of the Send panel in the Live tab: which targets the child sends to, and the status of each."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QWidget
 
 from studio.ipc.commands import Command
+from studio.ipc.events import LiveStateEvent
 from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks, theme
+from studio.ui.live.model import LiveModel
+from studio.ui.live.state import target_state
 from studio.ui.session import Session
 from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
 from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
@@ -19,18 +21,12 @@ from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
 OFF = TargetState(TargetStatus.OFF, 0, 0)
 
 
-class LiveTargets(QObject):
-    """The panel's thought.
+class LiveSendPresenter(QObject):
+    """Tells the child what to send to, from the start of a performance on."""
 
-    Args:
-        panel: its layout.
-        session: for the saved preferences.
-        tell: says a line to the child; does nothing where there is none.
-    """
-
-    def __init__(self, panel: SendPanel, session: Session, tell: Callable[[Command], None]) -> None:
+    def __init__(self, panel: SendPanel, model: LiveModel, session: Session) -> None:
         super().__init__(panel)
-        self._panel, self._session, self._tell = panel, session, tell
+        self._panel, self._task, self._session = panel, model.task, session
         self._live = False
         self._names: dict[TargetRow, str] = {}
         self._counts: dict[str, tuple[float, int]] = {}
@@ -45,39 +41,41 @@ class LiveTargets(QObject):
         panel.rows[0].set_sending(True)  # going live is meant for an avatar
         self._label(panel.rows[0], True)
         _rename(panel)
+        model.ready_changed.connect(self._on_ready)
+        model.state_changed.connect(self._on_state)
+        model.ended.connect(self._on_ended)
 
-    def begin(self) -> None:
-        """The child is ready: send to all that are switched on."""
+    def close(self) -> None:
+        """The window closes: end test waves."""
+        for target in self._waves:
+            target.stop(fade=False)
+
+    def _on_ready(self) -> None:
         self._live = True
         for row in self._panel.rows:
             if row.send.isChecked():
                 self._send(row)
 
-    def end(self) -> None:
-        """The child is gone."""
+    def _on_ended(self) -> None:
         self._live = False
         self._names.clear()
         self._counts.clear()
         for row in self._panel.rows:
             row.show_state(OFF, 0.0)
 
-    def show_states(self, states: Mapping[str, TargetState]) -> None:
-        """Show how each target does."""
+    def _on_state(self, event: LiveStateEvent) -> None:
+        states = {one.to: target_state(one) for one in event.targets}
         now = time.monotonic()
         for row, name in self._names.items():
             state = states.get(name)
             if state is None:
                 continue
             before, sent = self._counts.get(name, (now, state.sent))
+            # States come ten times a second: over less than a second a rate would flicker.
             if now - before > 0.9 or name not in self._counts:
                 self._counts[name] = (now, state.sent)
             rate = (state.sent - sent) / (now - before) if now > before else 0.0
             row.show_state(state, rate)
-
-    def close(self) -> None:
-        """Let go of what waves."""
-        for target in self._waves:
-            target.stop(fade=False)
 
     def _on_added(self, row: TargetRow) -> None:
         row.send_toggled.connect(lambda on: self._on_send(row, on))
@@ -128,17 +126,17 @@ class LiveTargets(QObject):
             "to": name, "fps": where.fps, "names": options.names, "bundle": options.bundle,
             "rotations_only": options.rotations_only,
         }  # fmt: skip
-        self._tell(Command("send", json.dumps(facts)))
+        self._task.tell(Command("send", json.dumps(facts)))
 
     def _unsend(self, row: TargetRow) -> None:
         name = self._names.pop(row, None)
         if name is not None and name not in self._names.values():
             self._counts.pop(name, None)
-            self._tell(Command("unsend", name))
+            self._task.tell(Command("unsend", name))
 
     def _on_wave(self, row: TargetRow) -> None:
         if row in self._names:
-            self._tell(Command("wave", self._names[row]))
+            self._task.tell(Command("wave", self._names[row]))
             return
         target, where = VmcTarget(), self._panel.destination(row)
         self._waves.append(target)

@@ -1,4 +1,4 @@
-"""Record with several senders, and the sync test beside the offset."""
+"""The inputs of Record: several senders, a phone that has to be asked, microphones listed for another tab."""
 
 import socket
 from collections.abc import Iterator
@@ -6,25 +6,24 @@ from pathlib import Path
 
 import pytest
 
-from studio.capture import input_tests, microphone
+from studio import clock
+from studio.capture import microphone
 from studio.capture.snapshot import Snapshot
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES
-from studio.project import Project
 from studio.settings import NO_MICROPHONE
-from studio.take import TakeInfo
 from studio.ui import tasks, theme
 from studio.ui.messages import Toast
-from studio.ui.record import findings
-from studio.ui.record.inputs import MORE_PORTS, InputsCard
-from studio.ui.record.inputs_presenter import InputsPresenter
+from studio.ui.record.inputs_presenter import InputsPresenter, PhoneLink, source_texts
+from studio.ui.record.inputs_view import EVERYWHERE, MORE_PORTS, InputsCard
+from studio.ui.record.model import RecordModel
 from studio.ui.record.presenter import RecordPresenter
-from studio.ui.record.sync import SyncTest, verdict
 from studio.ui.record.view import RecordView
-from studio.ui.session import Session
+from studio.ui.session import MicrophoneRequest, Session
 from studio.vmc.assemble import Sender
 from studio.vmc.encode import encode_frame
+from studio.vmc.phones import HELLO, IFACIALMOCAP_PORT
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
 BODY = Sender("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))
@@ -89,11 +88,15 @@ def test_another_room_is_answered_while_a_take_is_recorded(
 ) -> None:
     asked: list[bool] = []
     monkeypatch.setattr(microphone, "input_devices", lambda refresh=False: asked.append(refresh) or ())
-    inputs = InputsPresenter(card, session, card)
+    model = RecordModel(session, card)
+    inputs = InputsPresenter(card, model, session)
     session.set_rolling(True)
+    request = MicrophoneRequest()
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
-        session.microphones_wanted.emit()
+        session.microphones_requested.emit(request)
+    assert request.accepted
     inputs.close()
+    model.close()
     assert asked == [False], "the microphone that is recorded is not let go"
     toast = card.window().findChild(Toast)
     assert toast is not None
@@ -107,16 +110,20 @@ def test_another_room_is_answered_where_listing_fails(
         raise StudioError("The sound system did not answer.", "Start it again.")
 
     monkeypatch.setattr(microphone, "input_devices", broken)
-    inputs = InputsPresenter(card, session, card)
+    model = RecordModel(session, card)
+    inputs = InputsPresenter(card, model, session)
+    request = MicrophoneRequest()
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
-        session.microphones_wanted.emit()
+        session.microphones_requested.emit(request)
+    assert request.accepted
     inputs.close()
-    assert inputs.problems["sound"] == ("The sound system did not answer.", "Start it again.")
+    model.close()
+    assert model.problems["sound"] == ("The sound system did not answer.", "Start it again.")
 
 
 def test_one_sender_needs_no_words() -> None:
-    assert findings.source_texts(Snapshot(sources=(BODY,))) == ([], "")
-    lines, details = findings.source_texts(Snapshot(sources=(PHONE, BODY)))
+    assert source_texts(Snapshot(sources=(BODY,))) == ([], "")
+    lines, details = source_texts(Snapshot(sources=(PHONE, BODY)))
     assert lines == ["2 bones, 1 shape from VMC :39539", "1 shape from iFacialMocap :49983 192.168.0.9"]
     assert "iFacialMocap :49983 192.168.0.9: JawOpen" in details
 
@@ -130,42 +137,69 @@ def test_further_ports_are_chosen_in_a_menu(qtbot, card: InputsCard) -> None:
     assert card.more.text() == "+1"
 
 
-def test_the_sync_test_says_what_it_needs(qtbot, session: Session, card: InputsCard) -> None:
-    test = SyncTest(card, session, lambda: False, card)
-    test.start()
-    assert not test.running
-    (toast,) = card.window().findChildren(Toast)
-    assert "The sync test needs a microphone and motion." in toast.text.text()
+def face(last: float) -> Snapshot:
+    source = Sender("192.168.1.7:49983", IFACIALMOCAP_PORT, "iFacialMocap", (), ("JawOpen",), last)
+    return Snapshot(sources=(source,), ports=(39539, IFACIALMOCAP_PORT))
 
 
-def test_a_measured_pair_is_shown_and_moves_later_takes(qtbot, session: Session, card: InputsCard) -> None:
-    practising: list[bool] = []
-    test = SyncTest(card, session, lambda: bool(practising), card)
-    snap = Snapshot(device="Studio mic", sources=(BODY, PHONE), motion_alive=True, audio_alive=True)
-    sender = "iFacialMocap :49983 192.168.0.9"
-    test.show(snap, ("needs a test", ""))
-    assert card.sync_text.text() == "needs a test"
-    kept = input_tests.with_pair((), "Studio mic", sender, 80.0)
-    session.change_settings(sync_offsets=kept)
-    test.show(snap, ("needs a test", ""))
-    assert card.sync_text.text() == "+80 ms  off"
-    practising.append(True)  # on the same port, yet without a camera's delay
-    assert test.known(snap) is None
-    practising.clear()
-    project = session.project
-    assert isinstance(project, Project)
-    motion = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
-    take = project.add_take("Hello_001", TakeInfo("Hello", 1), motion, None)
-    said = test.apply(take, snap)
-    assert said == "Its motion is moved by -80 ms, as the sync test found."
-    assert project.dataset["Hello_001"].offset == pytest.approx(-0.08)
-    assert session.undo() == "Sync of Hello_001"
-    assert project.dataset["Hello_001"].offset == 0.0
-    assert test.apply(take, Snapshot(device="Other mic", sources=(BODY,))) == ""
+@pytest.fixture
+def phone() -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        opened.bind(("127.0.0.1", 0))
+        opened.settimeout(30)
+        yield opened
 
 
-@pytest.mark.parametrize(
-    ("ms", "words"), [(12.0, ("+12 ms  in sync", "good")), (-60.0, ("-60 ms  slightly off", "warn"))]
-)
-def test_a_verdict_has_words_and_a_colour(ms: float, words: tuple[str, str]) -> None:
-    assert verdict(ms) == words
+def test_a_phone_is_asked_until_it_sends_and_again_when_it_stops(qapp, phone: socket.socket) -> None:
+    link = PhoneLink(port=phone.getsockname()[1])
+    link.connect_to(" 127.0.0.1 ")
+    assert phone.recv(100) == HELLO
+    assert link.status == "Asking 127.0.0.1 to send… Open iFacialMocap there, in the same network."
+    link.ask()
+    assert phone.recv(100) == HELLO
+    link.follow(face(clock.now()))
+    assert link.status == "The phone sends its face."
+    asked = link.asked
+    link.ask()
+    assert link.asked == asked
+    link.follow(face(clock.now() - 10.0))
+    link.ask()
+    assert link.asked == asked + 1
+    link.connect_to("")
+    assert link.status == ""
+    link.ask()
+    assert link.asked == asked + 1
+
+
+def test_what_is_no_address_is_a_sentence(qapp) -> None:
+    link = PhoneLink()
+    link.connect_to("my phone")
+    assert link.problem == (
+        "my phone is not the address of a phone.",
+        "Type the four numbers at the top of iFacialMocap, for example 192.168.1.7.",
+    )
+    assert (link.address, link.asked, link.status) == ("", 0, "")
+
+
+def test_the_row_opens_the_network_and_remembers_the_phone(session: Session, card: InputsCard) -> None:
+    session.change_settings(audio_device=NO_MICROPHONE)
+    model = RecordModel(session, card)
+    inputs = InputsPresenter(card, model, session)
+    assert not card.phone.isVisible()
+    card.show_more_ports((IFACIALMOCAP_PORT,))
+    assert card.phone.isVisible()
+    card.phone.address.setText("127.0.0.1")
+    card.phone.button.click()
+    assert (session.settings.phone, session.settings.vmc_host) == ("127.0.0.1", EVERYWHERE)
+    assert card.network.currentData() == EVERYWHERE
+    inputs.follow_phone(Snapshot(ports=(39539, IFACIALMOCAP_PORT)))
+    assert card.phone.words.text().startswith("Asking 127.0.0.1 to send…")
+    assert card.phone.button.text() == "Disconnect"
+    card.phone.button.click()
+    assert (session.settings.phone, inputs.phone.address) == ("", "")
+    card.phone.address.setText("nonsense")
+    card.phone.button.click()
+    inputs.follow_phone(Snapshot(ports=(39539, IFACIALMOCAP_PORT)))
+    assert model.problems["phone"][0] == "nonsense is not the address of a phone."
+    inputs.close()
+    model.close()

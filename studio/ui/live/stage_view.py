@@ -1,19 +1,72 @@
-"""Mute, freeze and the neutral pose: three switches with keys, for what must happen at once."""
+"""The stage of Live: the performer as it is sent, and under it the switches for what must happen at once."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from studio.actions import ACTIONS
+from studio.motion.avatar import Avatar
+from studio.render.world_pose import WorldPose
 from studio.ui import theme
+from studio.ui.widgets.avatar_button import AvatarButton
+from studio.ui.widgets.figure.pane import Pane
 
 KEYS = {name: ACTIONS[name].keys[0] for name in ("mute", "freeze", "neutral")}
 
 
+class LiveStage(QWidget):
+    """One performer with the avatar's button over the picture.
+
+    Signals:
+        avatar_too_slow: the avatar is left away from now on, since drawing it takes too long.
+    """
+
+    avatar_too_slow = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._waiting = self.tr("Press Go live, and speak: your avatar moves here.")
+        self._performs = False
+        self.pane = Pane("live", "", self._waiting, "mdi6.human", "figure")
+        self.figure = self.pane.figure
+        self.figure.view_buttons_shown = True
+        self.figure.avatar_too_slow.connect(self.avatar_too_slow)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.pane)
+        self.avatar = AvatarButton(self, "live_")
+        self.avatar.raise_()
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Wear an avatar; None for the stick figure."""
+        self.avatar.show_avatar(avatar)
+        self.pane.set_avatar(avatar)
+        if not self._performs:
+            self.show_nobody()
+
+    def show_stance(self, stance: WorldPose) -> None:
+        """Show the performer at this moment; bones or shapes may be missing."""
+        self._performs = True
+        self.pane.show_stance(stance)
+
+    def show_nobody(self) -> None:
+        """Nothing is live: an avatar is shown in its rest pose."""
+        self._performs = False
+        avatar = self.figure.avatar
+        if avatar is not None:
+            self.pane.show_stance(WorldPose.rest_pose(avatar.skeleton))
+        else:
+            self.pane.show_nothing(self._waiting)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.avatar.place(self.size())
+
+
 class Controls(QWidget):
-    """The row of switches.
+    """Mute, freeze and the neutral pose: three switches with keys.
 
     Signals:
         switched: the switch's name and whether it is on now.
@@ -47,8 +100,8 @@ class Controls(QWidget):
             self._buttons[name] = button
         self.show_live(False)
 
-    def heed_keys_of(self, widget: QWidget) -> None:
-        """Take the switches' keys from a widget that would use them up: a list, a number."""
+    def claim_keys_of(self, widget: QWidget) -> None:
+        """Turn the switches by their keys even while a widget that would use them has the keyboard."""
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

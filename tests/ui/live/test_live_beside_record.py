@@ -26,7 +26,7 @@ def free_port() -> int:
 
 def performs(view: LiveView, live: LivePresenter) -> bool:
     """Whether poses come and the microphone gives sound, silent or not."""
-    return bool(view.meters.shown_names) and live._state is not None and not live._state.lost
+    return bool(view.meters.shown_names) and live.model.state is not None and not live.model.state.lost
 
 
 @pytest.mark.slow
@@ -40,29 +40,28 @@ def test_a_take_is_recorded_while_live(
     qtbot.addWidget(record_view, before_close_func=lambda _: record.close())
     record_view.show()
     record.activate()
-    qtbot.waitUntil(lambda: record._recorder is not None and record_view.slate_bar.record.isEnabled())
-    recorder = record._recorder
+    qtbot.waitUntil(lambda: record.model.recorder is not None and record_view.slate_bar.record.isEnabled())
+    recorder = record.model.recorder
     assert recorder is not None
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive)
     with qtbot.waitSignal(session.microphones_listed):  # though Record has one open
         view.source.refresh.click()
-    record.inputs._in_order.waitForDone()  # it has it again
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive)
     view.source.start.click()
     qtbot.waitUntil(lambda: performs(view, live))
     record_view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: record.rolling)
+    qtbot.waitUntil(lambda: session.rolling)
     qtbot.waitUntil(lambda: recorder.snapshot().elapsed > 1.0)
     view.meters.clear()  # what came before does not count
-    live._state = None
+    live.model.state = None
     qtbot.waitUntil(lambda: performs(view, live))
     record_view.slate_bar.record.click()
     qtbot.waitUntil(lambda: len(toy_project.takes) == 4)
     take = next(take for take in toy_project.takes if take.id.startswith("Both"))
     assert take.audio_path is not None
     assert 0.5 < take.info.audio_seconds <= take.info.duration + 0.01
-    assert live.running
+    assert live.model.task.running
     view.source.start.click()
-    qtbot.waitUntil(lambda: not live.running)
+    qtbot.waitUntil(lambda: not live.model.task.running)
     record.close()
     tasks.wait()

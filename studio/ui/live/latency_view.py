@@ -1,4 +1,4 @@
-"""How late the avatar is, what viewers make of it, what to type into OBS, and the look-ahead slider."""
+"""How late the avatar is, what to type into OBS, who gets the delayed voice, and the look-ahead slider."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
 from studio.ui import messages, theme
 from studio.ui.live.state import LookAheadOption
-from studio.ui.live.voice import NOBODY, VoiceRow
 from studio.ui.widgets.card import Card, label
 
-WAY_MS = 25
-"""Of sound and poses through this computer, beside the look-ahead."""
+TRANSPORT_MS = 25
+"""What sound and poses take through this computer, besides the look-ahead."""
+NOBODY, SYSTEM = "none", "default"
+"""Outputs of the delayed voice that are no device of the list."""
 
 
 class LatencyCard(Card):
@@ -122,7 +123,7 @@ class LatencyCard(Card):
             return
         words, one = self.tr("How long after your voice the avatar moves."), self.chosen
         if one is not None:
-            about = 10 * round((max(one.reach_ms, 0) + WAY_MS) / 10)
+            about = 10 * round((max(one.reach_ms, 0) + TRANSPORT_MS) / 10)
             words = self.tr("Live, the avatar moves about {0} ms after your voice.").format(about)
         self.words.setText(words)
 
@@ -160,3 +161,60 @@ class LatencyCard(Card):
                 words += self.tr(", mouth follows {0} of 1").format(f"{one.pearson_mouth:.2f}")
             words += "."
         self.quality.setText(words)
+
+
+class VoiceRow(QWidget):
+    """Who gets the voice as late as the avatar: headphones, or a cable that the streaming program hears.
+
+    Signals:
+        chosen: an output by name, NOBODY or SYSTEM.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.outputs = QComboBox()
+        self.outputs.setObjectName("live_voice_to")
+        self.outputs.setAccessibleName(self.tr("Your voice goes to"))
+        self.outputs.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.outputs.activated.connect(lambda _: self.chosen.emit(self.value))
+        caption = label(self.tr("Delayed voice"), "muted")
+        caption.setBuddy(self.outputs)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme.INSIDE)
+        row.addWidget(caption)
+        row.addWidget(self.outputs, 1)
+        self.show_outputs((), NOBODY)
+        self.show_file(False)
+
+    @property
+    def value(self) -> str:
+        """What is chosen."""
+        return str(self.outputs.currentData())
+
+    def show_outputs(self, names: Sequence[str], chosen: str) -> None:
+        """List the outputs; one that was chosen and is not there is kept and named so."""
+        entries = [(self.tr("Off"), NOBODY), (self.tr("System's output"), SYSTEM)]
+        entries += [(name, name) for name in names]
+        if chosen not in {value for _, value in entries}:
+            entries.append((self.tr("{0} (not found)").format(chosen), chosen))
+        with QSignalBlocker(self.outputs):
+            self.outputs.clear()
+            for words, value in entries:
+                self.outputs.addItem(words, value)
+            self.outputs.setCurrentIndex(self.outputs.findData(chosen))
+
+    def show_file(self, file: bool) -> None:
+        """Whether a file is performed, which is heard in time already."""
+        self.outputs.setEnabled(not file)
+        self.outputs.setToolTip(
+            self.tr("A file is heard in time with the avatar already.")
+            if file
+            else self.tr(
+                "Plays your voice here, as late as your avatar moves. Choose a virtual cable and take it as"
+                " the microphone in OBS or Discord: voice and lips then agree everywhere, without a Sync"
+                " Offset. Not a loudspeaker your microphone can hear."
+            )
+        )

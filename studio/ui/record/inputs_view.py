@@ -13,15 +13,16 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QInputDialog,
     QLabel,
+    QLineEdit,
     QMenu,
     QPushButton,
     QSizePolicy,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
 from studio.ui import theme
-from studio.ui.record.phone_row import PhoneRow
 from studio.ui.widgets.card import Card, Picture, label
 from studio.ui.widgets.level_meter import LevelMeterBar
 from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
@@ -103,7 +104,7 @@ class InputsCard(Card):
         self._sound_light.set_icon(*icons.get(health, ("mdi6.microphone", "muted")))
 
     def show_sync(self, what: str, health: str) -> None:
-        """Say how sound and motion stand to each other."""
+        """Say how far sound and motion are apart."""
         self._sync_light.set_icon(*_light(health))
         self.sync_text.setText(what)
 
@@ -136,7 +137,7 @@ class InputsCard(Card):
                 box.insertItem(place, self.tr("Port {0}").format(value), value)
             box.setCurrentIndex(max(place, 0))
             box.blockSignals(False)
-        self._say_network()
+        self._show_network_note()
 
     def show_practice(self, on: bool, busy: bool = False) -> None:
         """Show whether the practice performer performs."""
@@ -188,9 +189,9 @@ class InputsCard(Card):
         self.phone.hide()
         self.phone.chosen.connect(self.phone_chosen)
         self.body.addWidget(self.phone)
-        self._network_note = label("", "caption")
-        self._network_note.setWordWrap(True)
-        self.body.addWidget(self._network_note)
+        self.network_note = label("", "caption")
+        self.network_note.setWordWrap(True)
+        self.body.addWidget(self.network_note)
 
     def _build_more(self) -> QToolButton:
         """Further ports: a second VMC program, or a phone that tracks the face."""
@@ -286,16 +287,71 @@ class InputsCard(Card):
             self.port_chosen.emit(port)
 
     def _on_network(self) -> None:
-        self._say_network()
+        self._show_network_note()
         self.host_chosen.emit(str(self.network.currentData()))
 
-    def _say_network(self) -> None:
+    def _show_network_note(self) -> None:
         open_ = self.network.currentData() == EVERYWHERE
         sentence = self.tr("Any device in your network may send motion here: a phone, a second PC.")
         if open_ and (address := own_address()):
             sentence += " " + self.tr("This computer's address is {0}.").format(address)
-        self._network_note.setText(sentence if open_ else "")
-        self._network_note.setVisible(open_)
+        self.network_note.setText(sentence if open_ else "")
+        self.network_note.setVisible(open_)
+
+
+class PhoneRow(QWidget):
+    """The phone's address and a button.
+
+    Signals:
+        chosen: the address typed, when the button or Enter is pressed; "" to ask no more.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._asked = ""
+        self.address = QLineEdit()
+        self.address.setObjectName("phone_address")
+        self.address.setMaxLength(40)
+        self.address.setPlaceholderText(self.tr("Phone's address"))
+        self.address.setAccessibleName(self.tr("Address of the phone with iFacialMocap"))
+        self.address.setToolTip(self.tr("iFacialMocap shows it at the top, for example 192.168.1.7."))
+        self.address.returnPressed.connect(self._on_pressed)
+        self.address.textChanged.connect(self._show_button)
+        self.button = QPushButton()
+        self.button.setObjectName("phone_connect")
+        self.button.clicked.connect(self._on_pressed)
+        self.words = label("", "caption", "phone_words")
+        self.words.setWordWrap(True)
+        self.words.hide()
+        line = QHBoxLayout()
+        line.setSpacing(theme.INSIDE)
+        line.addWidget(self.address, 1)
+        line.addWidget(self.button)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.TIGHT)
+        column.addLayout(line)
+        column.addWidget(self.words)
+        self._show_button()
+
+    def show_phone(self, address: str, words: str) -> None:
+        """Show which phone is asked, "" for none, and what is known of it."""
+        if address != self._asked:
+            self._asked = address
+            self._show_button()
+        if words != self.words.text():
+            self.words.setText(words)
+        self.words.setVisible(bool(words))
+
+    def _on_pressed(self) -> None:
+        typed = self.address.text().strip()
+        self.chosen.emit("" if typed == self._asked else typed)
+
+    def _show_button(self) -> None:
+        asked = bool(self._asked) and self.address.text().strip() == self._asked
+        self.button.setText(self.tr("Disconnect") if asked else self.tr("Connect to phone"))
 
 
 def own_address() -> str:

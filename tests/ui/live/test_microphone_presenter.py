@@ -8,20 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
 from studio.capture.microphone import AudioDevice
+from studio.errors import StudioError
 from studio.project import Project
 from studio.settings import NO_MICROPHONE, Settings
 from studio.ui import tasks
+from studio.ui.live.microphone_presenter import MicrophonePresenter
+from studio.ui.live.model import LiveModel
 from studio.ui.live.presenter import LivePresenter
-from studio.ui.live.sounds import MicrophonePresenter
-from studio.ui.live.source_card import LiveSourceCard
+from studio.ui.live.source_presenter import LiveSourcePresenter
+from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.view import LiveView
 from studio.ui.messages import Toast
 from studio.ui.session import Session
 from tests.inference.live.runs import add_run
-from tests.ui.live.children import Room, ready
+from tests.ui.live.children import FakeChild, Room, ready
 
 
 def microphones(*names: str) -> tuple[AudioDevice, ...]:
@@ -33,13 +37,17 @@ def sounds(qtbot: QtBot) -> Callable[..., tuple[LiveSourceCard, MicrophonePresen
     def build(**settings: object) -> tuple[LiveSourceCard, MicrophonePresenter, Session]:
         session, card = Session(Settings().changed(**settings)), LiveSourceCard()
         qtbot.addWidget(card)
-        return card, MicrophonePresenter(card, session), session
+        return card, MicrophonePresenter(card, LiveModel(session, card), session), session
 
     return build
 
 
 def words(card: LiveSourceCard) -> list[str]:
     return [card.source.itemText(i) for i in range(card.source.count())]
+
+
+def args_of(card: LiveSourceCard, session: Session) -> list[str]:
+    return LiveSourcePresenter(card, LiveModel(session, card), session).args
 
 
 def choose(card: LiveSourceCard, text: str) -> None:
@@ -50,16 +58,16 @@ def choose(card: LiveSourceCard, text: str) -> None:
 def test_a_microphone_that_is_gone_stays_chosen_and_says_so(
     sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
-    card, made, _ = sounds(audio_device="Studio mic")
+    card, made, session = sounds(audio_device="Studio mic")
     assert card.source.currentText() == "Studio mic"  # nobody has looked yet
-    made._show(microphones("Webcam"))
+    made.show_devices(microphones("Webcam"))
     assert words(card) == ["System's microphone", "Studio mic (not found)", "Webcam", "Perform a file…"]
     assert card.source.currentText() == "Studio mic (not found)"
     assert card.device == "Studio mic"
-    assert made.options == ["--device", "Studio mic"]
+    assert args_of(card, session) == ["--device", "Studio mic"]
     assert card.gone.isVisibleTo(card)
     assert card.gone.text() == "Studio mic is not found: plug it in and look again, or choose another."
-    made._show(microphones("Webcam", "Studio mic"))
+    made.show_devices(microphones("Webcam", "Studio mic"))
     assert card.source.currentText() == "Studio mic"
     assert not card.gone.isVisibleTo(card)
 
@@ -68,11 +76,11 @@ def test_the_systems_own_stays_chosen_where_it_was_chosen(
     sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, made, session = sounds(audio_device="Studio mic")
-    made._show(microphones("Webcam", "Studio mic"))
+    made.show_devices(microphones("Webcam", "Studio mic"))
     choose(card, "System's microphone")
-    made._show(microphones("Webcam", "Studio mic"))
+    made.show_devices(microphones("Webcam", "Studio mic"))
     assert card.source.currentText() == "System's microphone"
-    assert made.options == []
+    assert args_of(card, session) == []
     assert session.settings.live_device == ("",)
     again, _, _ = sounds(audio_device="Studio mic", live_device=("",))
     assert again.device == ""
@@ -92,13 +100,17 @@ def test_the_remedy_names_record_where_it_holds_the_same_microphone(
 ) -> None:
     card, made, session = sounds(audio_device="Studio mic")
     what, own = "Studio mic could not be opened (Device unavailable).", "Close other programs that use it."
-    assert made.remedy(what, own) == (
+    taken = StudioError(what, own, code="device_unavailable")
+    explained = made.explained(taken)
+    assert isinstance(explained, StudioError)
+    assert explained.remedy == (
         "Record holds it, and it serves one at a time: choose No microphone in Record, then go live."
     )
-    assert made.remedy("The run has no weights.", own) == own
+    other = StudioError("The run has no weights.", own)
+    assert made.explained(other) is other
     session.change_settings(audio_device=NO_MICROPHONE)
-    assert made.remedy(what, own) == own
-    made.keep()
+    assert made.explained(taken) is taken
+    made.save()
     assert card.device == "Studio mic"
 
 
@@ -108,16 +120,17 @@ def toasts(view: LiveView) -> str:
 
 
 @pytest.fixture
-def live(room: Callable[..., Room], toy_project: Project) -> Room:
+def live(room: Callable[..., Room], toy_project: Project, child: FakeChild) -> Room:
     add_run(toy_project)
-    return room(toy_project, live_device=("Studio mic",))
+    return room(toy_project, child, live_device=("Studio mic",))
 
 
-def test_another_microphone_is_announced(live: Room, qtbot: QtBot) -> None:
-    view, presenter, _ = live
-    presenter._on_event(ready(("A",), (), source="Studio mic"))
+def test_another_microphone_is_announced(live: Room, child: FakeChild) -> None:
+    view, _, _ = live
+    view.source.start.click()
+    child.told.emit(ready(("A",), (), source="Studio mic"))
     assert "instead" not in toasts(view)
-    presenter._on_event(ready(("A",), (), source="Studio mic 2"))
+    child.told.emit(ready(("A",), (), source="Studio mic 2"))
     assert "Studio mic is not there: Studio mic 2 is heard instead." in toasts(view)
 
 
@@ -127,8 +140,8 @@ def write(path: Path) -> Path:
 
 
 def offer(presenter: LivePresenter, path: Path, qtbot: QtBot) -> None:
-    presenter._sounds.offer(path)
-    qtbot.waitUntil(lambda: not presenter._sounds.checking)
+    presenter.microphones.offer(path)
+    qtbot.waitUntil(lambda: not presenter.model.checking)
 
 
 def test_a_sound_file_is_performed_instead_of_a_microphone(live: Room, tmp_path: Path, qtbot: QtBot) -> None:
@@ -136,11 +149,11 @@ def test_a_sound_file_is_performed_instead_of_a_microphone(live: Room, tmp_path:
     file = write(tmp_path / "声.wav")
     offer(presenter, file, qtbot)
     assert view.source.source.currentText() == "File: 声.wav"
-    assert presenter._options()[:2] == ["--file", str(file)]
+    assert presenter.source.args[:2] == ["--file", str(file)]
     assert view.source.start.isEnabled()
     choose(view.source, "System's microphone")
     assert view.source.file is None
-    assert presenter._options() == []
+    assert presenter.source.args == []
 
 
 def test_a_file_that_is_no_sound_is_a_sentence_and_the_choice_stays(
@@ -158,21 +171,16 @@ def test_a_file_that_is_no_sound_is_a_sentence_and_the_choice_stays(
         assert view.source.start.isEnabled()
 
 
-def test_a_microphone_chosen_meanwhile_stays_chosen(
-    sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[tuple[Callable[[], object], Callable[[object], None]]] = []
-    monkeypatch.setattr(tasks, "run", lambda work, done, _failed, owner: asked.append((work, done)))
-    card, made, session = sounds(live_device=("Studio mic",))
-    made.offer(write(tmp_path / "a.wav"))
-    assert made.checking
+def test_a_microphone_chosen_meanwhile_stays_chosen(live: Room, tmp_path: Path) -> None:
+    view, presenter, session = live
+    card = view.source
+    presenter.microphones.offer(write(tmp_path / "a.wav"))
+    assert not card.start.isEnabled()
     choose(card, "System's microphone")
-    assert not made.checking, "Start may be pressed"
+    assert card.start.isEnabled()
     assert session.settings.live_device == ("",)
-    ((work, done),) = asked
-    done(work())  # only now the file turns out to be a sound
+    tasks.wait()
+    QCoreApplication.processEvents()  # only now the file turns out to be a sound
     assert card.file is None
     assert card.source.currentText() == "System's microphone"
 
