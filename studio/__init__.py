@@ -7,6 +7,7 @@ commands are verbs (what you do).
     paths           where the studio's own files lie
     registry        one file = one entry (verbs, formats, models), listed without importing
     settings        preferences as fields: default, limits, unit, help
+    actions         what can be done, declared once: name, keys, where it works, what it needs
     launch          how programs are started, and that no code comes from the current folder
     clock           one clock for every input, and how the sound device's runs beside it
     virtual_devices a screen and a sound device where the machine has none (tests, tour)

@@ -12,8 +12,7 @@ from studio.ipc.events import BaselinesEvent, LookAheadsEvent, MeasureProgressEv
 
 if TYPE_CHECKING:
     from studio.dataset.material import TrainingMaterial
-    from studio.evaluation.evaluation_set import EvaluationSet
-    from studio.evaluation.figures import Evaluation
+    from studio.evaluation.evaluation_set import Evaluation, EvaluationSet
     from studio.evaluation.look_aheads import OnStep
     from studio.motion import Motion
     from studio.project import Project, Run
@@ -29,6 +28,7 @@ MAIN = (
 MORE = (
     ("nrmse", "RMSE, each channel scaled to its range", 4), ("mae", "mean absolute error", 4),
     ("rmse_face", "RMSE of the blend shapes", 4), ("rmse_body", "RMSE of the rotations (6D)", 4),
+    ("pearson_face", "correlation of the blend shapes", 2),
     ("motion_ratio_face", "motion of the face, predicted / captured", 2),
     ("motion_ratio_body", "motion of the body", 2), ("motion_ratio_head", "motion of the head", 2),
     ("motion_ratio_torso", "motion of the torso", 2), ("motion_ratio_arms", "motion of the arms", 2),
@@ -79,7 +79,7 @@ def measure(
 
     How far it is is told before each take, as `progress`.
     """
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.inference.offline import load_predictor, sampling_of
     from studio.sound.sound_file import Sound
 
@@ -107,7 +107,7 @@ _WORDS = "Simple guesses to beat"
 
 def captured_figures(evaluation_set: EvaluationSet) -> dict[str, float | None]:
     """Figures of the captured motion itself: what is perfect, and how often people blink."""
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
 
     return evaluate(lambda material: material.motion, evaluation_set.material).metrics
 
@@ -123,7 +123,7 @@ def baseline_figures(
     from fractions import Fraction
 
     from studio.evaluation.baselines import RIDGE_SOUND, Baselines
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.training.gather import cache_folder, load_usable
 
     report = chosen.report or {}

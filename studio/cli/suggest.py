@@ -50,8 +50,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
         StudioError: the run cannot generate, or there is nothing to hold it against.
     """
     from studio.dataset.suggest import keep_worst, worst_spans
-    from studio.evaluation.evaluation_set import choose_evaluation_set
-    from studio.evaluation.figures import pair
+    from studio.evaluation.evaluation_set import choose_evaluation_set, pair
     from studio.inference.offline import load_predictor
     from studio.metrics.scores import frame_errors
     from studio.sound.sound_file import Sound

@@ -10,8 +10,7 @@ from typing import Any
 
 from studio.dataset.material import TrainingMaterial
 from studio.errors import StudioError
-from studio.evaluation.evaluation_set import EvaluationSet
-from studio.evaluation.figures import evaluate
+from studio.evaluation.evaluation_set import EvaluationSet, evaluate
 from studio.files.atomic import plain, write_json
 from studio.motion import Motion
 from studio.project import Run

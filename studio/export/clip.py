@@ -118,12 +118,11 @@ def selection_of(project: Project, name: str) -> tuple[Selection, Take]:
 
 def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
     """The used part of a take; its sound is cut into a temporary folder where that is needed."""
-    from studio.dataset.material import load_material
     from studio.take.cleaned import clean
+    from studio.take.motion_file import load_motion
 
-    motion = load_material(selection, take, 8000).motion if take.motion_path else None
-    start = max(selection.in_point, 0.0)
-    end = take.info.duration if selection.out_point is None else selection.out_point
+    start, end = selection.span(take.info.duration)
+    motion = load_motion(take, selection.offset, (start, end))
     audio = clean(take.audio_path, selection.clean) if take.audio_path is not None else None
     if audio is not None and (start > 0 or end < take.info.audio_seconds):
         audio = cut_sound(audio, folder / f"{selection.id}.wav", start, end)
@@ -132,10 +131,9 @@ def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
 
 def file_clip(path: Path, audio: Path | None) -> ExportClip:
     """A motion file as it is: what Review tuned and shows."""
-    from studio.motion.sanitize import sanitized
-    from studio.take.motion_file import read_motion
+    from studio.take.motion_file import load_motion_file
 
-    return ExportClip(sanitized(read_motion(path))[0], audio)
+    return ExportClip(load_motion_file(path), audio)
 
 
 def generated_clip(generator: Generator, clip: ExportClip, report: Report) -> ExportClip:

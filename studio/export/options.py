@@ -119,6 +119,11 @@ def writers_named(text: str) -> list[ModuleType]:
     return found
 
 
+def wrong_folder(what: str) -> RequestError:
+    """Files cannot be written where they were asked for."""
+    return RequestError(what, "Choose another folder with -o.", in_window="Choose another folder.")
+
+
 def check_writable(files: Iterable[Path], force: bool, project: Project | None = None) -> None:
     """Refuse before the work begins, not after it.
 
@@ -136,14 +141,14 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
         # Missing folders are made later, so the nearest one that exists decides.
         place = next(folder for folder in file.absolute().parents if folder.exists())
         if not place.is_dir():
-            raise RequestError(f"{place} is a file, not a folder.", "Choose another folder with -o.")
+            raise wrong_folder(f"{place} is a file, not a folder.")
         if not os.access(place, os.W_OK):
-            raise RequestError(f"The folder {place} cannot be written.", "Choose another folder with -o.")
+            raise wrong_folder(f"The folder {place} cannot be written.")
         own = (project.takes_folder, project.runs_folder) if project else ()
         # Resolved: a link into the takes folder would let an export alter a recording.
         if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
             what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
-            raise RequestError(what, "Choose another folder with -o.")
+            raise wrong_folder(what)
         if file.exists() and not force:
             remedy = "Choose another name with -o, or add --force to write over it."
             raise FileThereError(f"{file} is there already.", remedy, file.name)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from studio.errors import Cancelled, RequestError, StudioError
 from studio.export.clip import ExportClip, ExportSource, Report
-from studio.export.options import RenderOptions, check_writable
+from studio.export.options import RenderOptions, check_writable, wrong_folder
 from studio.export.range import ExportRange
 from studio.files import leftovers
 from studio.ipc.events import ChildEvent, EntryEvent, QueueEvent, QueueProgressEvent
@@ -241,7 +241,7 @@ def entries_of(
     from studio import formats
 
     if folder.exists() and not folder.is_dir():
-        raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
+        raise wrong_folder(f"{folder} is a file, not a folder.")
     entries: list[Entry] = []
     cache = ClipCache()
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):

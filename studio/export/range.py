@@ -58,9 +58,7 @@ class ExportRange:
 
             motion = tuned(motion, self.tuning)
         if self.cuts:
-            # `between` leaves its end out, and a person who asks for 0 to 2 s expects the frame at 2.0 s.
-            end = np.inf if self.end is None else np.nextafter(self.end, np.inf)
-            motion = motion.between(self.start, float(end)).shifted(-self.start)
+            motion = motion.cut(self.start, np.inf if self.end is None else self.end)
             if not len(motion):
                 what = f"{name} has no motion from {self.start:g} s on."
                 raise RequestError(what, f"Choose a span within its {motion.duration:.1f} s.")

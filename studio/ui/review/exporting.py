@@ -223,7 +223,7 @@ def _prepare(exhibit: ExportInput, scratch: Path, options: ExportOptions) -> Pat
     """Write the wanted part of motion and sound for the child. Runs on a pool thread."""
     motion = only_part(exhibit.motion if options.tuned else exhibit.untuned, options.part)
     if not exhibit.whole:
-        motion = motion.between(exhibit.start, exhibit.end).shifted(-exhibit.start)
+        motion = motion.cut(exhibit.start, exhibit.end)
     write_motion(scratch / "motion.arrow", motion)
     if exhibit.sound is None or exhibit.whole:
         return exhibit.sound
