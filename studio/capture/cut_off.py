@@ -11,10 +11,10 @@ from studio.capture import journal_contents, roll
 from studio.capture.folder_watch import FolderWatch
 from studio.capture.microphone import SoundBlock
 from studio.errors import StudioError
-from studio.files import disk
+from studio.files import atomic
 from studio.paths import rescue_folder
 from studio.take.take import Take
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def full(at: float) -> CutOff:
 
 def failed(error: OSError, at: float) -> CutOff:
     """The files took no more."""
-    if disk.is_full(error):
+    if atomic.is_full(error):
         return full(at)
     cause = f"The take could not be written on: {error.strerror or error}."
     return CutOff("write_failed", cause, at, "Check the disk.")
@@ -87,7 +87,7 @@ def saved(
     rolling: roll.Roll,
     watch: FolderWatch,
     cut: CutOff | None,
-    last: tuple[Sequence[FrameRow], Sequence[SoundBlock]],
+    last: tuple[Sequence[RowBlock], Sequence[SoundBlock]],
 ) -> tuple[Take, CutOff | None]:
     """The take of a roll that ended, wherever its files lie by now.
 
@@ -158,15 +158,17 @@ def _new_place(name: str) -> Path:
 
 
 def _from_memory(
-    place: Path, rolling: roll.Roll, rows: Sequence[FrameRow], blocks: Sequence[SoundBlock]
+    place: Path, rolling: roll.Roll, rows: Sequence[RowBlock], blocks: Sequence[SoundBlock]
 ) -> None:
     """A roll of the last seconds, which were still in memory."""
-    begins = [min(times) for times in ([r.arrival for r in rows], [b.captured for b in blocks]) if times]
+    begins = [
+        min(times) for times in ([float(r.arrivals[0]) for r in rows], [b.captured for b in blocks]) if times
+    ]
     start = max(rolling.start, min(begins, default=rolling.start))
     again = roll.Roll(place, start=start, sound=rolling.sound, **rolling.head)
     for block in blocks:
         again.add_block(block)
-    for row in rows:
-        again.add_row(row)
+    for motion_rows in rows:
+        again.add_rows(motion_rows)
     again.flush({})
     again.close()

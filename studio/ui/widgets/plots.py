@@ -230,7 +230,7 @@ def epoch_step(span: int) -> int:
 
 
 if TYPE_CHECKING:
-    from studio.take.lag import Alignment
+    from studio.motion.lag import Alignment
 
 CERTAIN, LIKELY = 0.75, 0.5
 """Confidence from which an offset is called sure, and likely."""
