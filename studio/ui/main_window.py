@@ -32,9 +32,8 @@ from studio.errors import StudioError
 from studio.paths import resource
 from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
-from studio.ui.imports import Importer, sort_drop
+from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
-from studio.ui.packing import PackTask
 from studio.ui.session import Session
 from studio.ui.shortcuts import ShortcutsDialog, sequence
 from studio.ui.status_strip import StatusStrip

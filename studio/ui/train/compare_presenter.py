@@ -18,8 +18,7 @@ from studio.ipc.events import (
 from studio.project import Project
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
-from studio.ui.train.compare_facts import Comparison, compared
-from studio.ui.train.compare_view import CompareDialog, Points
+from studio.ui.train.compare_view import CompareDialog, Comparison, Points, compared
 from studio.ui.train.model import TrainModel
 from studio.ui.train.run_facts import curves, epochs_of
 from studio.ui.train.runs_view import RunsCard

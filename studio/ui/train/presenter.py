@@ -8,10 +8,9 @@ from studio.ui import messages, undo
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.compare_presenter import ComparePresenter
-from studio.ui.train.data_presenter import DataPresenter
 from studio.ui.train.model import TrainModel
 from studio.ui.train.progress_presenter import ProgressPresenter
-from studio.ui.train.recipe_presenter import RecipePresenter
+from studio.ui.train.recipe_presenter import DataPresenter, RecipePresenter
 from studio.ui.train.runs_presenter import RunsPresenter
 from studio.ui.train.transfer_presenter import TransferPresenter
 from studio.ui.train.view import TrainView

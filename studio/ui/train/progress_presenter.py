@@ -17,9 +17,9 @@ from studio.ui import messages, tasks
 from studio.ui.session import Session
 from studio.ui.train.model import TrainModel
 from studio.ui.train.preview_view import PreviewPane
-from studio.ui.train.progress import run_text, strip_text, training_text
 from studio.ui.train.progress_view import CloseChoice, ProgressCard, ask_how_to_end
 from studio.ui.train.run_facts import RunFacts, curves, epochs_of, run_facts
+from studio.ui.train.task import run_text, strip_text, training_text
 
 
 class ProgressPresenter(QObject):

@@ -1,4 +1,4 @@
-"""What to train: a preset card or a recipe, what is changed of it, and what there is to compute on."""
+"""What to train on and how: the data counted, a preset or recipe, and what there is to compute on."""
 
 from __future__ import annotations
 
@@ -8,8 +8,25 @@ from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
 from studio.ui import tasks
 from studio.ui.session import Session
+from studio.ui.train.data_view import DataCard
 from studio.ui.train.model import TrainModel
 from studio.ui.train.recipe_view import PresetChoice, RecipeCard, forms_or_none
+
+
+class DataPresenter(QObject):
+    """Presenter of the data card."""
+
+    def __init__(self, view: DataCard, model: TrainModel, session: Session) -> None:
+        super().__init__(view)
+        self._view, self._model, self._session = view, model, session
+        view.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
+        view.validation_requested.connect(model.set_aside)
+        model.data_changed.connect(self._show)
+
+    def _show(self) -> None:
+        self._view.show_locked(self._session.locked_reason)
+        if self._model.facts is not None:
+            self._view.show_facts(self._model.facts)
 
 
 class RecipePresenter(QObject):

@@ -12,8 +12,7 @@ from pytestqt.qtbot import QtBot
 from studio.ipc.events import CompareDone, from_plain
 from studio.project import Project
 from studio.ui.session import Session
-from studio.ui.train.compare_facts import compared, title
-from studio.ui.train.compare_view import CompareDialog
+from studio.ui.train.compare_view import CompareDialog, compared, title
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
 

@@ -14,8 +14,7 @@ from studio.ipc.events import (
     TrainDone,
 )
 from studio.ui.train.presenter import TrainPresenter
-from studio.ui.train.progress import TrainingProgress, run_text, training_text
-from studio.ui.train.task import TrainRequest
+from studio.ui.train.task import TrainingProgress, TrainRequest, run_text, training_text
 from studio.ui.train.view import TrainView
 from tests.fakes import FakeChildTask
 

@@ -19,8 +19,7 @@ from studio.ui.train.card_view import CardDialog
 from studio.ui.train.data_facts import data_facts
 from studio.ui.train.data_view import DataCard
 from studio.ui.train.presenter import TrainPresenter
-from studio.ui.train.progress import TrainingProgress
-from studio.ui.train.task import TrainRequest, smaller_batch_args
+from studio.ui.train.task import TrainingProgress, TrainRequest, smaller_batch_args
 from studio.ui.train.view import TrainView
 from tests.fakes import FakeChildTask
 

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import QCompleter, QLineEdit, QToolTip, QWidget
 
 from studio.dataset import Label
 from studio.ui import theme
-from studio.ui.widgets.timeline import paint, picture
+from studio.ui.widgets.timeline import paint
 from studio.ui.widgets.timeline.content import (
     GUTTER,
     Content,
@@ -357,7 +357,7 @@ class Timeline(QWidget):
         if self._picture is None or self._picture.devicePixelRatioF() != self.devicePixelRatioF():
             ratio = self.devicePixelRatioF()
             self.still_paints += 1
-            self._picture = picture.still_picture(self.content, self.lanes, self._view, self.size(), ratio)
+            self._picture = paint.still_picture(self.content, self.lanes, self._view, self.size(), ratio)
         painter = QPainter(self)
         ratio = self._picture.devicePixelRatioF()
         dirty = QRectF(event.rect())
@@ -365,7 +365,7 @@ class Timeline(QWidget):
         painter.drawPixmap(dirty, self._picture, source)
         if self._view.duration > 0:
             painter.setClipRect(QRect(GUTTER - 7, 0, self.width() - GUTTER + 7, self.height()))
-            picture.paint_above(painter, self.content, self.lanes, self._view)
+            paint.paint_above(painter, self.content, self.lanes, self._view)
         painter.end()
 
     def _playhead_strip(self, t: float) -> QRect:
