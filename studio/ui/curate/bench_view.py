@@ -16,9 +16,8 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.curate.cleaning_view import CleanButton
 from studio.ui.curate.labels_view import WordBar
-from studio.ui.curate.trimming_view import CutQuestion
+from studio.ui.curate.tools_view import CleanButton, CutQuestion
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.correlation_plot import CorrelationButton

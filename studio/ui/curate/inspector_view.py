@@ -25,8 +25,8 @@ from PySide6.QtWidgets import (
 
 from studio.dataset.dataset import Selection
 from studio.ui import theme
-from studio.ui.curate.findings import Findings
 from studio.ui.curate.labels_view import template
+from studio.ui.curate.suggestions_view import Findings
 from studio.ui.curate.take_table import TakeRow, split_title
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.timeline.time_view import clock

@@ -70,7 +70,7 @@ class MissingMediaPresenter(QObject):
     def _on_edited(self) -> None:
         """Undo and redo may have moved files."""
         if self._model.dataset.found != self._put_back:
-            self._model.playing.forget()
+            self._model.playing.invalidate()
             self.look()
 
     def _ask_for(self, takes: tuple[str, ...]) -> None:
@@ -100,7 +100,7 @@ class MissingMediaPresenter(QObject):
             paths = [one.path for one in search.found]
             self._model.edit(name, lambda data: edits.put_back(data, paths))
             self._session.refresh_takes()
-            self._model.playing.forget()
+            self._model.playing.invalidate()
             takes = {one.take for one in search.found}
             self._model.grading.ask_again(take for take in project.takes if take.id in takes)
         count, left = len(search.found), len(wanted) - len(search.found)

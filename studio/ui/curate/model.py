@@ -9,8 +9,8 @@ from PySide6.QtCore import QT_TRANSLATE_NOOP, QCoreApplication, QObject, Signal
 
 from studio.dataset import Dataset, Label, edits
 from studio.errors import StudioError
-from studio.ui.curate.grading import GradingQueue
-from studio.ui.curate.playing import LoadedTake, TakePlayer
+from studio.ui.curate.checks import GradingQueue
+from studio.ui.curate.playback import LoadedTake, TakePlayer
 from studio.ui.curate.take_table import TakeRow, rows_of
 from studio.ui.session import Session
 from studio.ui.undo import DatasetUndo
@@ -27,7 +27,7 @@ class CurateModel(QObject):
     """The only thing that the tab's cards share; it has no widgets.
 
     Signals:
-        project_changed: another project is open, whose rows come next; what was found before is forgotten.
+        project_changed: another project is open, whose rows come next; what was found before is discarded.
         rows_changed: takes or choices are others now.
         graded: checks came in; only the reports of `rows` are others.
         leaving: another selection is about to be shown; `row` is still the one before.
@@ -146,7 +146,7 @@ class CurateModel(QObject):
     def open(self) -> None:
         """Show the project that is open now, and nothing of the one before."""
         self.grading.clear()
-        self.playing.forget()
+        self.playing.invalidate()
         self.project_changed.emit()
         self._shown = ""
         self.refresh()

@@ -16,7 +16,7 @@ from studio.sound.spectrogram import Part, Spectrogram, Stopped, spectrogram
 from studio.ui import tasks
 from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.model import CurateModel
-from studio.ui.curate.playing import LoadedTake
+from studio.ui.curate.playback import LoadedTake
 from studio.ui.session import Session
 from studio.ui.widgets.timeline.content import PeakSource
 
