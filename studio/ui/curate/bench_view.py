@@ -27,6 +27,19 @@ from studio.ui.widgets.timeline.timeline import Timeline
 OFFSET_MS = 5_000
 
 
+KEYS = {
+    "play": "Space",
+    "mark_in": "I",
+    "mark_out": "O",
+    "loop": "L",
+    "exclude": "X",
+    "compare": "B",
+    "spectrogram": "P",
+    "fit": "F",
+}
+"""What the letters do, once for the view that obeys them and for the texts that name them."""
+
+
 class Bench(Card):
     """Timeline, transport and tools.
 
@@ -58,7 +71,7 @@ class Bench(Card):
         self.timeline = Timeline()
         self.words = WordBar()
         self.question = CutQuestion()
-        self.clean = CleanButton()
+        self.clean = CleanButton(KEYS["compare"])
         self._duration = 0.0
         self.body.addLayout(self._build_transport())
         self.body.addWidget(self.timeline, 1)
@@ -89,7 +102,9 @@ class Bench(Card):
             self.tr("Spectrogram") if fraction is None else self.tr("Measuring {0}").format(f"{fraction:.0%}")
         )
         self.picture.setText(text)
-        self.picture.setToolTip(self.tr("Show which pitches sound in place of the waveform (P)"))
+        self.picture.setToolTip(
+            self.tr("Show which pitches sound in place of the waveform ({0})").format(KEYS["spectrogram"])
+        )
         self.picture.setAccessibleName(self.tr("Spectrogram"))
 
     def show_history(self, undo: str, redo: str) -> None:
@@ -162,14 +177,16 @@ class Bench(Card):
         self.start = self._tool("mdi6.skip-previous", self.tr("Go to the start (Home)"), "go_start_button")
         self.play = QPushButton()
         self.play.setObjectName("play_button")
-        self.play.setToolTip(self.tr("Play and pause (Space)"))
+        self.play.setToolTip(self.tr("Play and pause ({0})").format(KEYS["play"]))
         self.play.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.play.setMinimumWidth(96)
         self.play.clicked.connect(self.play_requested)
         theme.as_role(self.play, "primary")
         self.show_playing(False)
         self.loop = self._tool(
-            "mdi6.repeat", self.tr("Repeat the selected span, or the take (L)"), "loop_button"
+            "mdi6.repeat",
+            self.tr("Repeat the selected span, or the take ({0})").format(KEYS["loop"]),
+            "loop_button",
         )
         self.loop.setCheckable(True)
         self.loop.clicked.connect(self.loop_requested)
@@ -221,12 +238,14 @@ class Bench(Card):
         self.trim = self._verb(
             self.tr("Trim to selection"), "mdi6.content-cut", "trim_button", self.trim_requested
         )
-        self.trim.setToolTip(self.tr("Use only the selected span. I and O set the ends at the playhead."))
+        trim_tip = self.tr("Use only the selected span. {0} and {1} set the ends at the playhead.")
+        self.trim.setToolTip(trim_tip.format(KEYS["mark_in"], KEYS["mark_out"]))
         self.untrim = self._verb(self.tr("Use all"), "mdi6.arrow-expand-horizontal", "untrim_button",
                                  self.untrim_requested)  # fmt: skip
         self.untrim.setToolTip(self.tr("Use the whole take again, with nothing left out"))
         self.exclude = self._verb(self.tr("Exclude"), "mdi6.eraser", "exclude_button", self.exclude_requested)
-        self.exclude.setToolTip(self.tr("Leave the selected span out of training, or use it again (X)"))
+        exclude_tip = self.tr("Leave the selected span out of training, or use it again ({0})")
+        self.exclude.setToolTip(exclude_tip.format(KEYS["exclude"]))
         self.pauses = self._verb(
             self.tr("Split at pauses"),
             "mdi6.view-split-vertical",

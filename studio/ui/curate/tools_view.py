@@ -17,6 +17,10 @@ from studio.ui.widgets.card import label
 class CleanButton(QPushButton):
     """A button with a menu of ways.
 
+    Args:
+        compare_key: the key that compares, to be named in the menu.
+        parent: as everywhere in Qt.
+
     Signals:
         chosen: a way of cleaning the sound, "" for as recorded.
         compared: hear the recording in place of the cleaned sound, or back.
@@ -27,7 +31,7 @@ class CleanButton(QPushButton):
     compared = Signal()
     stopped = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, compare_key: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("clean_button")
         self.setToolTip(self.tr("Use this take with less noise; the recording stays as it is"))
@@ -43,7 +47,7 @@ class CleanButton(QPushButton):
             action.setCheckable(True)
             action.triggered.connect(partial(self._on_chosen, way))
         menu.addSeparator()
-        self._compare = self._action(menu, self.tr("Before and after\tB"), "clean_compare")
+        self._compare = self._action(menu, self.tr("Before and after") + f"\t{compare_key}", "clean_compare")
         self._compare.triggered.connect(lambda: self.compared.emit())
         self._stop = self._action(menu, self.tr("Stop"), "clean_stop")
         self._stop.triggered.connect(lambda: self.stopped.emit())

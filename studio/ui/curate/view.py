@@ -1,8 +1,8 @@
-"""The Curate tab: library, figure, inspector, and one timeline below. Layout and keys, no thought."""
+"""Layout of the Curate tab: library, figure, inspector, and one timeline below; and its keys."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt, Signal
@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.curate.bench_view import Bench
+from studio.ui.curate.bench_view import KEYS, Bench
 from studio.ui.curate.inspector_view import Inspector
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.take_table import split_title
@@ -32,16 +32,10 @@ _SHIFT, _CTRL, _ALT = (
 )  # fmt: skip
 
 _GOING = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End})
-_LETTERS = frozenset(
-    {
-        Qt.Key.Key_Space, Qt.Key.Key_I, Qt.Key.Key_O, Qt.Key.Key_L, Qt.Key.Key_X, Qt.Key.Key_F,
-        Qt.Key.Key_B, Qt.Key.Key_P,
-    }
-)  # fmt: skip
 
 
 class CurateView(QWidget):
-    """Everything in the room.
+    """Everything in the tab.
 
     Signals:
         step_requested: (frames, whether to select on the way).
@@ -50,7 +44,7 @@ class CurateView(QWidget):
         word_pressed, word_released: a key 1..9 went down or up.
         delete_requested: the label or span that is selected is to go.
         menu_chosen: (what, value) from the context menu.
-        record_requested: the Record room is wanted.
+        record_requested: a take is to be recorded.
     """
 
     step_requested = Signal(int, bool)
@@ -69,9 +63,21 @@ class CurateView(QWidget):
         self.stage = Pane("curate_stage", "", empty, "mdi6.human", "figure")
         self.inspector = Inspector()
         self.bench = Bench()
+        bench, mark = self.bench, self.mark_requested
+        actions: dict[str, Callable[[], object]] = {
+            "play": bench.play_requested.emit,
+            "mark_in": lambda: mark.emit("in"),
+            "mark_out": lambda: mark.emit("out"),
+            "loop": bench.loop.click,
+            "exclude": bench.exclude.click,
+            "compare": bench.clean.compared.emit,
+            "spectrogram": bench.picture.click,
+            "fit": bench.timeline.fit,
+        }
+        self._letters = {Qt.Key[f"Key_{key}"]: actions[name] for name, key in KEYS.items()}
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._stack = QStackedLayout(self)
-        self._stack.addWidget(self._build_room())
+        self._stack.addWidget(self._build_page())
         self._stack.addWidget(self._build_empty())
         for control in (*self.findChildren(QAbstractButton), *self.findChildren(QAbstractSpinBox)):
             control.installEventFilter(self)
@@ -85,12 +91,12 @@ class CurateView(QWidget):
             key = Qt.Key(event.key())
             if isinstance(watched, QAbstractButton) and key in _GOING:
                 return self._handle(event)
-            if isinstance(watched, QAbstractSpinBox) and key in _LETTERS and not event.modifiers():
+            if isinstance(watched, QAbstractSpinBox) and key in self._letters and not event.modifiers():
                 return self._handle(event)
         return super().eventFilter(watched, event)
 
     def show_empty(self, empty: bool) -> None:
-        """Show what goes here and the buttons that bring it, or the room itself."""
+        """Show what goes here and the buttons that bring it, or the page itself."""
         self._stack.setCurrentIndex(1 if empty else 0)
 
     def show_menu(self, place: QPoint, performers: Sequence[str], locked: bool, editable: bool) -> None:
@@ -124,7 +130,7 @@ class CurateView(QWidget):
         menu.popup(place)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Keys that nothing else in the room wanted."""
+        """Keys that nothing else in the tab used."""
         if not self._handle(event):
             super().keyPressEvent(event)
 
@@ -155,22 +161,10 @@ class CurateView(QWidget):
 
     def _handle_letter(self, key: Qt.Key) -> bool:
         bench = self.bench
-        if key == Qt.Key.Key_Space:
-            bench.play_requested.emit()
-        elif key in (Qt.Key.Key_I, Qt.Key.Key_O):
-            self.mark_requested.emit("in" if key == Qt.Key.Key_I else "out")
-        elif key == Qt.Key.Key_L:
-            bench.loop.click()
-        elif key == Qt.Key.Key_B:
-            bench.clean.compared.emit()
-        elif key == Qt.Key.Key_P:
-            bench.picture.click()
-        elif key == Qt.Key.Key_X:
-            bench.exclude.click()
+        if key in self._letters:
+            self._letters[key]()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
             bench.timeline.zoom(2.0 if key == Qt.Key.Key_Minus else 0.5)
-        elif key == Qt.Key.Key_F:
-            bench.timeline.fit()
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
             self.delete_requested.emit()
         else:
@@ -185,7 +179,7 @@ class CurateView(QWidget):
     def _on_offer(self, what: str, value: object, _checked: bool = False) -> None:
         self.menu_chosen.emit(what, value)
 
-    def _build_room(self) -> QWidget:
+    def _build_page(self) -> QWidget:
         stage = Card()
         stage.layout().setContentsMargins(1, 1, 1, 1)  # type: ignore[union-attr]
         stage.body.addWidget(self.stage)
