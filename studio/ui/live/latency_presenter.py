@@ -8,8 +8,7 @@ from studio.ipc.commands import Command
 from studio.ipc.events import LiveStateEvent
 from studio.ui import tasks
 from studio.ui.live.latency_view import NOBODY, SYSTEM, LatencyCard, VoiceRow
-from studio.ui.live.model import LiveModel
-from studio.ui.live.state import LookAheadOption, look_aheads_of
+from studio.ui.live.model import LiveModel, LookAheadOption, look_aheads_of
 from studio.ui.session import Session
 
 DEFAULT_MS = 100

@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
 from studio.ui import messages, theme
-from studio.ui.live.state import LookAheadOption
+from studio.ui.live.model import LookAheadOption
 from studio.ui.widgets.card import Card, label
 
 TRANSPORT_MS = 25

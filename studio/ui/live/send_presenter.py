@@ -12,8 +12,7 @@ from studio.ipc.commands import Command
 from studio.ipc.events import LiveStateEvent
 from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks, theme
-from studio.ui.live.model import LiveModel
-from studio.ui.live.state import target_state
+from studio.ui.live.model import LiveModel, target_state
 from studio.ui.session import Session
 from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
 from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget

@@ -16,8 +16,7 @@ from studio.ipc.events import ChannelsEvent, LookAheadEvent
 from studio.project import Project
 from studio.ui import messages
 from studio.ui.live.latency_view import LatencyCard
-from studio.ui.live.model import PendingSwitches
-from studio.ui.live.state import LookAheadOption, look_aheads_of
+from studio.ui.live.model import LookAheadOption, PendingSwitches, look_aheads_of
 from tests.inference.live.runs import add_run
 from tests.inference.live.test_steps import speech
 from tests.ui.live.children import FakeChild, Room, pose, ready, state
