@@ -19,10 +19,11 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.curate.bench_view import KEYS, Bench
+from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.inspector_view import Inspector
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.take_table import split_title
+from studio.ui.shortcuts import pressed
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, EmptyState
 from studio.ui.widgets.figure.pane import Pane
@@ -31,7 +32,7 @@ _SHIFT, _CTRL, _ALT = (
     Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier,
 )  # fmt: skip
 
-_GOING = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End})
+_GOING = frozenset({"step_back", "step_forward", "first_frame", "last_frame"})
 
 
 class CurateView(QWidget):
@@ -64,17 +65,17 @@ class CurateView(QWidget):
         self.inspector = Inspector()
         self.bench = Bench()
         bench, mark = self.bench, self.mark_requested
-        actions: dict[str, Callable[[], object]] = {
+        # These work while a number box has the keyboard too, which has no use for letters.
+        self._letters: dict[str, Callable[[], object]] = {
             "play": bench.play_requested.emit,
-            "mark_in": lambda: mark.emit("in"),
-            "mark_out": lambda: mark.emit("out"),
+            "in_point": lambda: mark.emit("in"),
+            "out_point": lambda: mark.emit("out"),
             "loop": bench.loop.click,
             "exclude": bench.exclude.click,
-            "compare": bench.clean.compared.emit,
-            "spectrogram": bench.picture.click,
-            "fit": bench.timeline.fit,
+            "compare_cleaning": bench.clean.compared.emit,
+            "sound_picture": bench.picture.click,
+            "zoom_fit": bench.timeline.fit,
         }
-        self._letters = {Qt.Key[f"Key_{key}"]: actions[name] for name, key in KEYS.items()}
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._build_page())
@@ -88,10 +89,10 @@ class CurateView(QWidget):
         Buttons would use arrows to pass the focus on, and a number box would swallow Space and letters.
         """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            key = Qt.Key(event.key())
-            if isinstance(watched, QAbstractButton) and key in _GOING:
+            action = pressed(event, "curate")
+            if isinstance(watched, QAbstractButton) and action in _GOING:
                 return self._handle(event)
-            if isinstance(watched, QAbstractSpinBox) and key in self._letters and not event.modifiers():
+            if isinstance(watched, QAbstractSpinBox) and action in self._letters and not event.modifiers():
                 return self._handle(event)
         return super().eventFilter(watched, event)
 
@@ -136,36 +137,36 @@ class CurateView(QWidget):
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """A word's key ends its label."""
-        number = event.key() - Qt.Key.Key_0
-        if 1 <= number <= 9 and not event.isAutoRepeat():
-            self.word_released.emit(number)
+        action = pressed(event, "curate")
+        if action.startswith("label_") and not event.isAutoRepeat():
+            self.word_released.emit(int(action[-1]))
         else:
             super().keyReleaseEvent(event)
 
     def _handle(self, event: QKeyEvent) -> bool:
-        key, held = Qt.Key(event.key()), event.modifiers()
+        action, held = pressed(event, "curate"), event.modifiers()
         shift = bool(held & _SHIFT)
         steps = 100 if held & _CTRL and held & _ALT else 4 if held & _CTRL else 1
-        if key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
-            self.step_requested.emit(-steps if key == Qt.Key.Key_Left else steps, shift)
-        elif key in (Qt.Key.Key_Home, Qt.Key.Key_End):
-            self.edge_requested.emit(-1 if key == Qt.Key.Key_Home else 1, shift)
+        if action in ("step_back", "step_forward"):
+            self.step_requested.emit(-steps if action == "step_back" else steps, shift)
+        elif action in ("first_frame", "last_frame"):
+            self.edge_requested.emit(-1 if action == "first_frame" else 1, shift)
         elif held & (_CTRL | _ALT):
             return False
-        elif Qt.Key.Key_1 <= key <= Qt.Key.Key_9:
+        elif action.startswith("label_"):
             if not event.isAutoRepeat():
-                self.word_pressed.emit(key - Qt.Key.Key_0)
+                self.word_pressed.emit(int(action[-1]))
         else:
-            return self._handle_letter(key)
+            return self._handle_letter(action)
         return True
 
-    def _handle_letter(self, key: Qt.Key) -> bool:
+    def _handle_letter(self, action: str) -> bool:
         bench = self.bench
-        if key in self._letters:
-            self._letters[key]()
-        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
-            bench.timeline.zoom(2.0 if key == Qt.Key.Key_Minus else 0.5)
-        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+        if action in self._letters:
+            self._letters[action]()
+        elif action in ("zoom_in", "zoom_out"):
+            bench.timeline.zoom(2.0 if action == "zoom_out" else 0.5)
+        elif action == "remove_marked":
             self.delete_requested.emit()
         else:
             return False

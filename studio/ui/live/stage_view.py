@@ -6,13 +6,14 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
+from studio.actions import ACTIONS
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.avatar_button import AvatarButton
 from studio.ui.widgets.figure.pane import Pane
 
-KEYS = {"mute": "M", "freeze": "F", "neutral": "N"}
+KEYS = {name: ACTIONS[name].keys[0] for name in ("mute", "freeze", "neutral")}
 
 
 class LiveStage(QWidget):

@@ -93,9 +93,9 @@ class SavedTakePlayer(QObject):
 def _play(take: Take) -> TakePlayback:
     """Everything needed to play a take, already playing. Runs on a pool thread."""
     from studio.playback.player import Player
-    from studio.take.motion_file import read_motion
+    from studio.take.motion_file import load_motion
 
-    motion = read_motion(take.motion_path) if take.motion_path else None
+    motion = load_motion(take)
     player = Player(take.audio_path, take.info.duration or None)
     player.play()
     return TakePlayback(take, player, motion)
