@@ -34,7 +34,8 @@ class GradingQueue(QObject):
         self.reports: dict[str, Report] = {}
         self._waiting: deque[Take] = deque()
         self._task: tasks.Task | None = None
-        self._resting = True  # until the tab is shown: a check reads the disk
+        # Until the tab is shown: a check reads the disk.
+        self._resting = True
         self._tell = QTimer(self)
         self._tell.setSingleShot(True)
         self._tell.setInterval(TELL_MS)

@@ -369,7 +369,8 @@ class Inspector(Card):
         """Other takes are about to be shown: what was typed about these ones is theirs."""
         if self._keeping or not self.note.isEnabled() or not self._rows:
             return
-        self._keeping = True  # each of these ends in another show_rows
+        # Each of these ends in another show_rows.
+        self._keeping = True
         self._on_name("performer")
         self._on_name("emotion")
         self._on_tags()

@@ -59,7 +59,8 @@ class LibraryPresenter(QObject):
         library.show_rows(rows)
         if rows and not library.current:
             library.select([rows[0].id])
-        if self._model.row is None:  # the one that was shown is gone, or another project is open
+        if self._model.row is None:
+            # The one that was shown is gone, or another project is open.
             self._model.show(library.current)
 
     def _on_text_edited(self, selection_id: str, column: str, text: str) -> None:
@@ -140,7 +141,8 @@ class LibraryPresenter(QObject):
             project.remove_takes(list(dict.fromkeys(unused)), parts)
             self._session.dataset_changed.emit()
         except StudioError as error:
-            self._session.takes_changed.emit()  # some may be gone
+            # Some may be gone.
+            self._session.takes_changed.emit()
             messages.show_error(self._view, error)
             return
         self._session.takes_changed.emit()

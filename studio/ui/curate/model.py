@@ -169,7 +169,8 @@ class CurateModel(QObject):
     def show(self, selection_id: str) -> None:
         """Show another selection, "" for none."""
         before = self.row
-        self.leaving.emit()  # while `row` is still the one that what waits is about
+        # While `row` is still the one that what waits is about.
+        self.leaving.emit()
         self._shown = selection_id
         row = self.row
         take = row.take if row else None

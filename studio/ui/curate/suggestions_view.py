@@ -209,7 +209,8 @@ class Findings(QWidget):
         self._shown = key
         while (item := self._column.takeAt(0)) is not None:
             if (widget := item.widget()) is not None:
-                widget.hide()  # it is deleted a moment later, and must not be seen below the new ones
+                # It is deleted a moment later, and must not be seen below the new ones.
+                widget.hide()
                 widget.deleteLater()
         if not marks:
             words = label(sentence, "muted", "findings_none")

@@ -46,7 +46,8 @@ class Tiles(QObject):
         """What can be drawn now of start..end seconds; what is missing is being measured from here on."""
         part = self.found.part(start, end, count)
         for index in set(self._asked) - set(part.finer):
-            self._asked.pop(index).forget()  # nobody looks there any more
+            # Nobody looks there any more.
+            self._asked.pop(index).forget()
         for index in part.finer:
             if index not in self._asked:
                 done = partial(self._on_tile, index)
@@ -77,7 +78,8 @@ class SoundPicturePresenter(QObject):
         super().__init__(bench)
         self._bench, self._session = bench, session
         self._pool = QThreadPool(self)
-        self._pool.setMaxThreadCount(1)  # whoever opens a project of long takes keeps a core for playing
+        # Whoever opens a project of long takes keeps a core for playing.
+        self._pool.setMaxThreadCount(1)
         self._sound: Path | None = None
         self._task: tasks.Task | None = None
         self._tiles: Tiles | None = None

@@ -64,7 +64,8 @@ class DelayedVoicePresenter(QObject):
     def __init__(self, row: VoiceRow, model: LiveModel, session: Session) -> None:
         super().__init__(row)
         self._row, self._model, self._session = row, model, session
-        self._in_use = ""  # where the performance says the voice goes, "" before it does
+        # Where the performance says the voice goes, "" before it does.
+        self._in_use = ""
         self._names: tuple[str, ...] = ()
         row.chosen.connect(self._on_chosen)
         session.microphones_listed.connect(self.refresh)

@@ -140,7 +140,8 @@ class LiveModel(QObject):
     def choose_run(self, selection: RunSelection) -> None:
         """Perform with this run from the next start on."""
         if selection.run != self.selection.run:
-            self.look_ahead_ms = None  # another run offers others
+            # Another run offers others.
+            self.look_ahead_ms = None
         self.selection = selection
         self.run_chosen.emit()
 

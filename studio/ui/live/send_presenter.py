@@ -37,7 +37,8 @@ class LiveSendPresenter(QObject):
         panel.set_options(settings.send_fps, settings.send_names)
         for address in kept_targets(settings):
             panel.add_target(address)
-        panel.rows[0].set_sending(True)  # going live is meant for an avatar
+        # Going live is meant for an avatar.
+        panel.rows[0].set_sending(True)
         self._label(panel.rows[0], True)
         _rename(panel)
         model.ready_changed.connect(self._on_ready)

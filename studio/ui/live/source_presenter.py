@@ -89,7 +89,8 @@ class LiveSourcePresenter(QObject):
         self._card.meter.show_level(event.peak_dbfs, event.rms_dbfs, event.peak_dbfs, clipped)
 
     def _on_option(self, name: str, on: bool) -> None:
-        if name != "noise":  # that one takes effect with the next start
+        if name != "noise":
+            # That one takes effect with the next start.
             self._model.switch(name, on)
 
 
@@ -141,7 +142,8 @@ class MicrophonePresenter(QObject):
         tasks.run(
             lambda: input_devices(anew),
             self.show_devices,
-            lambda _: self.show_devices(()),  # Record says what is wrong with the sound system
+            # Record says what is wrong with the sound system.
+            lambda _: self.show_devices(()),
             owner=self,
         )
 
@@ -178,7 +180,8 @@ class MicrophonePresenter(QObject):
 
     def _choose(self, path: Path | None) -> None:
         if path is not None:
-            messages.dismiss_error(self._card)  # of a file offered before
+            # Of a file offered before.
+            messages.dismiss_error(self._card)
         self._card.show_file(path)
         self._model.use_file(self._card.file)
 
@@ -221,7 +224,8 @@ class MicrophonePresenter(QObject):
         if chosen:
             self.offer(Path(chosen))
         else:
-            self._card.show_file(None)  # the list goes back to what was chosen before
+            # The list goes back to what was chosen before.
+            self._card.show_file(None)
 
 
 class LiveTuningPresenter(QObject):

@@ -94,7 +94,8 @@ class LiveTask(QObject):
             # It loads torch and reads no command before it is ready; there is nothing yet to end well.
             self._child.cancel()
         else:
-            self._child.stop()  # the avatar fades to its rest pose
+            # The avatar fades to its rest pose.
+            self._child.stop()
             self._force.start()
 
     def force(self) -> None:

@@ -221,7 +221,8 @@ class Driver:
 
         self.wait(lambda: place() >= 0, PATIENCE, f"{name} offered {wanted}")
         box.setCurrentIndex(place())
-        box.activated.emit(box.currentIndex())  # as the mouse would; setCurrentIndex alone does not say it
+        # As the mouse would; setCurrentIndex alone does not say it.
+        box.activated.emit(box.currentIndex())
 
     def choose_row(self, name: str, wanted: str) -> None:
         """Click the row of a table or list that holds some text."""
@@ -285,7 +286,8 @@ class Driver:
         deadline = time.monotonic() + seconds
         met = condition()
         while not met and time.monotonic() < deadline:
-            QTest.qWait(LOOK_MS)  # turns an event loop of its own: the tour is a user, and users wait
+            # Turns an event loop of its own: the tour is a user, and users wait.
+            QTest.qWait(LOOK_MS)
             met = condition()
         if not met:
             shown = self.message()
@@ -316,7 +318,8 @@ class Driver:
         before = self.window.size()
         for size in SIZES:
             self.window.resize(size)
-            self.rest(0.35)  # figures and plots redraw on their own timers
+            # Figures and plots redraw on their own timers.
+            self.rest(0.35)
             image = self.window.grab().toImage()
             path = self.pictures / f"{name}_{size.width()}x{size.height()}.png"
             if not image.save(str(path)):

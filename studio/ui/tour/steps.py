@@ -196,7 +196,8 @@ def split_the_takes(guide: Guide) -> None:
         is_so = partial(_is_for, guide, take, split)
         guide.driver.wait(is_so, PATIENCE, f"{take} was for {split}")
     guide.driver.choose_row("take_table", FIRST)
-    guide.driver.rest(1.5)  # grades come in one by one
+    # Grades come in one by one.
+    guide.driver.rest(1.5)
     guide.driver.picture("curate")
 
 
@@ -336,7 +337,8 @@ def _export(guide: Guide, format_name: str, name: str) -> list[Path]:
     driver.type_into("export_name", name)
     driver.type_into("export_folder", str(folder))
     for path, _ in _files(folder):
-        if path.stem == name:  # an earlier tour's: the window would ask before it wrote over it
+        if path.stem == name:
+            # An earlier tour's: the window would ask before it wrote over it.
             path.unlink()
     before = _files(folder)
     driver.click("export_button")
