@@ -44,7 +44,7 @@ class AlignmentPresenter(QObject):
         self._waiting: list[Take] = []
         self._answers: list[Answer] = []
         self._count = 0
-        self._task: tasks.Task | None = None
+        self._listening = tasks.LatestTask(self)
         self._by: By = "mouth"
         self._nudge = QTimer(self)
         self._nudge.setSingleShot(True)
@@ -80,9 +80,7 @@ class AlignmentPresenter(QObject):
     def clear(self) -> None:
         """Another project is shown: nothing found before is about its takes."""
         self._nudge.stop()
-        if self._task is not None:
-            self._task.forget()
-            self._task = None
+        self._listening.drop()
         self._results.clear()
         self._waiting.clear()
         self._count = 0
@@ -97,7 +95,7 @@ class AlignmentPresenter(QObject):
         takes = {row.take.id: row.take for row in rows if row.take is not None}
         self._waiting = [take for take in takes.values() if take.audio_path and take.motion_path]
         if not self._waiting:
-            self._model.say(self.tr("Aligning needs a take with both sound and motion."))
+            self._model.show_message(self.tr("Aligning needs a take with both sound and motion."))
             return
         self._answers, self._by, self._count = [], by, len(self._waiting)
         self._bench.show_aligning(self._count > 1)
@@ -125,7 +123,7 @@ class AlignmentPresenter(QObject):
         take = self._waiting.pop(0)
         self._bench.certainty.setText(self._working())
         found, failed = partial(self._on_found, take), partial(self._on_failed, take)
-        self._task = tasks.run(partial(_find, take, self._by), found, failed, self)
+        self._listening.run(partial(_find, take, self._by), found, failed)
 
     def _working(self) -> str:
         if self._count < 2:

@@ -1,4 +1,4 @@
-"""The take shown, heard and seen: what plays, where the playhead goes by keys, and what is repeated."""
+"""Presenter of the take shown: what plays, where the playhead goes by keys, and what is repeated."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ class LibraryPresenter(QObject):
 
         before = self._model.dataset
         if self._model.edit(self.tr("Split for me"), divided):
-            self._model.say(self._split_text(useless), since=before)
+            self._model.show_message(self._split_text(useless), since=before)
 
     def _split_text(self, useless: Sequence[str]) -> str:
         """How many takes do what; those that training has no use for are named as such."""
@@ -147,7 +147,7 @@ class LibraryPresenter(QObject):
             return
         self._session.takes_changed.emit()
         what = counted(len(rows), self.tr("1 take removed."), self.tr("{0} takes removed."))
-        self._model.say(what, since=data)
+        self._model.show_message(what, since=data)
 
 
 class DataCardPresenter(QObject):

@@ -43,7 +43,7 @@ class CurateModel(QObject):
         select_requested, reveal_requested: id of a selection to show; revealing finds hidden ones too.
         flash_requested: ids of selections to light up.
         align_requested: "mouth" or "clap": the selected takes are to be aligned by it.
-        told: (sentence, remedy, whether the choices are others since): something went by itself.
+        message_requested: (sentence, remedy, whether the choices are others since) to be shown.
         failed: a StudioError that somebody should see.
     """
 
@@ -64,7 +64,7 @@ class CurateModel(QObject):
     reveal_requested = Signal(str)
     flash_requested = Signal(object)
     align_requested = Signal(str)
-    told = Signal(str, str, bool)
+    message_requested = Signal(str, str, bool)
     failed = Signal(object)
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
@@ -206,14 +206,14 @@ class CurateModel(QObject):
         self.offset = offset
         self.offset_changed.emit(offset)
 
-    def say(self, sentence: str, remedy: str = "", since: Dataset | None = None) -> None:
-        """Tell something that goes by itself.
+    def show_message(self, sentence: str, remedy: str = "", since: Dataset | None = None) -> None:
+        """Show a message that goes by itself.
 
         Args:
-            sentence, remedy: what is told.
-            since: the choices before what is told of; where they are others now, Undo is offered.
+            sentence, remedy: the message.
+            since: the choices before what it is about; where they are others now, Undo is offered.
         """
-        self.told.emit(sentence, remedy, since is not None and since != self.dataset)
+        self.message_requested.emit(sentence, remedy, since is not None and since != self.dataset)
 
     def fail(self, error: BaseException) -> None:
         """Show what went wrong, once the tab is seen."""

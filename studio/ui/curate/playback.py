@@ -66,7 +66,7 @@ class TakePlayer(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._cache: OrderedDict[str, LoadedTake] = OrderedDict()
-        self._task: tasks.Task | None = None
+        self._reading = tasks.LatestTask(self)
         self._now: LoadedTake | None = None
         self._player: Player | None = None
         self._device: str | None = None
@@ -112,7 +112,7 @@ class TakePlayer(QObject):
             self._on_loaded(device, cached)
             return
         read = partial(load, take)
-        self._task = tasks.run(read, partial(self._on_loaded, device), self.failed.emit, self)
+        self._reading.run(read, partial(self._on_loaded, device), self.failed.emit)
 
     def toggle(self) -> None:
         """Play or pause."""
@@ -171,16 +171,13 @@ class TakePlayer(QObject):
 
     def _leave(self) -> None:
         self._timer.stop()
-        if self._task is not None:
-            self._task.forget()
-            self._task = None
+        self._reading.drop()
         player, self._player, self._now = self._player, None, None
         if player is not None:
             player.close()
         self._report_playing(False)
 
     def _on_loaded(self, device: str | None, loaded: LoadedTake) -> None:
-        self._task = None
         self._add_to_cache(loaded)
         self._device = device or None
         self._player = self._open(loaded.take.audio_path, loaded.duration)

@@ -29,7 +29,7 @@ class CuratePresenter(QObject):
         self._view, self._session = view, session
         model = self.model = CurateModel(session, self)
         self.undo_scope = model.undo_scope
-        model.told.connect(self._on_told)
+        model.message_requested.connect(self._show_message)
         model.failed.connect(lambda error: messages.show_error(view, error))
         model.rows_changed.connect(lambda: view.show_empty(not model.rows))
         # These come first: what may be typed must be known, and which row is shown, before others show it.
@@ -68,7 +68,7 @@ class CuratePresenter(QObject):
         self.model.close()
         self.bench.close()
 
-    def _on_told(self, sentence: str, remedy: str, changed: bool) -> None:
+    def _show_message(self, sentence: str, remedy: str, changed: bool) -> None:
         if changed:
             undo.tell_change(self._view, self.undo_scope, sentence, remedy)
         else:

@@ -38,30 +38,32 @@ class Tiles(QObject):
     def __init__(self, found: Spectrogram, pool: QThreadPool, parent: QObject) -> None:
         super().__init__(parent)
         self.found, self._pool = found, pool
-        self._asked: dict[int, tasks.Task] = {}
+        self._measuring: dict[int, tasks.Task] = {}
         self.top_db: float = found.top_db
         self.pitches_hz: NDArray[np.float64] = found.pitches_hz
 
     def part(self, start: float, end: float, count: int) -> Part:
         """What can be drawn now of start..end seconds; what is missing is being measured from here on."""
         part = self.found.part(start, end, count)
-        for index in set(self._asked) - set(part.finer):
+        for index in set(self._measuring) - set(part.finer):
             # Nobody looks there any more.
-            self._asked.pop(index).forget()
+            self._measuring.pop(index).forget()
         for index in part.finer:
-            if index not in self._asked:
+            if index not in self._measuring:
                 done = partial(self._on_tile, index)
-                self._asked[index] = tasks.run(partial(self._measure, index), done, None, self, self._pool)
+                self._measuring[index] = tasks.run(
+                    partial(self._measure, index), done, None, self, self._pool
+                )
         return part
 
     def _measure(self, index: int) -> None:
         """Runs on a thread of the pool, maybe after whoever asked has scrolled on."""
-        if index in self._asked:
+        if index in self._measuring:
             self.found.measure_tile(index)
 
     def _on_tile(self, index: int, _nothing: None) -> None:
-        self._asked.pop(index, None)
-        if not self._asked:
+        self._measuring.pop(index, None)
+        if not self._measuring:
             self.finer.emit()
 
 
@@ -223,12 +225,12 @@ class CurvesPresenter(QObject):
         self._bench.timeline.set_curves(drawn)
 
 
-def _measure(sound: Path, stop: threading.Event, told: Callable[[float], None]) -> Spectrogram | None:
+def _measure(sound: Path, stop: threading.Event, report: Callable[[float], None]) -> Spectrogram | None:
     """Runs on a thread of the pool."""
 
     def on_progress(fraction: float) -> bool:
         if not stop.is_set():
-            told(fraction)
+            report(fraction)
         return not stop.is_set()
 
     try:

@@ -59,7 +59,7 @@ class TrimPresenter(QObject):
         elif which == "out" and t > start + edits.SHORTEST:
             self.trim((start, t))
         else:
-            self._model.say(self.tr("The in point must come before the out point."))
+            self._model.show_message(self.tr("The in point must come before the out point."))
 
     def _on_trim_to_span(self) -> None:
         if self._timeline.span is not None:
@@ -145,7 +145,7 @@ class CutPresenter(QObject):
         self._speech = pauses.spoken(chances, HOP)
         if not self._speech:
             self.drop()
-            self._model.say(self.tr("Nobody speaks in this take, so there is nothing to cut."))
+            self._model.show_message(self.tr("Nobody speaks in this take, so there is nothing to cut."))
             return
         self._preview(self._bench.question.cut)
 
@@ -192,7 +192,7 @@ class CleaningPresenter(QObject):
         """Way and selections that the child at work is for; no selections where it only makes again."""
         self._tried: set[tuple[Path, str]] = set()
         self._sound: Path | None = None
-        self._task: tasks.Task | None = None
+        self._measuring = tasks.LatestTask(self)
         self._job = ChildTask(self)
         self._job.told.connect(self._on_event)
         self._job.done.connect(lambda _: self._on_made())
@@ -210,7 +210,7 @@ class CleaningPresenter(QObject):
         rows = [row for row in self._model.chosen_rows or (self._model.row,) if row is not None]
         sounds = {row.id: row.take.audio_path for row in rows if row.take and row.take.audio_path}
         if not sounds:
-            self._model.say(self.tr("This take has no sound to clean."))
+            self._model.show_message(self.tr("This take has no sound to clean."))
         elif not self._job.running and self._model.editable:
             self._request = (way, tuple(sounds))
             if all(_is_there(sound, way) for sound in sounds.values()):
@@ -229,7 +229,7 @@ class CleaningPresenter(QObject):
         """Hear the recording in place of the cleaned sound, and back."""
         row = self._model.row
         if row is None or not row.selection.clean:
-            self._model.say(
+            self._model.show_message(
                 self.tr("Nothing is cleaned yet."),
                 self.tr("Choose a way under Clean sound; then B compares it with the recording."),
             )
@@ -240,9 +240,7 @@ class CleaningPresenter(QObject):
     def reset(self) -> None:
         """Another take comes: it is heard as it was chosen."""
         self._before, self._sound = False, None
-        if self._task is not None:
-            self._task.forget()
-            self._task = None
+        self._measuring.drop()
 
     def show(self) -> None:
         """Hear and see what is chosen for the take shown."""
@@ -262,7 +260,7 @@ class CleaningPresenter(QObject):
             self._bench.clean.show_way(way, before)
         if sound != (self._sound or recorded):
             self._model.playing.hear(sound)
-            self._task = tasks.run(partial(peaks, sound), partial(self._on_peaks, sound), owner=self)
+            self._measuring.run(partial(peaks, sound), partial(self._on_peaks, sound))
         self._sound = sound
 
     def close(self) -> None:
@@ -298,7 +296,6 @@ class CleaningPresenter(QObject):
         self.show()
 
     def _on_peaks(self, sound: Path, found: Peaks) -> None:
-        self._task = None
         if sound == self._sound:
             self._model.sound_changed.emit(found, sound)
 

@@ -221,22 +221,6 @@ class PendingSwitches:
 
 
 @dataclass(frozen=True)
-class LookAheadOption:
-    """One of the look-aheads a run offers.
-
-    Args:
-        ms: what it is called.
-        reach_ms: how much sound after a pose's moment goes into it.
-        rmse, pearson_mouth: measured on takes it had not learnt from; None where nobody did.
-    """
-
-    ms: int
-    reach_ms: float
-    rmse: float | None = None
-    pearson_mouth: float | None = None
-
-
-@dataclass(frozen=True)
 class Ready:
     """What is known once, when it begins.
 
@@ -299,18 +283,3 @@ def target_state(target: LiveTarget) -> TargetState:
 def _rows(rows: Rows, width: int) -> np.ndarray:
     """Rows as an array (N, width), that of no rows too."""
     return np.asarray(rows, dtype=np.float32).reshape(-1, width)
-
-
-def look_aheads_of(run: Run) -> tuple[LookAheadOption, ...]:
-    """The look-aheads a run's report tells of, the shortest first; empty where it tells of none."""
-    found = (run.report or {}).get("look_aheads")
-    made = []
-    for one in found if isinstance(found, list) else ():
-        try:
-            figures = [
-                None if one.get(name) is None else float(one[name]) for name in ("rmse", "pearson_mouth")
-            ]
-            made.append(LookAheadOption(int(one["ms"]), float(one["reach_ms"]), *figures))
-        except (AttributeError, KeyError, TypeError, ValueError):
-            continue
-    return tuple(sorted(made, key=lambda one: one.ms))

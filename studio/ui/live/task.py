@@ -91,7 +91,7 @@ class LiveTask(QObject):
         self._silence.stop()
         self._enter(Phase.STOPPING)
         if starting:
-            # It loads torch and reads no command before it is ready; there is nothing yet to end well.
+            # Nothing is sent before it is ready, so that nothing has to be ended well.
             self._child.cancel()
         else:
             # The avatar fades to its rest pose.

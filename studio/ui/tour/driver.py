@@ -211,20 +211,20 @@ class Driver:
         QTest.keyClicks(field, text)
         QTest.keyClick(field, Qt.Key.Key_Return)
 
-    def choose(self, name: str, wanted: str) -> None:
+    def choose(self, name: str, entry: str) -> None:
         """Choose the entry of a list box whose text or data contains some words."""
         box = self.find(name, QComboBox)
 
         def place() -> int:
             entries = [(box.itemText(i), str(box.itemData(i))) for i in range(box.count())]
-            return next((i for i, both in enumerate(entries) if any(wanted in text for text in both)), -1)
+            return next((i for i, both in enumerate(entries) if any(entry in text for text in both)), -1)
 
-        self.wait(lambda: place() >= 0, PATIENCE, f"{name} offered {wanted}")
+        self.wait(lambda: place() >= 0, PATIENCE, f"{name} offered {entry}")
         box.setCurrentIndex(place())
         # As the mouse would; setCurrentIndex alone does not say it.
         box.activated.emit(box.currentIndex())
 
-    def choose_row(self, name: str, wanted: str) -> None:
+    def choose_row(self, name: str, entry: str) -> None:
         """Click the row of a table or list that holds some text."""
         view = self.find(name, QAbstractItemView)
 
@@ -232,11 +232,11 @@ class Driver:
             model = view.model()
             columns = range(1 if isinstance(view, QListView) else model.columnCount())
             for i in range(model.rowCount()):
-                if any(wanted in str(model.index(i, column).data() or "") for column in columns):
+                if any(entry in str(model.index(i, column).data() or "") for column in columns):
                     return i
             return -1
 
-        self.wait(lambda: row() >= 0, PATIENCE, f"{name} listed {wanted}")
+        self.wait(lambda: row() >= 0, PATIENCE, f"{name} listed {entry}")
         index = view.model().index(row(), 0)
         view.scrollTo(index)
         spot = view.visualRect(index).center()
