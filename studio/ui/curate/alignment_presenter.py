@@ -62,6 +62,7 @@ class AlignmentPresenter(QObject):
     def _show_offset(self) -> None:
         """Show the shown selection's offset, unless it is just being nudged."""
         row = self._model.row
+        # A nudge that still waits would jump back to the offset that was there before it.
         if row is None or row.take is None or self._nudge.isActive():
             return
         result = self._results.get(row.selection.take)

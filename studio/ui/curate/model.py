@@ -176,6 +176,7 @@ class CurateModel(QObject):
         take = row.take if row else None
         now = self.playing.take
         if now is not None and take is not None and now.take == take and before is not None:
+            # Another selection of the take that is open already: nothing has to be read.
             self.part_shown.emit()
             self._show_choices()
             self.playing.seek(row.span[0] if row else 0.0)

@@ -124,6 +124,7 @@ class LatencyCard(Card):
             widget.setVisible(several)
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(len(self._offered) - 1, 0))
+            # This run may not offer the one that was chosen for another.
             nearest = [abs(one.ms - chosen_ms) for one in self._offered]
             self.slider.setValue(nearest.index(min(nearest)) if nearest else 0)
         self._show_quality()

@@ -133,6 +133,7 @@ class LiveModel(QObject):
     def refresh(self) -> None:
         """Choose the newest run where the one chosen is gone."""
         runs = self.runs
+        # While it performs, what performs stays chosen.
         if runs and self.run is None and not self.task.running:
             self.selection, self.look_ahead_ms = RunSelection(newest(runs).id), None
         self.runs_changed.emit()
@@ -179,6 +180,7 @@ class LiveModel(QObject):
             case ReadyEvent():
                 self.ready = Ready.of(event)
                 self.ready_changed.emit()
+                # It was started with poses, which nobody sees now.
                 if not self.active:
                     self.task.tell(switch("poses", False))
             case ChannelsEvent() if self.ready is not None:

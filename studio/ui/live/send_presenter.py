@@ -130,6 +130,7 @@ class LiveSendPresenter(QObject):
 
     def _unsend(self, row: TargetRow) -> None:
         name = self._names.pop(row, None)
+        # Two rows may name one target: it goes on for the other.
         if name is not None and name not in self._names.values():
             self._counts.pop(name, None)
             self._task.tell(Command("unsend", name))
@@ -138,6 +139,7 @@ class LiveSendPresenter(QObject):
         if row in self._names:
             self._task.tell(Command("wave", self._names[row]))
             return
+        # Nothing is live: a target of its own waves, and is stopped when it has.
         target, where = VmcTarget(), self._panel.destination(row)
         self._waves.append(target)
 

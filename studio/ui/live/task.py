@@ -114,6 +114,7 @@ class LiveTask(QObject):
         if isinstance(event, ReadyEvent) and self.phase == Phase.STARTING:
             self._enter(Phase.LIVE)
         if self.phase == Phase.LIVE:
+            # Started anew by each event: it fires where none came for so long.
             self._silence.start()
         self.told.emit(event)
 

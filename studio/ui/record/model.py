@@ -218,6 +218,7 @@ class RecordModel(QObject):
             return
         self.busy = "starting"
         slate, number, pre_roll = self.slate, self.number, self._session.settings.pre_roll
+        # It may be stopped while the take rolls, and was seen in it all the same.
         self._practised = self.practice.on
         self.in_order(
             lambda: recorder.start(slate, number, pre_roll=pre_roll),
@@ -355,6 +356,7 @@ class RecordModel(QObject):
 
     def _on_not_recovered(self, project: Project, error: BaseException) -> None:
         self.failed.emit(error)
+        # What cannot be recovered keeps nobody from recording.
         self.use_recovered(project, ())
 
     def _detach(self) -> Recorder | None:
@@ -371,6 +373,7 @@ class RecordModel(QObject):
         if self._session.rolling and not self.busy and snap.state != RecorderState.ROLLING:
             # The recorder ended the take by itself, and says why.
             self._stop()
+        # PortAudio lists devices anew by starting over, which would silence a take that is played.
         self.may_refresh = self.active and self.player.current is None
         self._ticks += 1
         if not self.active or self._ticks % SLOW_EVERY == 0:

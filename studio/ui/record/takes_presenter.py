@@ -130,6 +130,7 @@ class TakesPresenter(QObject):
     def _check(self, take: Take) -> None:
         if take.folder in self._checking:
             return
+        # At once and not when the report is there: lists are shown anew while it is being checked.
         self._checking.add(take.folder)
 
         def done(verdict: Verdict) -> None:
