@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject
 
 from studio.capture.snapshot import Snapshot
-from studio.files.disk import size_text
+from studio.files.atomic import size_text
 from studio.settings import NO_MICROPHONE
 from studio.ui.record.model import RecordModel
 from studio.ui.record.slate_view import SlateBar, choose_seconds

@@ -1,4 +1,13 @@
-"""Reading and writing a line: JSON to a frozen event and back, with a stated failure where it is none."""
+"""Every event a command prints with --json, as a frozen type (no Qt, no torch, no numpy), and its line.
+
+NAME is the line's `event`; VERBS are the commands that mean this by it, () for all that use the name.
+
+common    Events that many commands print: notes, problems, progress, and the last line
+live      Events of a live performance, the practice performer, the doctor and the tour
+takes     Events of commands that record, import, change and export takes
+training  Events of commands that train, measure and describe: train, evaluate, compare, suggest, card,
+          encoder
+"""
 
 from __future__ import annotations
 
@@ -11,8 +20,11 @@ from typing import Any
 import msgspec
 
 from studio.errors import StudioError
-from studio.ipc import events
-from studio.ipc.events import ChildEvent
+from studio.ipc.events.common import *  # noqa: F403
+from studio.ipc.events.common import ChildEvent
+from studio.ipc.events.live import *  # noqa: F403
+from studio.ipc.events.takes import *  # noqa: F403
+from studio.ipc.events.training import *  # noqa: F403
 
 REMEDY = "Please report it with the log."
 
@@ -71,7 +83,7 @@ def encode(event: ChildEvent) -> str:
 @cache
 def event_types() -> dict[tuple[str, str], type[ChildEvent]]:
     """Every event by (command, name); the command is "" where all mean the same by that name."""
-    kinds = (one for one in vars(events).values() if isinstance(one, type) and issubclass(one, ChildEvent))
+    kinds = (one for one in globals().values() if isinstance(one, type) and issubclass(one, ChildEvent))
     return {
         (verb, kind.NAME): kind for kind in kinds if kind is not ChildEvent for verb in kind.VERBS or ("",)
     }

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.files.disk import free_bytes, is_full, size_text
+from studio.files.atomic import free_bytes, is_full, size_text
 
 
 @pytest.mark.parametrize(
