@@ -165,7 +165,8 @@ def load() -> Settings:
         try:
             settings = settings.changed(**{name: value})
         except RequestError:
-            continue  # a setting of another version, or one edited by hand
+            # A setting of another version, or one edited by hand.
+            continue
     return settings
 
 

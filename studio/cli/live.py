@@ -218,7 +218,8 @@ class _Stage:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
-        if self._voice != self._live.voice_to:  # the output went away, or came back
+        if self._voice != self._live.voice_to:
+            # The output went away, or came back.
             self._report_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now

@@ -57,6 +57,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
     host, port = address(args.to)
     if args.seed < 0:
         raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
+    # The performance calls from its own thread; printing there could make frames late.
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     broadcast = Broadcast(
         host, port, args.fps, _device(args.device), args.seed, not args.unbundled, args.jitter, args.loss,
@@ -71,6 +72,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
                 while not lines.empty():
                     text = lines.get()
                     out.emit(LineEvent(text, round(broadcast.position, 3)), f"  {text}")
+                # A problem lasts for many looks and is said once.
                 if broadcast.problem != reported:
                     reported = broadcast.problem
                     out.emit(ProblemEvent(reported), reported)

@@ -53,6 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+    # Read before anything is opened: a typing error costs no second of waiting.
     addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
     if args.audio is not None:
         check_sound(args.audio)
@@ -77,6 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         _follow(player, targets, out)
     finally:
         player.close()
+        # All fades begin together, then each is waited for.
         for target in targets:
             target.stop(wait=False)
         for target in targets:
@@ -108,7 +110,9 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
     following = time.monotonic()
     going = True
     while going:
-        going = player.playing  # one look more after the end: a short play may be over before the first
+        # One look more after the end: a short play may be over before the first.
+        going = player.playing
+        # Often enough for problems; the sending has a thread of its own.
         time.sleep(0.05)
         for problem in [target.state.problem for target in targets]:
             if problem is not None and problem.what not in reported:
