@@ -15,6 +15,10 @@ from typing import Any, TextIO
 from studio.errors import FileThereError, RequestError, StudioError
 from studio.files.atomic import plain
 from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
+from studio.vmc import MARIONETTE_PORT
+
+DEFAULT_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
+"""Where motion is sent where nobody says: an avatar program on this computer."""
 
 
 def counted(number: int, thing: str) -> str:
@@ -31,7 +35,7 @@ def address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     # isdigit alone takes digits of other scripts, which int reads and sockets do not.
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not an address.", "Write HOST:PORT, such as 127.0.0.1:39539.")
+        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {DEFAULT_TARGET}.")
     # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)
 

@@ -14,10 +14,10 @@ from pathlib import Path
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
 from studio.ipc.events import DoctorDone, SystemCheckEvent
+from studio.vmc import MARIONETTE_PORT
 
 EXAMPLE = "saia doctor"
 
-VMC_PORT = 39539
 PROBE_TIMEOUT = 120.0
 """Seconds a probe may take; a first import of torch on a cold disk is slow."""
 LEAST_FREE_BYTES = 2 * 2**30
@@ -47,7 +47,10 @@ print(torch.__version__, "|", torch.get_num_threads(), "|", gpu)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--port", type=int, default=VMC_PORT, help="the motion port to look at (default 39539)"
+        "--port",
+        type=int,
+        default=MARIONETTE_PORT,
+        help=f"the motion port to look at (default {MARIONETTE_PORT})",
     )
 
 
