@@ -9,7 +9,7 @@ from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
-from studio.vmc import MARIONETTE_PORT
+from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 
 FORMAT_VERSION = 1
 FILE = "settings.json"
@@ -71,7 +71,7 @@ class Settings:
     slate: str = _setting("Take", "Slate", "Name given to new takes.")
     send_host: str = _setting("127.0.0.1", "Send to", "Address that motion is sent to.")
     send_port: int = _setting(
-        39540, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
+        PERFORMER_PORT, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
     )
     send_targets: tuple[str, ...] = ()
     """All programs that motion is sent to, each as "program=host:port"; empty for the one above alone."""
