@@ -37,8 +37,7 @@ def baseline_figures(
     from studio.evaluation.evaluation_set import evaluate
     from studio.training.gather import cache_folder, load_usable
 
-    report = chosen.report or {}
-    ids = set(report.get("train", ()))
+    ids = set(chosen.facts.train)
     named = [(s, t) for s, t in project.selected() if s.id in ids] or list(project.selected("train"))
     out.passing("baselines", f"{_WORDS}: reading what {chosen.id} learnt from", fraction=0.0)
     material, _ = load_usable(named, RIDGE_SOUND)
@@ -46,7 +45,7 @@ def baseline_figures(
         text = "The takes the run was trained on are gone; there are no baselines to compare with."
         out.event("note", text, text=text)
         return {}
-    fps = Fraction(report.get("fps") or 30).limit_denominator(1001)
+    fps = Fraction(chosen.facts.fps or 30).limit_denominator(1001)
     progress = _ProgressReport(out, len(material) + len(Baselines.names) * len(evaluation_set.material))
     baselines = Baselines(material, fps, cache_folder(project), on_take=progress.fitted)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -115,13 +115,11 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
 
 def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
     from studio.cli._output import _plain
-    from studio.files.atomic import write_json
+    from studio.project import RunReport
 
-    path = chosen.folder / "report.json"
-    with suppress(StudioError, OSError, ValueError, RecursionError):
-        report = json.loads(path.read_text(encoding="utf-8"))
-        report |= {
-            "look_aheads": found,
-            "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
-        }
-        write_json(path, _plain(report))
+    measured_on = {"split": evaluation_set.split, "takes": evaluation_set.takes}
+    # Read anew: the run was loaded before minutes of measuring.
+    report = RunReport.load(chosen.folder)
+    if report is not None:
+        with suppress(StudioError):
+            replace(report, look_aheads=tuple(_plain(found)), look_aheads_on=measured_on).save(chosen.folder)

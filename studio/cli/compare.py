@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from studio.cli._baselines import baseline_figures, captured_figures
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
-from studio.cli.evaluate import CAPTURED, SPLITS, measure, say_learnt, seed_of, table
+from studio.cli.evaluate import CAPTURED, SPLITS, measure, say_learnt, table
 from studio.evaluation.evaluation_set import choose_evaluation_set
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     trim_cache(project)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], evaluation_set, out)
     captured = captured_figures(evaluation_set)
-    seeds = {one.id: seed_of(one) for one in chosen}
+    seeds = {one.id: one.facts.seed for one in chosen}
     title = f"On {evaluation_set.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
     text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
     facts: dict[str, Any] = {
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _say_different_training(chosen: list[Run], out: Output) -> None:
     """A note where the runs did not learn from the same takes."""
-    learnt = {tuple((one.report or {}).get("train", ())) for one in chosen}
+    learnt = {one.facts.train for one in chosen}
     if len(learnt) > 1:
         text = f"The runs learnt from different takes; the baselines are fitted to those of {chosen[0].id}."
         out.event("note", text, text=text)

@@ -80,8 +80,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     baselines = {} if args.no_baselines else baseline_figures(project, chosen, evaluation_set, out)
     facts = {
         "run": chosen.id,
-        "seed": seed_of(chosen),
-        "style": args.style or (chosen.report or {}).get("style", "average"),
+        "seed": chosen.facts.seed,
+        "style": args.style or (chosen.facts.style or "average"),
         "chance": {"seed": args.seed, "liveliness": args.liveliness},
         "poses": poses_measured(chosen, args.liveliness),
         "split": evaluation_set.split,
@@ -111,13 +111,13 @@ EXPECTED, DRAWN = "expected", "drawn"
 
 def poses_measured(chosen: Run, liveliness: float) -> str:
     """Whether a run's figures are those of expected poses or of such as chance draws around them."""
-    draws = bool((chosen.report or {}).get("draws", False))
+    draws = bool(chosen.facts.draws)
     return DRAWN if draws and liveliness > 0 else EXPECTED
 
 
 def say_learnt(chosen: Run, evaluation_set: EvaluationSet, out: Output) -> None:
     """A note where the run learnt from a take measured on, whatever that take is marked as by now."""
-    names = [str(name) for name in (chosen.report or {}).get("train", ())]
+    names = chosen.facts.train
     learnt = {*names, *(_PART.sub("", name) for name in names)}
     measured = [material.selection for material in evaluation_set.material]
     found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
@@ -158,12 +158,6 @@ def measure(
         return predictor.generate_samples(sound.mono(), style, sampling)
 
     return evaluate(predict, evaluation_set.material)
-
-
-def seed_of(chosen: Run) -> int | None:
-    """The seed a run was trained with, None where its report does not say."""
-    seed = (chosen.report or {}).get("seed")
-    return seed if isinstance(seed, int) else None
 
 
 def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:

@@ -16,14 +16,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio.cli._output import Output, counted, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import wait_until_alone
-from studio.errors import RequestError
+from studio.errors import RequestError, StudioError
 from studio.ipc import commands
 from studio.ipc.commands import STOP
 
@@ -89,9 +89,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         return
     _measure_look_aheads(project, finished, out, stop)
     trim_cache(project)
-    report = finished.report or {}
-    stopped = report.get("status") == "stopped"
-    seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
+    report = finished.facts
+    stopped, seconds, best = report.status == "stopped", report.seconds or 0.0, report.best_epoch
     how = "Stopped" if stopped else "Done"
     out.done(
         f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.",
@@ -100,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         best_epoch=best,
         stopped=stopped,
         seconds=seconds,
-        val=report.get("best_val"),
+        val=report.best_val,
     )
 
 
@@ -116,14 +115,16 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
 def _trained(
     project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
 ) -> Run:
+    from studio.evaluation.model_card import write_card
     from studio.ipc.events import StartedEvent
     from studio.training.loop.train import train
 
-    name = ""
+    name, folder = "", None
 
     def on_event(event: Event) -> None:
-        nonlocal name
-        name = event.run if isinstance(event, StartedEvent) else name
+        nonlocal name, folder
+        if isinstance(event, StartedEvent):
+            name, folder = event.run, Path(event.folder)
         if board is not None:
             board(event)
         _tell(event, out, stop)
@@ -137,6 +138,10 @@ def _trained(
     finally:
         if board is not None:
             board.close()
+        if folder is not None:
+            # However it ended, there may be weights to use; a card that cannot be written is no failure.
+            with suppress(StudioError):
+                write_card(folder)
 
 
 @contextmanager

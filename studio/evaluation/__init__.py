@@ -4,4 +4,6 @@ baselines       Baselines that a trained model must beat: no motion, the mean po
                 stacked MFCC
 evaluation_set  What a run is measured on, the takes of a split or those that somebody named, and how it is
                 measured
+model_card      The model card of a run: what it learnt from, how near and alive it is, what may be done with
+                it
 """

@@ -9,8 +9,6 @@ gather         Gathers training examples from a project's selections: frame rate
 loop/          The training loop on Lightning Fabric (torch): one process or many, stopped, cancelled,
                resumed
 losses         Loss functions on scaled columns, by groups of channels
-model_card     The model card of a run: what it learnt from, how near and alive it is, what may be done with
-               it
 preview        A few seconds of a validation take as the model predicts them, kept while it trains (no
                torch)
 recipe         Recipes: how a network is built and trained, as values anyone can read and change (no torch)

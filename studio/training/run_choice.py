@@ -79,10 +79,8 @@ def newest(runs: Sequence[Run]) -> Run:
 
 def run_choice(run: Run) -> RunChoice:
     """A run with the styles that its report names."""
-    report = run.report or {}
-    found = report.get("styles")
-    styles = tuple(str(name) for name in found) if isinstance(found, list) else ()
-    draws = bool(report.get("draws", report.get("form") in DRAWING_FORMS))
-    if not styles:
+    report = run.facts
+    draws = report.form in DRAWING_FORMS if report.draws is None else report.draws
+    if not report.styles:
         return RunChoice(run.id, draws=draws)
-    return RunChoice(run.id, (AVERAGE, *styles), str(report.get("style") or AVERAGE), draws)
+    return RunChoice(run.id, (AVERAGE, *report.styles), report.style or AVERAGE, draws)

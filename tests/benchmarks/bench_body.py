@@ -87,7 +87,7 @@ def measured(
     try:
         divide(project, test, val)
         trained = train.train(project, recipe, on_event=lambda event: None)
-        epoch = trained.report["best_epoch"] if trained.report else None
+        epoch = trained.report.best_epoch if trained.report else None
         return {"best_epoch": epoch, **held(project, load_model(trained.folder / BEST))}
     finally:
         project.close()

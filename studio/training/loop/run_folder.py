@@ -8,7 +8,7 @@ import os
 import platform
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,10 +19,10 @@ from studio.errors import RequestError, StudioError
 from studio.features.motion import Layout
 from studio.files import atomic
 from studio.ipc.events import EpochEvent, StartedEvent
-from studio.project import Project, Run
+from studio.project import Project, Run, RunReport
+from studio.project.run import METRICS_FILE
 from studio.training.checkpoint import Model, TrainingState, frame_rate_of
 from studio.training.events import Event, RunStatus
-from studio.training.model_card import write_card
 from studio.training.recipe import Recipe
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Board:
         writer.flush()
 
 
-RECIPE_FILE, METRICS_FILE, REPORT_FILE = "recipe.toml", "metrics.jsonl", "report.json"
+RECIPE_FILE = "recipe.toml"
 
 
 @dataclass
@@ -135,24 +135,16 @@ class RunFolder:
                 return event.get("val")
         return None
 
-    def report(self, status: RunStatus, facts: dict[str, Any]) -> None:
-        """Write report.json."""
+    def report(self, status: RunStatus, facts: RunReport) -> None:
+        """Write report.json: the facts with the status and what made them."""
         if not self.writes:
             return
-        content = {"version": 1, "run": self.path.name, "status": status.value, **facts}
-        if (
-            status is RunStatus.RUNNING
-        ):  # so that a run whose process was killed can be told from one that goes on
-            content |= {"pid": os.getpid(), "host": platform.node()}
-        content["made_with"] = {
-            "studio": __version__,
-            "python": platform.python_version(),
-            **_torch_version(),
-        }
-        atomic.write_json(self.path / REPORT_FILE, content)
-        if status is not RunStatus.RUNNING:
-            with suppress(StudioError):  # a card that cannot be written is no reason to fail
-                write_card(self.path)
+        made_with = {"studio": __version__, "python": platform.python_version(), **_torch_version()}
+        report = replace(facts, run=self.path.name, status=status.value, made_with=made_with)
+        if status is RunStatus.RUNNING:
+            # So that a run whose process was killed can be told from one that goes on.
+            report = replace(report, pid=os.getpid(), host=platform.node())
+        report.save(self.path)
 
     def _forget_after_state(self) -> int:
         """Drop epochs that were told of but whose weights a kill took away; gives the last kept."""

@@ -11,7 +11,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import lightning_fabric
 import torch
@@ -27,7 +26,7 @@ from studio.ipc.events import (
     StepEvent,
 )
 from studio.metrics import scores
-from studio.project import Project, Run
+from studio.project import Project, Run, RunReport
 from studio.training import checkpoint, styles
 from studio.training.checkpoint import BEST
 from studio.training.events import (
@@ -302,32 +301,33 @@ class _Training:
         )
         self.folder.report(RunStatus.RUNNING, self._facts())
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> RunReport:
         """What report.json says beside the status."""
         data, progress = self.data, self.progress
-        return {
-            "recipe": self.recipe.name,
-            "title": self.recipe.title,
-            "form": self.recipe.form,
-            "model": self.recipe.model,
-            "draws": self.model.network.draws,
-            "seed": self.recipe.training.seed,
-            "epochs": progress.epoch,
-            "of": self.recipe.training.epochs,
-            "best_epoch": progress.best_epoch,
-            "best_val_loss": progress.best_loss if progress.best_epoch else None,
-            "best_val": progress.best_val or self.folder.figures(progress.best_epoch),
-            "seconds": round(progress.seconds, 1),
-            "train": [e.id for e in data.train],
-            "val": [e.id for e in data.val],
-            "frames": data.frames,
-            "minutes": round(data.frames / float(data.fps) / 60, 2),
-            "fps": float(data.fps),
-            "performers": list(data.performers),
-            "styles": list(data.styles),
-            "style": self._style_name(progress.best_style) or styles.AVERAGE,
-            "channels": data.layout.width,
-            "parameters": sum(p.numel() for p in self.model.network.parameters()),
-            "device": str(self.fabric.device),
-            "notes": [*data.notes, *self.folder.notes],
-        }
+        best_val = progress.best_val or self.folder.figures(progress.best_epoch)
+        return RunReport(
+            recipe=self.recipe.name,
+            title=self.recipe.title,
+            form=self.recipe.form,
+            model=self.recipe.model,
+            draws=self.model.network.draws,
+            seed=self.recipe.training.seed,
+            epochs=progress.epoch,
+            of=self.recipe.training.epochs,
+            best_epoch=progress.best_epoch,
+            best_val_loss=progress.best_loss if progress.best_epoch else None,
+            best_val=dict(best_val) if best_val else None,
+            seconds=round(progress.seconds, 1),
+            train=tuple(e.id for e in data.train),
+            val=tuple(e.id for e in data.val),
+            frames=data.frames,
+            minutes=round(data.frames / float(data.fps) / 60, 2),
+            fps=float(data.fps),
+            performers=tuple(data.performers),
+            styles=tuple(data.styles),
+            style=self._style_name(progress.best_style) or styles.AVERAGE,
+            channels=data.layout.width,
+            parameters=sum(p.numel() for p in self.model.network.parameters()),
+            device=str(self.fabric.device),
+            notes=(*data.notes, *self.folder.notes),
+        )

@@ -10,9 +10,9 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio.errors import StudioError
+from studio.evaluation import model_card
 from studio.ipc.events import UnpackDone
 from studio.project import Project
-from studio.training import model_card
 from studio.training.run_file import SUFFIX
 from studio.ui import messages
 from studio.ui.tasks import Job
