@@ -33,8 +33,7 @@ def baseline_figures(
     """
     from fractions import Fraction
 
-    from studio.evaluation.baselines import RIDGE_SOUND, Baselines
-    from studio.evaluation.evaluation_set import evaluate
+    from studio.evaluation.evaluation_set import RIDGE_SOUND, Baselines, evaluate
     from studio.training.gather import cache_folder, load_usable
 
     ids = set(chosen.facts.train)

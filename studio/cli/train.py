@@ -1,6 +1,6 @@
 """`saia train`: learn a performer's motion from their voice.
 
-With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
+With --json it prints `started`, then an `epoch` for each (ipc/events.py has their facts), `note` for
 what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, before it
 starts a `cleaning` where cleaned sound was chosen and is not there and a `listening` for each take whose
 sound is worked out, and before the error of memory that ran out an `out_of_memory` with the setting that may
@@ -28,9 +28,8 @@ from studio.ipc import commands
 from studio.ipc.commands import STOP
 
 if TYPE_CHECKING:
-    from studio.ipc.events import EpochEvent, StartedEvent, StepEvent
+    from studio.ipc.events import EpochEvent, StartedEvent, StepEvent, TrainingEvent
     from studio.project import Project, Run
-    from studio.training.events import Event
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
@@ -121,7 +120,7 @@ def _trained(
 
     name, folder = "", None
 
-    def on_event(event: Event) -> None:
+    def on_event(event: TrainingEvent) -> None:
         nonlocal name, folder
         if isinstance(event, StartedEvent):
             name, folder = event.run, Path(event.folder)
@@ -244,7 +243,7 @@ class StopRequest:
             self.request()
 
 
-def _tell(event: Event, out: Output, stop: StopRequest) -> None:
+def _tell(event: TrainingEvent, out: Output, stop: StopRequest) -> None:
     try:
         _print(event, out)
     except BrokenPipeError:  # the window died: what was learnt is kept, nobody reads what is said
@@ -252,7 +251,7 @@ def _tell(event: Event, out: Output, stop: StopRequest) -> None:
         stop.request()
 
 
-def _print(event: Event, out: Output) -> None:
+def _print(event: TrainingEvent, out: Output) -> None:
     from dataclasses import asdict
 
     from studio.ipc.events import (

@@ -26,8 +26,6 @@ STATIC_SHAPE = 1e-3
 STATIC_ANGLE = np.radians(0.2)
 STATIC_METRES = 5e-4
 
-SCALINGS = ("group", "minmax", "none")
-
 
 @dataclass(frozen=True, eq=False)
 class Layout:

@@ -978,3 +978,9 @@ class TourDone(DoneEvent):
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
+
+
+TrainingEvent = (
+    StartedEvent | NoteEvent | CleaningEvent | ListeningEvent | EpochEvent | StepEvent | OutOfMemoryEvent
+)
+"""What a training reports from the first take it reads to its end."""

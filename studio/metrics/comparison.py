@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.metrics.body import place_figures
+from studio.metrics.body import place_figures, spread_figures
 from studio.metrics.face import face_figures
 from studio.metrics.scores import Array, Figures, Pair, geodesic_errors, part_figures, score
-from studio.metrics.spread import spread_figures
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, on_grid
 

@@ -18,6 +18,9 @@ Figures = dict[str, float | None]
 MOVING = 0.005
 """A column counts as moving when its captured standard deviation exceeds this."""
 
+STILL_RATIO = 0.3
+"""Below this share of the captured motion a model is called still."""
+
 JAW_SHAPES = frozenset({"jawopen", "jaw_open", "a", "aa", "mouth_stretch_c"})
 """Lower-case names of the shape that opens the jaw: ARKit, VRM 0 and 1, FACEGOOD."""
 
@@ -176,6 +179,11 @@ def motion_ratio(p: Array, t: Array) -> float | None:
     Source: our own, since the SAIA reports' RMSE could not tell a model that stood still.
     """
     return _ratio(np.abs(np.diff(p, axis=0)), np.abs(np.diff(t, axis=0)))
+
+
+def is_still(ratio: float | None) -> bool:
+    """Whether a model, by its motion ratio, moves so little that a person should know."""
+    return ratio is not None and ratio < STILL_RATIO
 
 
 def jerk_ratio(p: Array, t: Array) -> float | None:

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from studio.errors import RequestError
-from studio.model._body import body_head, low_passed
+from studio.model._mixture import body_head, low_passed
 from studio.model._network import Network, SamplingOptions, Sizes, State
 
 MARGIN_SECONDS = 3.0

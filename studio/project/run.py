@@ -7,6 +7,7 @@ import platform
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from functools import cache
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -18,6 +19,15 @@ from studio.files import atomic, process
 
 REPORT_FILE, METRICS_FILE, WEIGHTS_FILE = "report.json", "metrics.jsonl", "best.safetensors"
 LICENCE_FILE, EVALUATION_FILE = "licence.txt", "evaluation.json"
+
+
+class RunStatus(StrEnum):
+    """How a run is doing; `status` in report.json."""
+
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"
+    FAILED = "failed"
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,12 @@ from typing import Any
 from studio.errors import StudioError
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
-from studio.take.check_motion import motion_findings, value_findings
-from studio.take.check_sound import SoundStats, measure_sound, sound_findings
+from studio.take.findings import SoundStats, measure_sound, motion_findings, sound_findings, value_findings
 from studio.take.motion_file import read_motion
 from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
 
 __all__ = ["SEVERITIES", "Finding", "Report", "check_take"]
 
-SURE = 0.5
-"""Confidence of the alignment from which it is told."""
 LATE, VERY_LATE = 0.08, 0.3
 """Seconds between mouth and voice that matter, and that spoil a take."""
 _VOICE_ONLY = "As a sound it can be used in Review; it cannot be trained on."
@@ -157,13 +154,13 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
 
 def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]:
     late = -alignment.offset
-    if alignment.confidence >= SURE and abs(late) > LATE:
+    if alignment.confidence >= lag.SURE and abs(late) > LATE:
         side = "late" if late > 0 else "early"
         what = f"The mouth moves {abs(late) * 1000:.0f} ms too {side} for the voice."
         severity = "major" if abs(late) > VERY_LATE else "minor"
         yield Finding("offset", severity, what, "Press Align to move the motion, or set the offset by hand.")
     moves = bool(len(motion)) and lag.mouth_opening(motion, motion.times).std() > 0.005
-    if moves and alignment.confidence < SURE and alignment.correlation < 0.15:
+    if moves and alignment.confidence < lag.SURE and alignment.correlation < 0.15:
         what = "The mouth does not follow the voice."
         yield Finding("mouth", "major", what, "Check that sound and motion are of the same recording.")
 

@@ -122,9 +122,8 @@ def as_plain(project: Any, model: Any) -> Any:
     import torch
 
     from studio.inference.offline import Predictor
-    from studio.training.gains import region_gains
     from studio.training.gather import gather
-    from studio.training.loop.validation import predict
+    from studio.training.loop.validation import predict, region_gains
 
     examples = gather(project, model.recipe, model.layout, model.fps, model.styles).val
     style = 0 if not model.style else 1 + model.styles.index(model.style)

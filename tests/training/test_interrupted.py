@@ -10,8 +10,8 @@ import pytest
 from safetensors.torch import load_file
 
 from studio.ipc.events import EpochEvent, NoteEvent, StepEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project, Run
-from studio.training.events import Event
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 from tests import toys

@@ -24,20 +24,17 @@ from studio.ipc.events import (
     OutOfMemoryEvent,
     StartedEvent,
     StepEvent,
+    TrainingEvent,
 )
 from studio.metrics import scores
+from studio.metrics.scores import is_still
 from studio.project import Project, Run, RunReport
+from studio.project.run import RunStatus
 from studio.training import checkpoint, styles
 from studio.training.checkpoint import BEST
-from studio.training.events import (
-    STILL_ADVICE,
-    Event,
-    RunStatus,
-    is_still,
-)
 from studio.training.gather import gather
 from studio.training.loop import run_folder
-from studio.training.loop.run_folder import RunFolder
+from studio.training.loop.run_folder import Progress, RunFolder, save_progress, saved_state
 from studio.training.loop.setup import (
     fresh_model,
     is_out_of_memory,
@@ -47,15 +44,17 @@ from studio.training.loop.setup import (
     out_of_memory,
     smaller_batch,
 )
-from studio.training.loop.state import Progress, save_progress, saved_state
-from studio.training.loop.step import TrainingSteps
+from studio.training.loop.step import TrainingSteps, picks
 from studio.training.loop.validation import Validation, ValidationResult, enliven
 from studio.training.preview import PreviewWriter
 from studio.training.recipe import Recipe, read_recipe
-from studio.training.sampling import picks
 
 SETTLED_FROM = 0.8
 """Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
+STILL_ADVICE = (
+    "The model hardly moves yet. If this stays, train longer, choose the recipe balanced, "
+    "or check in Curate that sound and motion line up."
+)
 _ALARM_FROM = 0.25
 """Share of the epochs before which standing still is no reason for alarm: every model begins there."""
 
@@ -64,7 +63,7 @@ def train(
     project: Project,
     recipe: Recipe,
     *,
-    on_event: Callable[[Event], None],
+    on_event: Callable[[TrainingEvent], None],
     stop: Callable[[], bool] = lambda: False,
     resume: Run | None = None,
     step_seconds: float = 1.0,
@@ -87,7 +86,7 @@ def train(
     """
     fabric, run = make_fabric(recipe.training), ""
 
-    def tell(event: Event) -> None:
+    def tell(event: TrainingEvent) -> None:
         nonlocal run
         run = event.run if isinstance(event, StartedEvent) else run
         if fabric.is_global_zero:
@@ -121,7 +120,7 @@ class _Training:
         fabric: lightning_fabric.Fabric,
         project: Project,
         recipe: Recipe,
-        tell: Callable[[Event], None],
+        tell: Callable[[TrainingEvent], None],
         stop: Callable[[], bool],
         resume: Run | None,
         step_seconds: float,

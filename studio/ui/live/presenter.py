@@ -20,7 +20,7 @@ from studio.ipc.events import (
     VoiceEvent,
 )
 from studio.render.world_pose import WorldPose
-from studio.training.run_choice import RunSelection, newest, run_choice
+from studio.training.styles import RunSelection, newest, run_choice
 from studio.ui import messages
 from studio.ui.avatar_store import Avatars
 from studio.ui.live.performing import LiveTask, Phase

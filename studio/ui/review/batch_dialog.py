@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.training.run_choice import RunChoice, RunSelection
+from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.review.export_options import MoreFormats
 from studio.ui.review.export_panel import FormatChoice

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from studio.ipc.events import EpochEvent
+from studio.metrics.scores import STILL_RATIO
 from studio.project import Run
-from studio.training.events import STILL_RATIO
 
 ALIVE = (0.8, 1.25)
 JITTERS = 1.6

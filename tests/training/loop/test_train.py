@@ -20,13 +20,13 @@ from safetensors.torch import load_file
 from studio.dataset import edits
 from studio.errors import RequestError, StudioError
 from studio.ipc.events import EpochEvent, NoteEvent, StartedEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Event
-from studio.training.gains import CALMEST, LIVELIEST
 from studio.training.loop.setup import learning_rate
 from studio.training.loop.train import resumed_recipe, train
+from studio.training.loop.validation import CALMEST, LIVELIEST
 from studio.training.recipe import Recipe, TrainingSettings, load_recipe, read_recipe
 from tests import toys
 from tests.tolerance import same_figures, same_weights
