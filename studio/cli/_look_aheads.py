@@ -114,7 +114,7 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
 
 
 def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
-    from studio.cli._output import _plain
+    from studio.cli._output import plain
     from studio.project import RunReport
 
     measured_on = {"split": evaluation_set.split, "takes": evaluation_set.takes}
@@ -122,4 +122,4 @@ def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSe
     report = RunReport.load(chosen.folder)
     if report is not None:
         with suppress(StudioError):
-            replace(report, look_aheads=tuple(_plain(found)), look_aheads_on=measured_on).save(chosen.folder)
+            replace(report, look_aheads=tuple(plain(found)), look_aheads_on=measured_on).save(chosen.folder)

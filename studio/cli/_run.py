@@ -6,27 +6,25 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from studio.cli._output import Output, silence_stdout
-from studio.errors import FileThereError, InputError, RequestError, StudioError
+from studio.errors import FileThereError, RequestError, StudioError
 
 
 def run_command(work: Callable[[], int], out: Output) -> int:
     """Run a command and turn whatever it raises into a sentence and an exit code."""
     try:
         return work()
-    except FileThereError as error:
-        out.error(error.what, error.remedy, there=error.file)
-        return 2
-    except RequestError as error:
-        out.error(error.what, error.remedy)
-        return 2
-    except InputError as error:  # a window that runs this command has another remedy than a terminal
-        out.error(error.what, error.remedy, _write_log(), in_window=error.in_window)
-        return 1
     except StudioError as error:
-        out.error(error.what, error.remedy, _write_log())
-        return 1
+        is_request = isinstance(error, RequestError)
+        facts: dict[str, Any] = {"code": error.code}
+        if error.in_window != error.remedy:  # a window that runs this command has another remedy
+            facts["in_window"] = error.in_window
+        if isinstance(error, FileThereError):
+            facts["there"] = error.file
+        out.error(error.what, error.remedy, None if is_request else _write_log(), **facts)
+        return 2 if is_request else 1
     except KeyboardInterrupt as error:
         out.error("Interrupted.", str(error) or "Nothing that was saved is lost.")
         return 130

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._baselines import baseline_figures, captured_figures
+from studio.cli._export import add_sampling_options
 from studio.cli._look_aheads import progress_callback, store_look_aheads
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
-from studio.cli.generate import add_sampling_options
 from studio.evaluation.evaluation_set import EvaluationSet, choose_evaluation_set
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from studio.evaluation.evaluation_set import Evaluation
     from studio.project import Run
 
-HELP = "measure a run on takes it has not learnt from"
 EXAMPLE = "saia evaluate MyProject balanced_001"
 SPLITS = ("test", "val", "train")
 MAIN = (
@@ -164,12 +163,12 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
     """evaluation.json beside the weights; a folder that cannot be written is no matter."""
     from contextlib import suppress
 
-    from studio.cli._output import _plain
+    from studio.cli._output import plain
     from studio.errors import StudioError
     from studio.files.atomic import write_json
 
     with suppress(StudioError):
-        write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))
+        write_json(chosen.folder / "evaluation.json", plain(dict(facts)))
 
 
 READING = (

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._export_args import add_tune, tuning_of
+from studio.cli._export import add_tune, tuning_of
 from studio.cli._output import Output, address, counted
 from studio.cli._project import check_sound, recover_takes
 from studio.cli._run import as_request
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from studio.playback.player import Player
     from studio.vmc.sender import VmcTarget
 
-HELP = "send a motion to an avatar program, in time with its sound"
 EXAMPLE = "saia play MyProject/takes/Hello_001 --to 127.0.0.1:39540"
 REPORT_SECONDS = 1.0
 

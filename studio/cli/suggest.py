@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.take.check import Report
 
-HELP = "list what to look at first: takes and spans that are most likely bad"
 EXAMPLE = "saia suggest MyProject --run balanced_001"
 
 

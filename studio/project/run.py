@@ -79,7 +79,7 @@ class RunReport:
     parameters: int | None = None
     device: str = ""
     notes: tuple[str, ...] = ()
-    look_aheads: tuple[dict[str, Any], ...] = ()
+    look_aheads: tuple[Any, ...] = ()
     look_aheads_on: dict[str, Any] | None = None
     made_with: dict[str, str] | None = None
     pid: int | None = None

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.cli._clip import take_clip
 from studio.dataset import Selection, edits
 from studio.dataset.material import load_material
+from studio.export.clip import take_clip
 from studio.files import cache
 from studio.project import Project
 from studio.take import TakeInfo
