@@ -25,6 +25,7 @@ SHORTEST = 0.02
 def add(dataset: Dataset, selections: Iterable[Selection]) -> Dataset:
     """Selections appended; one whose id is there already takes its place."""
     new = {selection.id: selection for selection in selections}
+    # In place, so that an import that is repeated does not reorder the list a person sees.
     kept = tuple(new.pop(old.id, old) for old in dataset.selections)
     return replace(dataset, selections=kept + tuple(new.values()))
 
@@ -149,6 +150,7 @@ def remove_label(dataset: Dataset, selection_id: str, label: Label) -> Dataset:
         if label not in selection.labels:
             what = f"{selection.id} has no label {label.text!r} at {label.t:.2f} s."
             raise RequestError(what, "Choose a label that is there.")
+        # Of two that are equal only one goes: each was set by a hand of its own.
         labels = list(selection.labels)
         labels.remove(label)
         return replace(selection, labels=tuple(labels))

@@ -69,6 +69,7 @@ def choose_evaluation_set(
             if not any(name in (s.id, s.take) for s, _ in named):
                 project.take(name)
                 raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
+        # What was named may be of several splits; the table then says so instead of guessing.
         splits = {s.split for s, _ in named}
         label = splits.pop() if len(splits) == 1 else "mixed"
     else:
@@ -77,6 +78,7 @@ def choose_evaluation_set(
             named, label = list(project.selected("val")), "val"
             if named:
                 note(_TO_VAL)
+    # At the default rate: each model resamples for itself, so that one set serves all runs compared.
     material, notes = load_usable(named, AudioSpec())
     for found in notes:
         note(found)
@@ -171,6 +173,7 @@ class Baselines:
 
         "zero" is shapes at 0 and bones at rest (T-pose), "train_mean" the mean pose of the training takes.
         """
+        # One more, since the last frame may begin after the last whole one.
         frames = int(np.ceil(len(material.samples) / material.sample_rate * float(self.fps))) + 1
         times = np.arange(frames) * self.fps.denominator / self.fps.numerator
         if name == "zero":

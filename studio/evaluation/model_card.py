@@ -69,11 +69,13 @@ def write_card(run: Path) -> Path:
 
 def card_html(run: Path) -> str:
     """The card's text; what is not known is left out."""
+    # Read from the folder alone, so that a card can be written for a run from elsewhere.
     report = RunReport.load(run) or RunReport()
     evaluation: dict[str, Any] = {}
     with suppress(OSError, StudioError):
         evaluation = atomic.read_json(run / EVALUATION_FILE)
     licence = licence_of(run) or NO_LICENCE
+    # Escaped: the licence is anybody's text, and the card is opened in a browser.
     paragraphs = "".join(f"<p>{escape(line)}</p>" for line in licence.splitlines() if line.strip())
     parts = [
         f"<h1>{escape(run.name)}</h1>",

@@ -59,6 +59,7 @@ class Example:
     def rows(self, first: int, count: int) -> Floats:
         """Rows from index `first` on (0 is the first frame's first row); ends held."""
         wanted = np.arange(first + self.lead, first + self.lead + count)
+        # Held and not zero: a zero is a level in dB, and a loud one.
         return self.sound[np.clip(wanted, 0, len(self.sound) - 1)]
 
 
@@ -77,6 +78,7 @@ def make_example(
         cache: folder in which features are kept by content; None for none.
     """
     natural, mask = layout.columns(grid.motion)
+    # Whole frames, so that row 0 stays the first frame's first row.
     lead = round(PAD_SECONDS * float(fps)) * spec.steps_per_frame
     count = len(grid.valid) * spec.steps_per_frame + 2 * lead
     sound = cached_rows(samples, spec, fps, -lead, count, cache)
@@ -94,6 +96,7 @@ def cached_rows(
     digest.update(key.encode())
     path = cache / f"{digest.hexdigest()}.npy"
     cached = read_arrays(path).get("")
+    # Checked although the key names it all: a damaged file may still be readable.
     if cached is not None and cached.shape == (count, spec.width) and cached.dtype == np.float32:
         used(path)
         return cached

@@ -55,6 +55,7 @@ def power_of_sound(sound: Path) -> NDArray[np.float64]:
     parts: list[NDArray[np.float64]] = []
     for block in sound_blocks(sound, LISTEN_RATE):
         samples = np.concatenate([rest, block])
+        # Whole hundredths only; the rest goes before the next block, or spans would slip at every seam.
         whole = len(samples) // (LISTEN_RATE // 100) * (LISTEN_RATE // 100)
         rest = samples[whole:]
         parts.append(power(samples[:whole], LISTEN_RATE))
@@ -92,6 +93,7 @@ def claps(motion: Motion) -> Array:
         return np.zeros(0)
     fps = float(np.clip(motion.fps, 20.0, 240.0))
     times = np.arange(motion.times[0], motion.times[-1], 1 / fps)
+    # On even times: a dropped frame would look like hands that stopped.
     distance = np.interp(times, motion.times, distance)
     speed = -np.gradient(distance) * fps
     span = max(round(0.04 * fps), 1)

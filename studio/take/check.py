@@ -100,6 +100,7 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     findings += value_findings(motion) if len(motion) else ()
+    # After the values were looked at, since what follows would call the repaired ones fine.
     motion, _ = sanitized(motion)
     if len(motion) < 2:
         findings.append(_nothing_of("motion", take.info, "fatal", _VOICE_ONLY))
@@ -140,6 +141,7 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
     if start > 0.5:
         what = f"The motion starts {start:.1f} s after the sound."
         findings.append(Finding("starts", "minor", what, "Trim the take to where both are there.", 0.0))
+    # Too little voice for an offset to be believed.
     if stats.speech < 0.02 or not motion.shape_names:
         return findings, report
     alignment = lag.voice_offset(lag.level_of(stats.power), motion)
@@ -202,12 +204,14 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
 def _graded(report: Report, findings: list[Finding]) -> Report:
     findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.at or 0.0))
     count = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
+    # Each major fault spoils a part; three of them leave too little to be worth a look.
     if count["fatal"] or count["major"] >= 3:
         grade = "D"
     elif count["major"]:
         grade = "C"
     else:
         grade = "B" if count["minor"] else "A"
+    # A note is no fault: a take with notes alone is still "nothing to mend".
     worst = findings[0] if findings and findings[0].severity != "note" else None
     reason = worst.what if worst else "Nothing to mend was found."
     return replace(report, grade=grade, reason=reason, findings=tuple(findings))

@@ -82,9 +82,11 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
         StudioError: the file is missing, damaged, not a run, of a newer version, asks for what is not
             possible, or would fill the disk.
     """
+    # Beside the runs and renamed at the end: a failure or a kill leaves no half run in the list.
     beside = leftovers.beside(project.runs_folder / "import")
     try:
         beside.mkdir(parents=True)
+        # By known names alone: whatever else a zip holds is never written, wherever its paths lead.
         mark = _extract(source, beside)
         _look_at(beside, source)
         _check(beside / WEIGHTS_FILE, check, source)
@@ -126,6 +128,7 @@ def _extract(source: Path, folder: Path) -> dict[str, Any]:
 def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> None:
     """StudioError where a run file is made to fill the disk, or there is no room for it."""
     needed = sum(member.file_size for member in members)
+    # By what the entries say first, which costs nothing; _copy then holds them to it.
     if atomic.is_bomb(needed, source.stat().st_size):
         raise StudioError(f"{source.name} would fill the disk.", _OTHER)
     if needed > (room := atomic.room(folder)):
@@ -153,6 +156,7 @@ def _look_at(folder: Path, source: Path) -> None:
         weights = folder / WEIGHTS_FILE
         with weights.open("rb") as file:
             (length,) = struct.unpack("<Q", file.read(8))
+            # The length comes from the file; believed, it could ask for all memory.
             if length > min(_LARGEST_HEADER, weights.stat().st_size - 8):
                 raise ValueError("the header is longer than the file")
             header = json.loads(file.read(length))

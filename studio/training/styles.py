@@ -59,8 +59,10 @@ def choose(errors: NDArray[np.floating]) -> int:
             takes.
     """
     over_all = errors.mean(axis=1)
+    # Against the average, which is index 0: a style has to be worth leaving it.
     near = over_all < _CLEARLY * over_all[0]
     suits = ((errors < errors[:1]).mean(axis=1) >= _MOSTLY) & near
+    # One lucky style among many says more of chance than of the next sound.
     if not suits.any() or near.sum() < _SHARE * (len(errors) - 1):
         return 0
     return int(np.where(suits, over_all, np.inf).argmin())

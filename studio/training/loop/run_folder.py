@@ -105,6 +105,7 @@ class RunFolder:
     @classmethod
     def begin(cls, writes: bool, project: Project, recipe: Recipe, resume: Run | None) -> RunFolder:
         """A new folder, or that of a run that goes on."""
+        # Other processes need the folder for nothing but its name in sentences.
         if not writes:
             return cls(project.runs_folder if resume is None else resume.folder, writes=False)
         notes: tuple[str, ...] = ()
@@ -112,6 +113,7 @@ class RunFolder:
             folder = cls(project.new_run_folder(recipe.name), writes=True)
         else:
             folder = cls(resume.folder, writes=True)
+            # Epochs behind the saved weights are learnt again; their old lines would be there twice.
             done = folder._forget_after_state()
             notes = (
                 f"{resume.id} goes on after epoch {done}."
@@ -125,6 +127,7 @@ class RunFolder:
 
     def append(self, event: EpochEvent) -> None:
         """Add an epoch to metrics.jsonl."""
+        # One line an epoch, appended: a kill costs at most the line being written, and readers skip that.
         line = json.dumps({"event": "epoch", **event.as_dict()}, ensure_ascii=False)
         path = self.path / METRICS_FILE
         try:

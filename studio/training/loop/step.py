@@ -65,18 +65,23 @@ class TrainingSteps:
             model.network.load_state_dict(state.network)
             checkpoint.restore_optimiser(self.optimiser, state.optimiser)
             self.average = dict(state.average)
+        # After the state is loaded: DDP copies the weights of rank 0 to the others right here.
         self._wrapped, self._wrapped_optimiser = fabric.setup(model.network, self.optimiser)
+        # Fabric only wraps forward; without this DDP would never average the gradients.
         self._wrapped.mark_forward_method("learn")
         self._loss = loss.shared(self._averaged)
+        # A network with several look-aheads judges the poses of each by the same loss.
         model.network.loss_fn = self._loss
         self.an_epoch = steps_per_epoch(self._recipe.training, data.train)
 
     def begin_epoch(self, number: int) -> np.random.Generator:
         """Make ready for an epoch; gives what is random in its crops, the same in all processes."""
         seed = self._recipe.training.seed
+        # Mixed with the rank: dropout must differ between processes, or they learn from the same masks.
         mixed = np.random.SeedSequence([seed, number, self._fabric.global_rank]).generate_state(1)[0]
         torch.manual_seed(int(mixed))
         self._wrapped.train()
+        # Without the rank: all processes draw the same crops and each cuts out its share.
         return np.random.default_rng([seed, number])
 
     def batches(self, chosen: Sequence[list[Pick]], rng: np.random.Generator) -> Iterator[Batch]:
@@ -105,6 +110,7 @@ class TrainingSteps:
         """
         settings, device = self._recipe.training, self._fabric.device
         for group in self.optimiser.param_groups:
+            # From the step's number and not from a scheduler's state, so that a resumed run needs none.
             group["lr"] = learning_rate(settings, index, settings.epochs * self.an_epoch)
         rows, values, weight = (part.to(device) for part in (batch.rows, batch.values, batch.weight))
         self._wrapped_optimiser.zero_grad()
@@ -121,8 +127,10 @@ class TrainingSteps:
 
     def _batch(self, pick: list[Pick], rng: np.random.Generator) -> Batch:
         """Cut and vary the crops of a step. Runs on the thread of the crops."""
+        # All crops, also those of other processes: the generator must stand at the same place everywhere.
         crops = [self._crop(take, first, rng) for take, first in pick]
         style_ids = self._shown_styles([take for take, _ in pick], rng)
+        # Every n-th crop, so that the shares of two processes differ by one crop at most.
         share = slice(self._fabric.global_rank, None, self._fabric.world_size)
         # A process without a crop learns from the first once more: each must take part in every collective.
         mine, style = crops[share] or crops[:1], style_ids[share] if len(style_ids[share]) else style_ids[:1]
@@ -187,8 +195,10 @@ def _anywhere(
     settings: TrainingSettings, examples: Sequence[Example], steps: int, rng: np.random.Generator
 ) -> list[list[Pick]]:
     """Crops from anywhere, long takes more often."""
+    # By length: a crop from anywhere is as likely as any other, whichever take it lies in.
     frames = np.array([example.frames for example in examples], dtype=np.float64)
     takes = rng.choice(len(frames), size=(steps, settings.crops), p=frames / frames.sum())
+    # A take shorter than a crop is cut from its start and padded.
     spans = np.maximum(frames[takes] - settings.crop_frames + 1, 1)
     firsts = (rng.random(takes.shape) * spans).astype(int)
     both = np.stack([takes, firsts], axis=-1).tolist()
@@ -203,8 +213,10 @@ def _one_pass(
     places = [
         (i, first)
         for i, example in enumerate(examples)
+        # Begun before the take by chance, so that crop borders fall elsewhere every epoch.
         for first in range(-int(rng.integers(0, length)), example.frames, length)
     ]
     shuffled = [places[i] for i in rng.permutation(len(places))]
+    # DDP waits for all: a last step with fewer crops than processes would hang.
     shuffled += shuffled[: max(0, steps * crops - len(shuffled))]
     return [shuffled[step * crops : (step + 1) * crops] or shuffled[:crops] for step in range(steps)]

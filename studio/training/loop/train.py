@@ -315,6 +315,7 @@ class _Training:
             of=self.recipe.training.epochs,
             best_epoch=progress.best_epoch,
             best_val_loss=progress.best_loss if progress.best_epoch else None,
+            # A resumed run that never improves again still knows its best figures, from metrics.jsonl.
             best_val=dict(best_val) if best_val else None,
             seconds=round(progress.seconds, 1),
             train=tuple(e.id for e in data.train),
