@@ -183,6 +183,7 @@ def _emotions(selection: Selection, duration: float, seconds: float) -> Seconds:
     for (tier, text), part in _labels(selection, duration):
         if tier == "emotion":
             found[text] += part
+    # What no label covers is said of the whole selection.
     rest = seconds - sum(found.values())
     if rest > 1e-6:
         found[selection.emotion or NOT_SAID] += rest
@@ -197,6 +198,7 @@ def _channels(
     for count, take in enumerate(takes, 1):
         try:
             motion = load_motion(take)
+        # One damaged take must not cost the card of all others; it is named on it instead.
         except StudioError as error:
             unread.append(error.what)
             motion = None
@@ -230,6 +232,7 @@ def _from_mean(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Degrees of each rotation (T, 4) from their mean pose, (T,)."""
     if not len(q):
         return np.zeros(0)
+    # q and -q are one rotation; unsorted, their mean could be nothing.
     even = rotation.sign_continuous(q)
     mean = even.mean(axis=0)
     length = float(np.linalg.norm(mean))

@@ -61,10 +61,12 @@ class Mixture:
             values: scaled poses (B, n, C).
             weight: (B, n, C), 0 where a value does not count.
         """
+        # In logarithms throughout: the density of a hundred columns underflows float32.
         z = (values[:, :, None] - self.means) / self.deviations
         single = -0.5 * z.square() - self.deviations.log() - 0.5 * math.log(2 * math.pi)
         joint = (single * weight[:, :, None]).sum(dim=-1)
         counted = weight.sum().clamp(min=1.0)
+        # A frame without any captured value would count with log 1 and dilute the mean.
         there = weight.amax(dim=-1)
         return -(torch.logsumexp(self.log_weights + joint, dim=-1) * there).sum() / counted
 
@@ -78,6 +80,7 @@ class Mixture:
         """
         frames, components, columns = self.means.shape[1:]
         paces = None if seconds is None else np.append(seconds, np.full(components, np.median(seconds)))
+        # The components' share of the noise is slow as well, or the pose would flicker between them.
         noise = slow_noise(sampling, frames, columns + components, fps, paces)
         deviates = torch.from_numpy(noise[:, None, :columns]).to(self.means)
         gumbel = torch.from_numpy(_gumbel(noise[:, columns:])).to(self.means)
@@ -97,11 +100,13 @@ class MixtureHead(nn.Module):
         self.means = nn.Linear(inputs, mixtures * columns)
         self.deviations = nn.Linear(inputs, mixtures * columns)
         nn.init.constant_(self.deviations.bias, math.log(math.expm1(_FIRST_DEVIATION)))
+        # Nearly the same deviation for every sound at first, so that the means are learnt before it.
         nn.init.normal_(self.deviations.weight, std=1e-3)
 
     def start_at(self, mean: Tensor) -> None:
         """Let every component begin near a pose (C,), no two at the same place."""
         with torch.no_grad():
+            # At one place all components would get the same gradient and stay one.
             apart = _APART * torch.randn(self.mixtures, len(mean))
             self.means.bias.copy_((mean + apart).flatten())
 
@@ -132,6 +137,7 @@ def slow_noise(
         np.random.default_rng([sampling.seed, _BEFORE_START + block]).standard_normal((_BLOCK, columns))
         for block in range(first // _BLOCK, -(-last // _BLOCK))
     ]
+    # Drawn by blocks with a seed each: a frame in the midst needs only its own block, not all before it.
     skip = first - first // _BLOCK * _BLOCK
     white = np.concatenate(blocks)[skip : skip + last - first]
     near = np.lib.stride_tricks.sliding_window_view(white, windows.shape[1], axis=0)
@@ -141,6 +147,7 @@ def slow_noise(
 def _window(reach: int) -> Array:
     """What white noise is blurred with, (2 reach + 1,), of power 1."""
     window = np.hanning(2 * reach + 3)[1:-1]
+    # Of power 1, so that blurred noise keeps the deviation it was learnt with.
     blur: Array = window / np.linalg.norm(window)
     return blur
 
@@ -149,6 +156,7 @@ def _gumbel(noise: NDArray[np.float32]) -> NDArray[np.float32]:
     """Gumbel noise made of Gaussian noise, number by number."""
     from scipy.special import ndtr
 
+    # Clipped: at 0 or 1 the logarithm is infinite.
     uniform = np.clip(ndtr(noise.astype(np.float64)), 1e-6, 1 - 1e-6)
     return (-np.log(-np.log(uniform))).astype(np.float32)
 
@@ -206,7 +214,9 @@ class BodyHead(nn.Module):
         bodies = [poses[:, self.sizes.faces :].double() for poses in stretches if len(poses) > 1]
         if not bodies:
             return
+        # Whitened first: the slowest directions are then found by turning alone.
         white, back = _whitened(torch.cat(bodies), self.directions)
+        # Stretch by stretch: from one take's end to the next one's start is no movement.
         changes = torch.cat([body.diff(dim=0) @ white for body in bodies])
         _, turn = torch.linalg.eigh(changes.T @ changes / len(changes))
         speeds = (changes @ turn).abs().mean(dim=0) / _MEAN_OF_NORMAL
@@ -255,6 +265,7 @@ class FlowHead(BodyHead):
 
     def surprise(self, known: Tensor, apart: Tensor, weight: Tensor) -> Tensor:
         """|velocity - (pose - chance)|^2 somewhere on the way."""
+        # A moment of its own for each frame: a crop then teaches the whole way from noise to pose.
         noise, step = torch.randn_like(apart), torch.rand_like(apart[..., :1])
         there = torch.lerp(noise, apart, step)
         error = (self._velocity(there, step, self.know(known)) - (apart - noise)).square().mean(dim=-1)
@@ -274,6 +285,7 @@ class FlowHead(BodyHead):
 
     def _velocity(self, there: Tensor, step: Tensor, known: Tensor) -> Tensor:
         angles = step * np.pi * torch.arange(1, _MOMENT // 2 + 1).to(step)
+        # Sines and cosines: a network reads small differences of a single number badly.
         moment = torch.cat([angles.sin(), angles.cos()], dim=-1)
         x = nn.functional.silu(self.enter(torch.cat([there, moment], dim=-1)) + known)
         left: Tensor = self.leave(nn.functional.silu(self.think(x)))
@@ -295,6 +307,7 @@ class MixedHead(BodyHead):
 
     def drawn(self, known: Tensor, sampling: SamplingOptions) -> Tensor:
         """A sample of the mixture."""
+        # At 1 here: the liveliness is applied once, by the network around.
         whole = SamplingOptions(sampling.seed, 1.0, sampling.first)
         sample: Tensor = self.mixture(known).sample(whole, self.sizes.fps, self.seconds.cpu().numpy())
         return sample
@@ -311,6 +324,7 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
     if kind not in KINDS:
         words = ", ".join(KINDS[:-1]) + f" or {KINDS[-1]}"
         raise RequestError(f"{kind!r} is not possible for network.body.", f"Choose {words}.")
+    # A head without body columns would have no directions to draw in.
     if kind == "plain" or sizes.columns <= sizes.faces:
         return None
     return FlowHead(inputs, sizes) if kind == "flow" else MixedHead(inputs, sizes)
@@ -349,6 +363,7 @@ def _whitened(poses: Tensor, directions: int) -> tuple[Tensor, Tensor]:
     The widest directions, columns first made more even: a head nods less far than an arm swings.
     """
     deviation = poses.std(dim=0)
+    # The root only: fully evened, fingers that tremble would weigh as much as arms.
     even = (deviation + _QUIET * deviation.mean()).clamp(min=1e-9).sqrt()[:, None]
     variances, vectors = torch.linalg.eigh(torch.cov((poses / even.T).T).reshape(len(even), len(even)))
     widths = variances.clamp(min=0.0).sqrt().flip(0)[:directions]

@@ -31,8 +31,10 @@ _MOVING = ("Head", "Neck", "Chest", "Spine")
 def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
     """All that is wrong with a motion of two frames or more, and its jitter in seconds."""
     steps = np.diff(motion.times)
+    # The median: pauses and bursts must not change what counts as an interval.
     median = float(np.median(steps))
     gap_length = max(3 * median, GAP)
+    # Gaps are a finding of their own; within the jitter they would hide it.
     even = steps[steps <= gap_length]
     jitter = float(np.sqrt(np.mean((even - median) ** 2))) if len(even) else 0.0
     findings = [*_rate(motion, median, jitter), *_gaps(motion, steps, gap_length)]
@@ -79,6 +81,7 @@ def value_findings(motion: Motion) -> Iterator[Finding]:
         what = f"{_frames(off)} rotations that are not of length one."
         remedy = "They are mended when used; check the motion program."
         yield Finding("non_unit", "minor", what, remedy, _first(motion, off))
+    # A little beyond is usual for trackers that smooth; only what is far off spoils the scale.
     low, high = motion.shapes.min(initial=0.0), motion.shapes.max(initial=0.0)
     if low < -0.05 or high > 1.05:
         what = f"Blend shapes reach from {low:.2f} to {high:.2f} instead of 0 to 1."
