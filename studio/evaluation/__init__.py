@@ -2,6 +2,7 @@
 
 evaluation_set  What a run is measured on, the takes of a split or those named, how, and the baselines it
                 must beat
+look_aheads     How good a run is at each look-ahead it offers to live use, measured and kept in its report
 model_card      The model card of a run: what it learnt from, how near and alive it is, what may be done
                 with it
 """

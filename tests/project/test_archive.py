@@ -153,19 +153,19 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.evaluation import model_card
     from studio.formats import _bone_tables, _find, saia_csv
     from studio.playback.layers import presets
-    from studio.project import avatars, files
+    from studio.project import avatars, contents
     from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE
     from studio.take import folder, motion_file
     from studio.training import preview, run_file
     from studio.training.checkpoint import BEST, LAST
     from studio.training.loop import run_folder
     from studio.ui.review import last_tuning, sounds, votes
-    from studio.ui.train import run_reading
+    from studio.ui.train import run_facts
 
     audio = {f"audio{suffix}" for suffix in (*folder.SOUND_SUFFIXES, *saia_csv.SOUND_SUFFIXES)}
     run = (
         run_folder.RECIPE_FILE, METRICS_FILE, REPORT_FILE, BEST, LAST,
-        model_card.CARD_FILE, LICENCE_FILE, EVALUATION_FILE, run_reading.NOTE_FILE,
+        model_card.CARD_FILE, LICENCE_FILE, EVALUATION_FILE, run_facts.NOTE_FILE,
         suggest.WORST_FILE,
         f"{preview.FOLDER}/{preview.FACTS}", f"{preview.FOLDER}/{preview.BEST}{motion_file.SUFFIX}",
         f"{run_folder.FOLDER}/events.out.tfevents.1763.host.4711.0",
@@ -174,7 +174,13 @@ def test_whatever_the_studio_writes_is_known() -> None:
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
     take = (folder.INFO_FILE, journal_format.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
-        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, last_tuning.FILE, _bone_tables.FILE),
+        *(
+            contents.PROJECT_FILE,
+            contents.DATASET_FILE,
+            contents.HISTORY_FILE,
+            last_tuning.FILE,
+            _bone_tables.FILE,
+        ),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
         f"runs/{votes.FILE}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject
 
 from studio.capture.snapshot import Snapshot
-from studio.files.disk import size_text
+from studio.files.atomic import size_text
 from studio.settings import NO_MICROPHONE
 from studio.ui.record.model import RecordModel
 from studio.ui.record.slate_view import SlateBar, choose_seconds
@@ -78,6 +78,7 @@ class SlatePresenter(QObject):
 
 def is_low(snap: Snapshot) -> bool:
     """Whether the disk holds less than half an hour at this rate, or less than a gigabyte."""
-    if snap.disk_free_bytes <= 0:  # nobody has looked yet
+    if snap.disk_free_bytes <= 0:
+        # Nobody has looked yet.
         return False
     return 0 < snap.seconds_left < LOW_DISK_S or snap.disk_free_bytes < LOW_DISK_BYTES

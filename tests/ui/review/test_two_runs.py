@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.project.generated import generated_path
+from studio.project.run import generated_path
 from studio.take.motion_file import read_motion, write_motion
 from studio.training.styles import RunChoice, RunSelection, run_choice
 from studio.ui.review import votes
@@ -49,13 +49,13 @@ def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths:
 def session(session: Session, toy_project: Project) -> Session:
     _run(toy_project, "quick_001", own=0.5)
     _run(toy_project, "styled_001", STYLES, own=0.8, other=0.2)
-    session.wanted_run = "styled_001"
     return session
 
 
 @pytest.fixture
 def tab(qtbot: QtBot, tab: Tab) -> Tab:
     _, presenter = tab
+    presenter.show_run("styled_001")
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.8, abs=0.01), timeout=MINUTE)
     return tab
 
