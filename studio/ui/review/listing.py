@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
 from studio.project import Project, Run
-from studio.training.run_choice import RunChoice, newest, run_choice
+from studio.training.styles import RunChoice, newest, run_choice
 from studio.ui import messages, tasks, undo
 from studio.ui.review import sounds
 from studio.ui.review.clip import ReviewItem, review_items

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.motion import Motion
 from studio.playback.layers import Tuning
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui import messages, tasks
 from studio.ui.review import clip
 from studio.ui.review.clip import Tuned

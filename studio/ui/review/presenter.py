@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.errors import StudioError
 from studio.motion import Pose
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui import messages, tasks
 from studio.ui.avatar_store import Avatars
 from studio.ui.review import clip

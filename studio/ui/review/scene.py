@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from studio.metrics.comparison import MotionComparison
 from studio.motion import Motion
 from studio.playback.player import Player
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.clip import Captured, ReviewItem, Tuned
 
 A, B = 0, 1

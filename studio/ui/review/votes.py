@@ -11,7 +11,7 @@ from typing import Any
 
 from studio.files import atomic
 from studio.project import Project
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 
 FILE = "votes.jsonl"
 

@@ -18,7 +18,7 @@ from studio.formats import bvh
 from studio.ipc.events import QueueEvent
 from studio.project import Project
 from studio.take.motion_file import read_motion
-from studio.training.run_choice import RunSelection, run_choice
+from studio.training.styles import RunSelection, run_choice
 from studio.ui.review.batch_dialog import BatchDialog, BatchRequest
 from studio.ui.review.batching import words_of
 from studio.ui.review.presenter import ReviewPresenter

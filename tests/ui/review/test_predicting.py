@@ -12,7 +12,7 @@ from studio.errors import StudioError
 from studio.ipc.events import PieceEvent
 from studio.motion import Motion
 from studio.take.motion_file import write_motion
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.predicting import GenerateTask, _Pieces, _read_kept
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.scene import A

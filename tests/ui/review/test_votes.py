@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from studio.project import Project
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review import votes
 from studio.ui.review.votes import Tally, Vote
 
