@@ -16,7 +16,7 @@ from studio.ui.curate.alignment_view import AlignReport, Answer, CurvePopup, jud
 from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.model import CurateModel
 from studio.ui.session import Session
-from studio.ui.widgets.correlation_plot import role_of
+from studio.ui.widgets.plots import role_of
 
 if TYPE_CHECKING:
     from studio.dataset.align import By

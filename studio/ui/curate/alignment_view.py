@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.widgets.card import label
-from studio.ui.widgets.correlation_plot import (
+from studio.ui.widgets.plots import (
     CERTAIN,
     LIKELY,
     CorrelationPlot,

@@ -21,7 +21,7 @@ from studio.ui.curate.labels_view import WordBar
 from studio.ui.curate.tools_view import CleanButton, CutQuestion
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.correlation_plot import CorrelationButton
+from studio.ui.widgets.plots import CorrelationButton
 from studio.ui.widgets.timeline.time_view import clock
 from studio.ui.widgets.timeline.timeline import Timeline
 

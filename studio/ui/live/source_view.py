@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.ui.widgets.meters import LevelMeterBar
 from studio.ui.widgets.run_chooser import RunChooser
 
 FILE = "\0file"

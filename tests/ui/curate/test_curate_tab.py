@@ -31,8 +31,7 @@ from studio.ui.curate.take_table import COLUMNS
 from studio.ui.curate.timeline_presenter import Tiles
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
-from studio.ui.widgets.timeline.label_editor import LabelEditor
-from studio.ui.widgets.timeline.timeline import Timeline
+from studio.ui.widgets.timeline.timeline import LabelEditor, Timeline
 from tests.take.speech import RATE, talk
 
 LEFT = Qt.MouseButton.LeftButton
