@@ -40,6 +40,7 @@ class ReviewPresenter(QObject):
         self._view, self._session = view, session
         self.scene = ReviewScene()
         self._active = False
+        self._requested_run = ""
         self._loading = tasks.LatestTask(self)  # newest request wins
         self._slow = QTimer(self)
         self._slow.setSingleShot(True)
@@ -62,7 +63,7 @@ class ReviewPresenter(QObject):
     def activate(self) -> None:
         """The tab is shown."""
         self._active = True
-        wanted, self._session.wanted_run = self._session.wanted_run, ""
+        wanted, self._requested_run = self._requested_run, ""
         if not wanted and not self.scene.sides[A].wanted.run and not self._making.captured_only:
             wanted = self._listing.newest_run()
         before = self.scene.source
@@ -73,6 +74,12 @@ class ReviewPresenter(QObject):
             self._making.ask(A)
         self._playing.activate()
         QTimer.singleShot(300, self, self._warm_up)
+
+    def show_run(self, run: str) -> None:
+        """Show a run; where the tab is not shown, once it is."""
+        self._requested_run = run
+        if self._active:
+            self.activate()
 
     def deactivate(self) -> None:
         """Another tab is shown; sending goes on, the sound rests."""
