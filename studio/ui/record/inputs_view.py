@@ -358,7 +358,8 @@ def own_address() -> str:
     """The address other devices of the network reach this computer by; "" where there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(("192.0.2.1", 9))  # UDP: nothing is sent, only the way out is chosen
+            # UDP: nothing is sent, only the way out is chosen.
+            probe.connect(("192.0.2.1", 9))
             return str(probe.getsockname()[0])
         except OSError:
             return ""

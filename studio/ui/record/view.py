@@ -60,6 +60,7 @@ class RecordView(QWidget):
         self.figure.installEventFilter(self)
         self.slate_bar.record_clicked.connect(self.record_requested)
         self._space = QShortcut(sequence("record_here"), self)
+        # A key that is held down must not start and stop takes in turn.
         self._space.setAutoRepeat(False)
         self._space.activated.connect(self.record_requested)
         escape = QShortcut(sequence("cancel_countdown"), self)

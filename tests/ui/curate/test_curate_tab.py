@@ -25,7 +25,7 @@ from studio.sound.sound_file import read_sound, write_sound
 from studio.sound.spectrogram import Spectrogram
 from studio.take import TakeInfo
 from studio.ui import tasks
-from studio.ui.curate.aligning_view import AlignReport
+from studio.ui.curate.alignment_view import AlignReport
 from studio.ui.curate.presenter import CuratePresenter
 from studio.ui.curate.take_table import COLUMNS
 from studio.ui.curate.timeline_presenter import Tiles

@@ -16,10 +16,9 @@ from studio.errors import StudioError
 from studio.project import Project
 from studio.settings import NO_MICROPHONE, Settings
 from studio.ui import tasks
-from studio.ui.live.microphone_presenter import MicrophonePresenter
 from studio.ui.live.model import LiveModel
 from studio.ui.live.presenter import LivePresenter
-from studio.ui.live.source_presenter import LiveSourcePresenter
+from studio.ui.live.source_presenter import LiveSourcePresenter, MicrophonePresenter
 from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.view import LiveView
 from studio.ui.messages import Toast

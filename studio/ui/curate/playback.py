@@ -20,7 +20,7 @@ from studio.ui import tasks
 from studio.ui.widgets.timeline.content import PeakSource
 
 FRAME_MS = 16
-KEPT = 4
+CACHED = 4
 """Takes kept in memory, so that going back is instant."""
 
 
@@ -65,8 +65,8 @@ class TakePlayer(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._kept: OrderedDict[str, LoadedTake] = OrderedDict()
-        self._task: tasks.Task | None = None
+        self._cache: OrderedDict[str, LoadedTake] = OrderedDict()
+        self._reading = tasks.LatestTask(self)
         self._now: LoadedTake | None = None
         self._player: Player | None = None
         self._device: str | None = None
@@ -107,12 +107,12 @@ class TakePlayer(QObject):
         self._leave()
         if take is None:
             return
-        kept = self._kept.get(str(take.folder))
-        if kept is not None:
-            self._on_loaded(device, kept)
+        cached = self._cache.get(str(take.folder))
+        if cached is not None:
+            self._on_loaded(device, cached)
             return
         read = partial(load, take)
-        self._task = tasks.run(read, partial(self._on_loaded, device), self.failed.emit, self)
+        self._reading.run(read, partial(self._on_loaded, device), self.failed.emit)
 
     def toggle(self) -> None:
         """Play or pause."""
@@ -158,12 +158,12 @@ class TakePlayer(QObject):
         """Seconds of the take shown."""
         return self._now.duration if self._now else 0.0
 
-    def forget(self, folder: str = "") -> None:
+    def invalidate(self, folder: str = "") -> None:
         """Read this take (all where none is named) from disk the next time."""
         if folder:
-            self._kept.pop(folder, None)
+            self._cache.pop(folder, None)
         else:
-            self._kept.clear()
+            self._cache.clear()
 
     def close(self) -> None:
         """Let go of the sound device."""
@@ -171,17 +171,14 @@ class TakePlayer(QObject):
 
     def _leave(self) -> None:
         self._timer.stop()
-        if self._task is not None:
-            self._task.forget()
-            self._task = None
+        self._reading.drop()
         player, self._player, self._now = self._player, None, None
         if player is not None:
             player.close()
         self._report_playing(False)
 
     def _on_loaded(self, device: str | None, loaded: LoadedTake) -> None:
-        self._task = None
-        self._keep(loaded)
+        self._add_to_cache(loaded)
         self._device = device or None
         self._player = self._open(loaded.take.audio_path, loaded.duration)
         self._now = loaded
@@ -195,15 +192,15 @@ class TakePlayer(QObject):
         try:
             return Player(sound, duration, self._device)
         except StudioError:
-            # The sound cannot be read, which was told already: the clock leads.
+            # The sound cannot be read, which was said already: the clock leads.
             return Player(None, duration)
 
-    def _keep(self, loaded: LoadedTake) -> None:
+    def _add_to_cache(self, loaded: LoadedTake) -> None:
         key = str(loaded.take.folder)
-        self._kept[key] = loaded
-        self._kept.move_to_end(key)
-        while len(self._kept) > KEPT:
-            self._kept.popitem(last=False)
+        self._cache[key] = loaded
+        self._cache.move_to_end(key)
+        while len(self._cache) > CACHED:
+            self._cache.popitem(last=False)
 
     def _tick(self) -> None:
         if self._player is None:
@@ -226,7 +223,7 @@ class TakePlayer(QObject):
 
 
 def load(take: Take) -> LoadedTake:
-    """Read a take; what cannot be read is left out and told."""
+    """Read a take; what cannot be read is left out and noted as a problem."""
     problems: list[StudioError] = []
     motion, loudness = None, None
     try:

@@ -1,4 +1,4 @@
-"""Sound and motion brought into step: found by itself with a confidence, or nudged in milliseconds."""
+"""Presenter of the offset between sound and motion: measured with a confidence, or nudged by hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from studio.dataset import edits
 from studio.errors import StudioError
 from studio.take.take import Take
 from studio.ui import tasks
-from studio.ui.curate.aligning_view import AlignReport, Answer, CurvePopup, judged
+from studio.ui.curate.alignment_view import AlignReport, Answer, CurvePopup, judged
 from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.model import CurateModel
 from studio.ui.session import Session
@@ -40,50 +40,49 @@ class AlignmentPresenter(QObject):
     def __init__(self, bench: Bench, model: CurateModel, session: Session) -> None:
         super().__init__(bench)
         self._bench, self._model = bench, model
-        self._heard: dict[str, AlignmentResult] = {}
+        self._results: dict[str, AlignmentResult] = {}
         self._waiting: list[Take] = []
         self._answers: list[Answer] = []
         self._count = 0
-        self._task: tasks.Task | None = None
+        self._listening = tasks.LatestTask(self)
         self._by: By = "mouth"
         self._nudge = QTimer(self)
         self._nudge.setSingleShot(True)
         self._nudge.setInterval(NUDGE_WAIT_MS)
-        self._nudge.timeout.connect(self._keep_nudge)
+        self._nudge.timeout.connect(self._save_nudge)
         bench.offset_changed.connect(self._on_offset)
         bench.align_requested.connect(lambda: self.start())
-        bench.curve.clicked.connect(self._look_closer)
-        model.project_changed.connect(self.forget_all)
-        model.leaving.connect(self._keep_waiting)
-        model.undo_scope.about_to_step.connect(self._keep_waiting)
+        bench.curve.clicked.connect(self._show_closer)
+        model.project_changed.connect(self.clear)
+        model.leaving.connect(self._save_waiting)
+        model.undo_scope.about_to_step.connect(self._save_waiting)
         model.choices_changed.connect(self._show_offset)
         model.align_requested.connect(self.start)
 
     def _show_offset(self) -> None:
         """Show the shown selection's offset, unless it is just being nudged."""
         row = self._model.row
+        # A nudge that still waits would jump back to the offset that was there before it.
         if row is None or row.take is None or self._nudge.isActive():
             return
-        heard = self._heard.get(row.selection.take)
-        sentence, role = (judged(heard.found), role_of(heard.found.confidence)) if heard else ("", "muted")
+        result = self._results.get(row.selection.take)
+        sentence, role = (judged(result.found), role_of(result.found.confidence)) if result else ("", "muted")
         if self._count:
             sentence, role = self._working(), "muted"
         self._bench.show_offset(round(row.selection.offset * 1000), sentence, role)
-        self._bench.curve.show_found(heard.found if heard and not self._count else None)
+        self._bench.curve.show_found(result.found if result and not self._count else None)
 
-    def _keep_waiting(self) -> None:
+    def _save_waiting(self) -> None:
         """Another take is to be shown, or undo is asked for: a nudge that still waits is this one's."""
         if self._nudge.isActive():
             self._nudge.stop()
-            self._keep_nudge()
+            self._save_nudge()
 
-    def forget_all(self) -> None:
+    def clear(self) -> None:
         """Another project is shown: nothing found before is about its takes."""
         self._nudge.stop()
-        if self._task is not None:
-            self._task.forget()
-            self._task = None
-        self._heard.clear()
+        self._listening.drop()
+        self._results.clear()
         self._waiting.clear()
         self._count = 0
         self._bench.show_aligning(False)
@@ -97,7 +96,7 @@ class AlignmentPresenter(QObject):
         takes = {row.take.id: row.take for row in rows if row.take is not None}
         self._waiting = [take for take in takes.values() if take.audio_path and take.motion_path]
         if not self._waiting:
-            self._model.say(self.tr("Aligning needs a take with both sound and motion."))
+            self._model.show_message(self.tr("Aligning needs a take with both sound and motion."))
             return
         self._answers, self._by, self._count = [], by, len(self._waiting)
         self._bench.show_aligning(self._count > 1)
@@ -111,7 +110,7 @@ class AlignmentPresenter(QObject):
         """Take over what was found for some takes, as one step of undo."""
         from studio.dataset.align import align_takes
 
-        found = [(take, self._heard[take].found) for take in takes if take in self._heard]
+        found = [(take, self._results[take].found) for take in takes if take in self._results]
         if found:
             who = takes[0] if len(takes) == 1 else self.tr("{0} takes").format(len(takes))
             name = self.tr("Align {0}").format(who)
@@ -125,7 +124,7 @@ class AlignmentPresenter(QObject):
         take = self._waiting.pop(0)
         self._bench.certainty.setText(self._working())
         found, failed = partial(self._on_found, take), partial(self._on_failed, take)
-        self._task = tasks.run(partial(_find, take, self._by), found, failed, self)
+        self._listening.run(partial(_find, take, self._by), found, failed)
 
     def _working(self) -> str:
         if self._count < 2:
@@ -136,7 +135,7 @@ class AlignmentPresenter(QObject):
         from studio.dataset.align import SURE
 
         if found is not None:
-            self._heard[take.id] = AlignmentResult(found, self._by)
+            self._results[take.id] = AlignmentResult(found, self._by)
             self._answers.append(Answer(take.id, found, found.confidence >= SURE))
         self._next()
 
@@ -158,13 +157,13 @@ class AlignmentPresenter(QObject):
             report.use_requested.connect(self.use_all)
             report.show()
 
-    def _look_closer(self) -> None:
+    def _show_closer(self) -> None:
         row = self._model.row
-        heard = self._heard.get(row.selection.take) if row else None
-        if row is None or heard is None:
+        result = self._results.get(row.selection.take) if row else None
+        if row is None or result is None:
             return
-        used = abs(row.selection.offset - heard.found.offset) < 1e-3
-        popup = CurvePopup(heard.found, heard.by, used or not self._model.editable, self._bench.window())
+        used = abs(row.selection.offset - result.found.offset) < 1e-3
+        popup = CurvePopup(result.found, result.by, used or not self._model.editable, self._bench.window())
         popup.claps_requested.connect(lambda: self.start("clap"))
         popup.used.connect(partial(self.use, row.selection.take))
         popup.adjustSize()
@@ -176,7 +175,7 @@ class AlignmentPresenter(QObject):
         self._model.set_offset(self._bench.offset.value() / 1000)
         self._nudge.start()
 
-    def _keep_nudge(self) -> None:
+    def _save_nudge(self) -> None:
         row = self._model.row
         if row is not None:
             offset = self._bench.offset.value() / 1000

@@ -60,7 +60,7 @@ def test_a_missing_sound_is_shown_found_and_put_back(room: Room, qtbot: QtBot, t
     assert inspector.find_button.isVisible()
     assert inspector.facts.text() == "audio.wav of this take is missing."
     room.media.find(tmp_path / "old disk")
-    qtbot.waitUntil(lambda: room.media.missing == () and not room.media.looking, timeout=LONG)
+    qtbot.waitUntil(lambda: room.media.missing == () and not room.media.searching, timeout=LONG)
     project = room.session.project
     assert project is not None
     assert project.undo_name == "Put back the files of toy_002"
@@ -79,7 +79,7 @@ def test_a_missing_sound_is_shown_found_and_put_back(room: Room, qtbot: QtBot, t
 def test_what_is_not_found_stays_missing(room: Room, qtbot: QtBot, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     room.media.find(tmp_path / "empty")
-    qtbot.waitUntil(lambda: not room.media.looking, timeout=LONG)
+    qtbot.waitUntil(lambda: not room.media.searching, timeout=LONG)
     assert len(room.media.missing) == 1
     project = room.session.project
     assert project is not None

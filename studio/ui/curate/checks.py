@@ -1,4 +1,4 @@
-"""Grades of takes, found out one by one on the thread pool while nobody waits, and kept."""
+"""Checks of takes: made one by one while nobody waits, and what they found as marks on the timeline."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from collections.abc import Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QCoreApplication, QObject, QTimer, Signal
 
 from studio.take.take import Take
 from studio.ui import tasks
+from studio.ui.widgets.timeline.content import Mark
 
 if TYPE_CHECKING:
-    from studio.take.check import Report
+    from studio.take.check import Finding, Report
 
 TELL_MS = 300
+"""A library of a thousand takes is drawn anew this often at most while its checks come in."""
 
 
 class GradingQueue(QObject):
@@ -32,6 +34,7 @@ class GradingQueue(QObject):
         self.reports: dict[str, Report] = {}
         self._waiting: deque[Take] = deque()
         self._task: tasks.Task | None = None
+        # Until the tab is shown: a check reads the disk.
         self._resting = True
         self._tell = QTimer(self)
         self._tell.setSingleShot(True)
@@ -39,7 +42,7 @@ class GradingQueue(QObject):
         self._tell.timeout.connect(self.graded)
 
     def clear(self) -> None:
-        """Forget everything: another project is open."""
+        """Discard everything: another project is open."""
         self.reports.clear()
         self._waiting.clear()
         if self._task is not None:
@@ -93,8 +96,44 @@ class GradingQueue(QObject):
         self._task = None
         self._next()
 
+    from studio.take.check import Finding
+
+
+def all_marks(report: Report | None) -> tuple[Mark, ...]:
+    """Everything a check found, in its order."""
+    return tuple(mark_of(finding) for finding in report.findings) if report else ()
+
+
+def placed(report: Report | None) -> tuple[Mark, ...]:
+    """What lies at a moment of the take."""
+    found = report.findings if report else ()
+    return tuple(mark_of(finding) for finding in found if finding.at is not None)
+
+
+def mark_of(finding: Finding) -> Mark:
+    """One finding as a mark; its sentence and remedy are on two lines."""
+    severity = {"fatal": "bad", "major": "bad", "minor": "warn"}.get(finding.severity, "muted")
+    start, end = (finding.at or 0.0), (finding.until or finding.at or 0.0)
+    text = f"{finding.what}\n{finding.remedy}".strip()
+    return Mark(start, max(end - start, 0.0), severity, title(finding.kind), text)
+
+
+def title(kind: str) -> str:
+    """A finding's kind in one or two words."""
+    words = {
+        "gap": _tr("gap"), "frozen": _tr("stands still"), "jitter": _tr("uneven"), "jump": _tr("jump"),
+        "clipping": _tr("too loud"), "quiet": _tr("quiet"), "silence": _tr("silence"), "noise": _tr("noise"),
+        "ends": _tr("one ends"), "starts": _tr("late start"), "values": _tr("bad values"),
+        "offset": _tr("out of step"), "damaged": _tr("damaged"),
+    }  # fmt: skip
+    return words.get(kind, kind.replace("_", " "))
+
 
 def _check(take: Take) -> Report:
     from studio.take.check import check_take
 
     return check_take(take)
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Findings", text)

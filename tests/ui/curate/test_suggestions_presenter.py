@@ -107,7 +107,7 @@ def test_a_take_that_chips_hide_is_shown_all_the_same(room: Room) -> None:
 
 
 def test_spans_of_a_run_are_listed_with_their_run(room: Room) -> None:
-    room.presenter.suggestions.hold_against("best_001", {"fine": (WorstSpan(1.0, 2.0, 9.0),)})
+    room.presenter.suggestions.show_errors_of("best_001", {"fine": (WorstSpan(1.0, 2.0, 9.0),)})
     room.click("to_fix_button")
     shown = [button.text() for button in room.view.library.suggestions.findChildren(QToolButton)]
     assert "fine  00:01.0" in shown
