@@ -51,9 +51,11 @@ class TabConformance:
 
     Attributes:
         TAB: the tab's name.
+        BY_CLICK_ALONE: names of fields that the keyboard goes past.
     """
 
     TAB = ""
+    BY_CLICK_ALONE: frozenset[str] = frozenset()
 
     @pytest.fixture
     def view(self, qtbot: QtBot, session: Session) -> Iterator[QWidget]:
@@ -74,7 +76,7 @@ class TabConformance:
 
     def test_every_control_is_reached_by_the_keyboard(self, view: QWidget) -> None:
         missed = [one for one in controls(view) if not one.focusPolicy() & Qt.FocusPolicy.TabFocus]
-        assert not missed, missed
+        assert {one.objectName() for one in missed} <= self.BY_CLICK_ALONE, missed
 
     def test_every_control_has_a_name_to_be_read_out(self, view: QWidget, qtbot: QtBot) -> None:
         # What a button says may be known only once the tab has looked at its devices.
