@@ -25,7 +25,7 @@ MAY_USE: dict[str, set[str]] = {
     "files": set(),
     "ipc": set(),
     "actions": set(),
-    "settings": {"files", "dataset", "take", "sound"},
+    "settings": {"files", "dataset", "take", "sound", "vmc"},
     "motion": set(),
     "sound": {"files"},
     "vmc": {"motion"},

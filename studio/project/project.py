@@ -96,7 +96,8 @@ class Project:
             what = f"There is no project at {folder}."
             raise RequestError(what, "Choose a folder with a project.json, or create a project there.")
         project = cls(folder, None if read_only else lock.acquire(folder), read_only)
-        if not project.read_only:  # a command that has nothing to write would leave them
+        if not project.read_only:
+            # A command that has nothing to write would leave them.
             leftovers.sweep(folder)
             leftovers.sweep(project.runs_folder, within=True)
         project._load_project_file()

@@ -7,7 +7,7 @@ bone_table         Which joint of an imported skeleton is which bone: what was g
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
 imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
                    unpacked; by child processes
-live/              Live: speak, and the avatar moves now
+live/              The Live tab: the microphone or a file moves the avatar, now
 main_window        The frame around the five tabs: tabs, status, menus, keys, drag and drop
 menus              The menus and their keys
 messages           The only place that shows an error: a sentence and what to do, over the strip beside the
