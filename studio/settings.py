@@ -1,4 +1,4 @@
-"""Preferences as fields: each with its default, limits, unit and help, kept as JSON in the user's folder."""
+"""Preferences, each one line: default, label, help, limits and unit. Saved as JSON in the user's folder."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ NO_MICROPHONE = "none"
 
 
 @dataclass(frozen=True)
-class About:
-    """What a settings page shows of a field.
+class SettingInfo:
+    """What is known of a setting beside its value: what a window shows of it, and what it may be.
 
     Args:
-        title: its label.
+        title: its label; "" for one that the program sets by itself, which no window shows.
         help: one sentence.
         low, high: limits of a number.
         unit: "ms", "port", ... shown behind a number.
@@ -39,7 +39,7 @@ class About:
 
 
 def _setting(default: Any, title: str, help: str, **limits: Any) -> Any:
-    return field(default=default, metadata={"about": About(title, help, **limits)})
+    return field(default=default, metadata={"info": SettingInfo(title, help, **limits)})
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,15 @@ class Settings:
     vmc_host: str = _setting(
         "127.0.0.1", "Motion address", "Address listened on; 0.0.0.0 hears other computers too."
     )
-    more_ports: tuple[str, ...] = ()
-    """Further UDP ports that motion arrives on, as texts."""
+    more_ports: tuple[str, ...] = _setting((), "", "Further UDP ports that motion arrives on, as texts.")
     audio_device: str = _setting("", "Microphone", "Sound device to record from; empty is the system's own.")
     audio_output: str = _setting("", "Speaker", "Sound device to play on; empty is the system's own.")
-    live_device: tuple[str, ...] = ()
-    """The microphone that Live listens to, as the first; where none was chosen, the one to record from."""
-    live_voice: str = ""
-    """The output that Live hands the voice on to, late; "" for none, "default" for the system's."""
+    live_device: tuple[str, ...] = _setting(
+        (), "", "Microphone that Live listens to, as the first; none chosen means the one to record from."
+    )
+    live_voice: str = _setting(
+        "", "", "Output that Live plays the delayed voice on; empty for none, default for the system's."
+    )
     sample_rate: int = _setting(
         0, "Sample rate", "Rate to record at; 0 is the device's own.", low=0, high=192000, unit="Hz"
     )
@@ -73,8 +74,9 @@ class Settings:
     send_port: int = _setting(
         PERFORMER_PORT, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
     )
-    send_targets: tuple[str, ...] = ()
-    """All programs that motion is sent to, each as "program=host:port"; empty for the one above alone."""
+    send_targets: tuple[str, ...] = _setting(
+        (), "", "All programs that motion is sent to, as program=host:port; empty for the one above alone."
+    )
     send_fps: float = _setting(60.0, "Send rate", "Frames sent each second.", low=1, high=240, unit="fps")
     send_names: str = _setting(
         "vrm0", "Shape names", "Names that shapes are sent under.", choices=("vrm0", "vrm1", "arkit", "as_is")
@@ -91,22 +93,19 @@ class Settings:
         high=10_000,
         unit="GB",
     )
-    recent_projects: tuple[str, ...] = ()
-    recent_avatars: tuple[str, ...] = ()
-    """Avatars that were opened, the latest first."""
-    phone: str = ""
-    """Address of the phone that is asked to send its face; "" for none."""
-    sync_offsets: tuple[str, ...] = ()
-    """What the sync test measured for pairs of microphone and sender; see capture/sync_test.py."""
-    sound_picture: str = "waveform"
-    """How Curate draws sound: "waveform" or "spectrogram"."""
-    label_words: tuple[str, ...] = ()
-    """The person's own words to label with, each as "tier=word"."""
+    recent_projects: tuple[str, ...] = _setting((), "", "Projects that were opened, the latest first.")
+    recent_avatars: tuple[str, ...] = _setting((), "", "Avatars that were opened, the latest first.")
+    phone: str = _setting("", "", "Address of the phone that is asked to send its face; empty for none.")
+    sync_offsets: tuple[str, ...] = _setting(
+        (), "", "What the sync test measured for pairs of microphone and sender, see capture/input_tests.py."
+    )
+    sound_picture: str = _setting("waveform", "", "How Curate draws sound, waveform or spectrogram.")
+    label_words: tuple[str, ...] = _setting((), "", "The person's own words to label with, as tier=word.")
 
     @classmethod
-    def about(cls) -> dict[str, About]:
-        """What a settings page shows, by field; fields without are kept but not shown."""
-        return {f.name: f.metadata["about"] for f in fields(cls) if "about" in f.metadata}
+    def info(cls) -> dict[str, SettingInfo]:
+        """What is known of each setting, by its name."""
+        return {f.name: f.metadata["info"] for f in fields(cls)}
 
     def changed(self, **values: Any) -> Settings:
         """With other values.
@@ -125,6 +124,7 @@ class Settings:
 
     def with_recent(self, project: Path) -> Settings:
         """With a project at the head of the recent ones."""
+        # A dict keeps the first of equals in its place: the one opened again comes to the head.
         names = dict.fromkeys((str(Path(project).absolute()), *self.recent_projects))
         return replace(self, recent_projects=tuple(names)[:RECENT_KEPT])
 
@@ -178,26 +178,28 @@ def save(settings: Settings) -> None:
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:
-    about = Settings.about().get(name, About(name, ""))
+    about = Settings.info()[name]
     if isinstance(default, tuple):
         if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
-            raise _wrong(about, "a list of texts")
+            raise _wrong(name, about, "a list of texts")
         return tuple(value)
     if isinstance(default, str):
         if not isinstance(value, str) or (about.choices and value not in about.choices):
-            raise _wrong(about, f"one of {', '.join(about.choices)}" if about.choices else "a text")
+            raise _wrong(name, about, f"one of {', '.join(about.choices)}" if about.choices else "a text")
         return value
     if isinstance(default, bool):
         if not isinstance(value, bool):
-            raise _wrong(about, "true or false")
+            raise _wrong(name, about, "true or false")
         return value
+    # True is an int to Python, and no number to a person.
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong(about, "a number")
+        raise _wrong(name, about, "a number")
     low, high = about.low, about.high
+    # NaN alone differs from itself; no limit would stop it.
     if value != value or (low is not None and value < low) or (high is not None and value > high):
-        raise _wrong(about, f"from {low:g} to {high:g} {about.unit}".rstrip())
+        raise _wrong(name, about, f"from {low:g} to {high:g} {about.unit}".rstrip())
     return type(default)(value)
 
 
-def _wrong(about: About, wanted: str) -> RequestError:
-    return RequestError(f"{about.title} cannot have this value.", f"It must be {wanted}.")
+def _wrong(name: str, about: SettingInfo, allowed: str) -> RequestError:
+    return RequestError(f"{about.title or name} cannot have this value.", f"It must be {allowed}.")

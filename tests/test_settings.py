@@ -22,8 +22,7 @@ def test_what_is_saved_is_loaded() -> None:
 
 
 def test_every_setting_says_what_it_is() -> None:
-    for name, about in Settings.about().items():
-        assert about.title, name
+    for name, about in Settings.info().items():
         assert about.help.endswith("."), name
         Settings().changed(**{name: getattr(Settings(), name)})
 

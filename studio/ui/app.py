@@ -49,27 +49,29 @@ def _application() -> QApplication:
 
     Qt itself would abort, which looks like a crash.
     """
-    said: list[str] = []
+    lines: list[str] = []
 
     def on_message(kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
         if kind == QtMsgType.QtFatalMsg:  # Qt aborts when this returns, and nothing can be raised through it
-            sys.stderr.write(f"{_why_no_window(said)}\n")
+            sys.stderr.write(f"{_why_no_window(lines)}\n")
             sys.stderr.flush()
             os._exit(2)
-        said.append(text)
+        lines.append(text)
 
     before = qInstallMessageHandler(on_message)
     try:
         return QApplication(["saia"])
     finally:
         qInstallMessageHandler(before)
-        sys.stderr.writelines(f"{text}\n" for text in said)
+        sys.stderr.writelines(f"{text}\n" for text in lines)
 
 
-def _why_no_window(said: list[str]) -> str:
+def _why_no_window(lines: list[str]) -> str:
     """What happened and what to do, from what Qt said before it gave up."""
-    if not any(text.startswith("could not connect to display") for text in said):
-        return f"The window could not be opened: {' '.join(said).rstrip('.')}. Run `saia doctor` to see more."
+    if not any(text.startswith("could not connect to display") for text in lines):
+        return (
+            f"The window could not be opened: {' '.join(lines).rstrip('.')}. Run `saia doctor` to see more."
+        )
     if display := os.environ.get("DISPLAY"):
         what, tour = f"The screen {display} does not answer", "env -u DISPLAY saia tour"
     else:

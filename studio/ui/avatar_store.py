@@ -204,6 +204,7 @@ class Avatars(QObject):
 
 def _show_error(asking: QWidget | None, error: BaseException) -> None:
     """Show an error where somebody asked, as long as that is there."""
+    # Reading takes seconds, in which the tab that asked may have been closed.
     there = asking is not None and shiboken6.isValid(asking)
     messages.show_error(asking if there else None, error)
 

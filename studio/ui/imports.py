@@ -66,6 +66,7 @@ def sort_drop(paths: tuple[Path, ...], room: str) -> Drop:
     """
     from studio.training.run_file import SUFFIX as RUN_SUFFIX  # not needed for the window to come up
 
+    # What means the same in every tab comes first; what a sound means depends on the tab.
     first = paths[0] if len(paths) == 1 else None
     if first is not None and (first.name == "project.json" or (first / "project.json").is_file()):
         return Drop(project=first.parent if first.name == "project.json" else first)
@@ -186,6 +187,7 @@ class Importer(QObject):
         self._show_status("", None)
         # A cancelled or failed batch keeps the takes it had finished.
         project = self._session.project
+        # Another project may have been opened meanwhile; its takes are none of this import's.
         if project is not None and project.folder == self._folder:
             self._session.refresh_takes()
 
@@ -241,6 +243,7 @@ class PackTask(QObject):
     def ask_place(self, packed: Path) -> None:
         """Ask where a packed project shall become a folder, and open it there."""
         title = self.tr("Unpack {0}: choose a new folder").format(packed.name)
+        # A folder that is there would have to be asked about; a free name never does harm.
         place = free_folder(self._home(), packed.stem)
         kinds = self.tr("Project folder (*)")
         found, _ = QFileDialog.getSaveFileName(self._window, title, str(place), kinds)

@@ -92,6 +92,7 @@ class MainWindow(QMainWindow):
         if self.session.project is None:
             return
         self.tabs.setCurrentIndex(tabs.NAMES.index(name))
+        # The tab bar says so too, after it was moved by this very method.
         if name == self._active:
             return
         messages.dismiss_error(self)
@@ -151,6 +152,7 @@ class MainWindow(QMainWindow):
     # Qt
 
     def closeEvent(self, event: QCloseEvent) -> None:
+        # All are asked before any is closed: one that says no must not find the others closed already.
         for name, (_, presenter) in self.rooms.items():
             may_close = getattr(presenter, "may_close", None)
             if may_close is not None and not may_close():
@@ -222,6 +224,7 @@ class MainWindow(QMainWindow):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
+        # The first change of the palette comes while the window is still being built.
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "tabs"):
             self._style_tabs()
 
@@ -311,7 +314,9 @@ class MainWindow(QMainWindow):
         session.rolling_changed.connect(self._on_rolling_changed)
         self.status.clicked.connect(self._on_status_clicked)
         one_key = QShortcut(sequence("record"), self)
+        # From any window of the program, dialogs too: nobody looks for the right one before a take.
         one_key.setContext(Qt.ShortcutContext.ApplicationShortcut)
+        # A key held too long would stop what it has just started.
         one_key.setAutoRepeat(False)
         one_key.activated.connect(self._on_one_key)
 

@@ -68,6 +68,7 @@ class Toast(QFrame):
         self._icon = QLabel()
         self.text = QLabel(wordWrap=True)
         self.text.setObjectName("toast_text")
+        # A file's name may look like markup.
         self.text.setTextFormat(Qt.TextFormat.PlainText)
         self.text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.remedy = QLabel(wordWrap=True)
@@ -296,6 +297,7 @@ def catch_unexpected() -> None:
     """Show exceptions that nobody caught instead of dying with them; a recording goes on."""
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        # Ctrl+C in the terminal is a person's request to end, not a fault.
         if issubclass(kind, KeyboardInterrupt):
             QApplication.quit()
             return

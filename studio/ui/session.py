@@ -151,7 +151,7 @@ class Session(QObject):
             return step()
         finally:  # where it cannot be written it is done all the same, and must be seen
             if self.project.dataset is not before:
-                self._tell_edited()
+                self._emit_changes()
 
     def adopt(self, take: Take, performer: str = "") -> None:
         """Tell everyone of a take that was just saved in the open project's folder, and who is seen in it."""
@@ -191,6 +191,7 @@ class Session(QObject):
         from studio import settings as preferences
         from studio.ui import messages
 
+        # Changed first and saved after: what cannot be saved still holds until the window closes.
         self.settings = self.settings.changed(**values)
         try:
             preferences.save(self.settings)
@@ -198,7 +199,7 @@ class Session(QObject):
             messages.show_error(None, error)
         self.settings_changed.emit()
 
-    def _tell_edited(self) -> None:
+    def _emit_changes(self) -> None:
         takes = {take.id for take in self.project.takes} if self.project else set()
         if takes != self._known_takes:  # undoing a removal brings a take back
             self._known_takes = takes

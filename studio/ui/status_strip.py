@@ -39,6 +39,7 @@ class Fact(QWidget):
         self._picture = QLabel()
         self.words = QLabel()
         self.words.setFont(theme.figures_font())
+        # A device's name may look like markup.
         self.words.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

@@ -46,6 +46,7 @@ def build(name: str, session: Session) -> tuple[QWidget, Presenter]:
 
 
 def _record(session: Session) -> tuple[QWidget, Presenter]:
+    # Here and below: a tab's modules are imported when it is first shown, so that the window opens fast.
     from studio.ui.record.presenter import RecordPresenter
     from studio.ui.record.view import RecordView
 

@@ -98,9 +98,9 @@ def apply(app: QApplication, name: str = "dark") -> None:
     app.setStyleSheet(stylesheet(_current))
     for widget in app.allWidgets():
         for target in (widget, *widget.actions()):
-            kept = target.property(_ICON)
-            if isinstance(kept, str) and isinstance(target, QAbstractButton | QAction):
-                name, token, active = kept.split(" ")
+            drawn = target.property(_ICON)
+            if isinstance(drawn, str) and isinstance(target, QAbstractButton | QAction):
+                name, token, active = drawn.split(" ")
                 target.setIcon(icon(name, token, active or None))
 
 

@@ -138,6 +138,7 @@ class StepsUndo(UndoScope):
 
     def _step(self, redo: bool) -> str:
         source, target = (self._undone, self._done) if redo else (self._done, self._undone)
+        # Off its list before it is tried: one that fails would fail again at every press of the key.
         step = source.pop()
         try:
             (step.redo if redo else step.undo)()  # one that fails is dropped: what it moves is not there
@@ -165,6 +166,7 @@ class JointUndo(UndoScope):
         return next(filter(None, steps), "")
 
     def _on_changed(self, part: UndoScope) -> None:
+        # The sort is stable: the others keep their order among themselves.
         self._parts.sort(key=lambda one: one is not part)
         self.changed.emit()
 
@@ -179,9 +181,9 @@ def redo(view: QWidget, scope: UndoScope) -> None:
     _step(view, scope.redo, lambda name: tell_change(view, scope, _tr("Redone: {0}").format(name)))
 
 
-def tell_change(view: QWidget, scope: UndoScope, said: str, remedy: str = "") -> None:
+def tell_change(view: QWidget, scope: UndoScope, text: str, remedy: str = "") -> None:
     """Say what the last step of a scope changed, with Undo beside it for as long as it is the last."""
-    _offer(view, scope, said, remedy, (_tr("Undo"), lambda: undo(view, scope)))
+    _offer(view, scope, text, remedy, (_tr("Undo"), lambda: undo(view, scope)))
 
 
 def tell_undone(view: QWidget, scope: UndoScope, name: str) -> None:
@@ -199,9 +201,9 @@ def _step(view: QWidget, step: Callable[[], str], tell: Callable[[str], None]) -
         tell(name)
 
 
-def _offer(view: QWidget, scope: UndoScope, said: str, remedy: str, action: messages.Action) -> None:
+def _offer(view: QWidget, scope: UndoScope, text: str, remedy: str, action: messages.Action) -> None:
     # A button that stays while something else is done would take back the wrong thing.
-    messages.show_note(view, said, remedy, action, scope.changed)
+    messages.show_note(view, text, remedy, action, scope.changed)
 
 
 def _tr(text: str) -> str:

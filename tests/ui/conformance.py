@@ -51,9 +51,11 @@ class TabConformance:
 
     Attributes:
         TAB: the tab's name.
+        BY_CLICK_ALONE: names of fields that the keyboard goes past.
     """
 
     TAB = ""
+    BY_CLICK_ALONE: frozenset[str] = frozenset()
 
     @pytest.fixture
     def view(self, qtbot: QtBot, session: Session) -> Iterator[QWidget]:
@@ -69,16 +71,16 @@ class TabConformance:
 
     def test_it_fits_the_smallest_window(self, view: QWidget) -> None:
         least = view.minimumSizeHint()
-        assert least.width() <= LEAST_SIZE.width()
-        assert least.height() <= LEAST_SIZE.height() - BAR_PX
+        assert least.width() <= LEAST_SIZE.width(), least
+        assert least.height() <= LEAST_SIZE.height() - BAR_PX, least
 
     def test_every_control_is_reached_by_the_keyboard(self, view: QWidget) -> None:
         missed = [one for one in controls(view) if not one.focusPolicy() & Qt.FocusPolicy.TabFocus]
-        assert not [f"{type(one).__name__} {one.objectName()}" for one in missed]
+        assert {one.objectName() for one in missed} <= self.BY_CLICK_ALONE, missed
 
-    def test_every_control_has_a_name_to_be_read_out(self, view: QWidget) -> None:
-        nameless = [one for one in controls(view) if not name_of(one)]
-        assert not [f"{type(one).__name__} {one.objectName()}" for one in nameless]
+    def test_every_control_has_a_name_to_be_read_out(self, view: QWidget, qtbot: QtBot) -> None:
+        # What a button says may be known only once the tab has looked at its devices.
+        qtbot.waitUntil(lambda: all(map(name_of, controls(view))))
 
     def test_it_opens_no_window_of_its_own(self, view: QWidget) -> None:
         assert [one for one in QApplication.topLevelWidgets() if one.isVisible()] == [view]
@@ -86,7 +88,7 @@ class TabConformance:
     def test_its_words_are_those_of_the_language(self, language: None, view: QWidget) -> None:
         texts = [one.text() for one in view.findChildren(QPushButton) if any(map(str.isalpha, one.text()))]
         assert texts
-        assert not [text for text in texts if "[" not in text]
+        assert not [text for text in texts if "[" not in text], texts
 
 
 def controls(view: QWidget) -> list[QWidget]:

@@ -66,6 +66,7 @@ class ComparePresenter(QObject):
 
     def _measure(self, project: Project, runs: Sequence[str], split: str) -> None:
         self._notes, self._measured = [], 0
+        # In place of a measuring on the other split, which ends unheard.
         self._task.start(["compare", str(project.folder), *runs, "--split", split])
         if self.dialog is not None:
             self.dialog.show_busy(0, self.tr("The runs listen to takes that they have not learnt from."))

@@ -211,6 +211,7 @@ class CompareDialog(QDialog):
         super().__init__(parent)
         self.setObjectName("compare_dialog")
         self.setWindowTitle(self.tr("Compare runs"))
+        # Each comparison is a window of its own; kept, they would gather unseen.
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(1040, 680)
         self.table = CompareTable()

@@ -88,6 +88,7 @@ class DataCard(Card):
         while (item := self._warnings.takeAt(0)) is not None:
             widget = item.widget()
             if widget is not None:
+                # Deleted later, it would still be seen below the new ones until then.
                 widget.setParent(None)
                 widget.deleteLater()
         for warning in warnings[:MOST_WARNINGS]:

@@ -130,6 +130,7 @@ class TrainModel(QObject):
 
     def open(self) -> None:
         """Show the project that is open now: its newest run, or the training under way where it is its."""
+        # Steps of another project would move folders that are not in this one.
         self.trash.steps.forget()
         runs = self.newest_first
         self.shown = self.live_run if self.live_run is not None else runs[0].id if runs else ""
@@ -142,6 +143,7 @@ class TrainModel(QObject):
     def refresh_data(self) -> None:
         """Count what there is to learn from."""
         project = self._session.project
+        # Counted, nothing at all would be a card full of zeros: the tab says what goes there instead.
         empty = project is None or not (project.takes or project.runs or self.training.running)
         self.facts = data_facts(project.dataset, project.takes) if project is not None and not empty else None
         self.data_changed.emit()
@@ -159,6 +161,7 @@ class TrainModel(QObject):
         if project is None or chosen is None:
             return
         try:
+            # Under this tab's name, so that Undo takes it back here and not where nobody sees the takes.
             dataset = edits.set_split(project.dataset, [chosen], "val")
             self._session.edit(self.tr("Set {0} aside for validation").format(chosen), dataset, "train")
         except StudioError as error:
@@ -173,6 +176,7 @@ class TrainModel(QObject):
         project = self._session.project
         if project is None or self.training.running:
             return
+        # Only what was trained with is worth coming back to, not what was merely looked at.
         if request.recipe != self._session.settings.recipe:
             self._session.change_settings(recipe=request.recipe)
         self._begin(request.args(project.folder), project.runs_folder)
@@ -207,6 +211,7 @@ class TrainModel(QObject):
 
     def _on_run_began(self) -> None:
         self._session.runs_changed.emit()
+        # A training goes on when its project is left, and must not choose a run in the next one.
         if self.here:
             self.shown = self.training.run_id
             self.choose_requested.emit(self.shown)
@@ -217,6 +222,7 @@ class TrainModel(QObject):
         if self.here:
             self.shown = ""
         sentence = self.tr("The training was cancelled and its run removed.")
+        # What a child says is never enough to move a folder: it has to lie among the runs.
         if folder is not None and folder.parent == self.training.runs_folder and folder.is_dir():
             self.trash.remove(folder, sentence)
         else:

@@ -189,10 +189,12 @@ class PreviewPane(QWidget):
         super().hideEvent(event)
 
     def _run(self) -> None:
+        # A hidden timer would draw figures beside a training that needs the processor.
         if self.isVisible() and self.predicted.moving:
             self._timer.start()
 
     def _tick(self) -> None:
+        # One clock for both, or captured and predicted would drift apart.
         t = time.monotonic() - self._began
         for figure in (self.captured, self.predicted):
             figure.show_at(t)

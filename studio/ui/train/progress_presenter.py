@@ -71,6 +71,7 @@ class ProgressPresenter(QObject):
         details = self.tr("The run and what it has learnt so far are removed.")
         if self._training.resuming:
             details = self.tr("What it learnt before it was resumed stays.")
+        # Nothing is lost before the first epoch, so nobody needs to be asked.
         if not self._training.progress.epochs or messages.ask(
             self._view, question, details, self.tr("Cancel training"), self.tr("Go on training")
         ):
@@ -90,6 +91,7 @@ class ProgressPresenter(QObject):
 
     def _on_done(self, run: str, stopped: bool) -> None:
         text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
+        # Review shows the open project: a run of one that was left cannot be seen there.
         action = (self.tr("Review it"), lambda: self._session.review_requested.emit(run))
         messages.show_note(self._view, text.format(run), action=action if self._model.here else None)
 
@@ -115,6 +117,7 @@ class ProgressPresenter(QObject):
     def _follow(self) -> None:
         """Bring the display up to the training under way."""
         training = self._training
+        # The strip is seen from every tab, the card from this one alone.
         self._session.status_changed.emit("train", strip_text(training.progress), "")
         if not self._model.active:
             return
@@ -173,6 +176,7 @@ class PreviewPresenter(QObject):
         """
         if run != self._run:
             self._chosen = ""
+        # By the time its file was written: this is asked twice a second, and reading costs more than looking.
         now = preview.stamp(run) if run is not None else 0
         if (run, now, live) == (self._run, self._stamp, self._live):
             return

@@ -29,7 +29,7 @@ class ProgressCard(Card):
 
     Signals:
         stop_requested, cancel_requested: end the training, keeping or removing the run.
-        offer_taken: what `show_offer` offers is wanted.
+        offer_taken: the button of `show_offer` was pressed.
     """
 
     stop_requested = Signal()

@@ -115,6 +115,7 @@ class AdvancedDrawer(QWidget):
     def show_forms(self, forms: Sequence[Form]) -> None:
         """Offer a recipe's forms; the plain one is chosen."""
         self._forms = tuple(forms)
+        # Filling the list is no choice that a person made.
         with QSignalBlocker(self.form):
             self.form.clear()
             for form in self._forms:
@@ -245,6 +246,7 @@ class PresetCard(QPushButton):
         column.addLayout(head)
         column.addWidget(self.summary, 1)
         for child in (self.title, self.duration, self.summary):
+            # A click on the text is a click on the card.
             child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def sizeHint(self) -> QSize:
@@ -335,6 +337,7 @@ class RecipeCard(Card):
 
     def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
         """Fill the recipe list with (name, title, summary)."""
+        # Filling the list is no choice that a person made.
         with QSignalBlocker(self.recipe):
             self.recipe.clear()
             for name, title, summary in recipes:
@@ -344,6 +347,7 @@ class RecipeCard(Card):
     def choose(self, preset: str, recipe: str, forms: Sequence[Form]) -> None:
         """Mark a preset ("" for none) and its recipe, and show its forms in the drawer."""
         for card in self._presets:
+            # An auto-exclusive group never lets its last button up, but a recipe may belong to no preset.
             card.setAutoExclusive(False)
             card.setChecked(card.property("key") == preset)
             card.setAutoExclusive(True)

@@ -85,6 +85,7 @@ class _MovingRun:
         """Into the trash; StudioError where it cannot be moved."""
         folder = self.folder
         self.folder = put_run_away(folder)
+        # Motion that the run made lies elsewhere and would outlive it.
         made = generated_folder(Run(folder.name, folder, ""))
 
         def tidy() -> None:

@@ -36,6 +36,7 @@ class RunsPresenter(QObject):
 
     def _show(self) -> None:
         """Bring the list up to what is on the disk."""
+        # A run that is trained says less of itself on the disk than its child has told.
         live, runs = self._model.live_run, self._model.newest_first
         rows = [RunRow(run.id, self._status(run), self._facts(run), note_of(run)) for run in runs]
         idle = {run.id for run in runs if run.id != live}

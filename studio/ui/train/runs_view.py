@@ -106,9 +106,11 @@ class RunsTable(QTableWidget):
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Replace the list, keeping the selection and a note that is being written."""
+        # A note that is being typed would be lost with its cell.
         if self.state() == QAbstractItemView.State.EditingState:
             return
         chosen, selected = self.chosen, self.all_chosen
+        # Rows that are put back say nothing new: else the curves would be drawn again at every refresh.
         with QSignalBlocker(self), QSignalBlocker(self.selectionModel()):
             self.setRowCount(len(rows))
             for y, row in enumerate(rows):
@@ -140,6 +142,7 @@ class RunsTable(QTableWidget):
 
     def _make_current(self, y: int) -> None:
         index = self.model().index(y, max(self.currentColumn(), 0))
+        # The current row and the selected ones are two things: several stay selected while one is current.
         self.selectionModel().setCurrentIndex(index, QItemSelectionModel.SelectionFlag.NoUpdate)
 
     def choose(self, run_id: str) -> None:

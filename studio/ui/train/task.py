@@ -206,6 +206,8 @@ class TrainTask(QObject):
 
     def __init__(self, child: ChildTask, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        # The child reports `done` after it has ended: whether a training is under way is kept here, for cards
+        # are still told of its run then.
         self._child = child
         self._args: list[str] = []
         self._cancelling = False
@@ -311,6 +313,7 @@ class TrainTask(QObject):
 
     def _on_ended(self) -> None:
         self.running = False
+        # Who is told may start the next training at once, which must find these free.
         run, self.run_id, self.folder = self.run_id, "", None
         self.changed.emit()
         self.ended.emit(run)

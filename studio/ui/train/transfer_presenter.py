@@ -89,6 +89,7 @@ class TransferPresenter(QObject):
         found, _ = QFileDialog.getSaveFileName(self._view, title, start, kinds)
         if not found:
             return
+        # Not every system's dialog adds the ending of the kind that was chosen.
         whole = found.endswith(SUFFIX)
         target = Path(found if whole else found + SUFFIX)
         args = ["pack", str(project.folder), "--run", run_id, "-o", str(target)]

@@ -52,7 +52,7 @@ class AvatarButton(QWidget):
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._said = ""
+        self._text = ""
         row = self._row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
@@ -90,11 +90,11 @@ class AvatarButton(QWidget):
         self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))
         self._row.invalidate()
         self._row.activate()  # it stands in no layout that would ask it to
-        self._say(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
+        self._show_text(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
 
     def show_busy(self, name: str) -> None:
         """An avatar is being opened."""
-        self._say(self.tr("Opening {0}…").format(name))
+        self._show_text(self.tr("Opening {0}…").format(name))
 
     def place(self, room: QSize) -> None:
         """Stand in the lower right corner of a picture, beside its small face."""
@@ -106,11 +106,11 @@ class AvatarButton(QWidget):
     @property
     def said(self) -> str:
         """What stands beside the button, all of it."""
-        return self._said
+        return self._text
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._say(self._said)
+        self._show_text(self._text)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """A soft ground behind the words, which stand over the picture."""
@@ -127,12 +127,12 @@ class AvatarButton(QWidget):
         painter.drawRoundedRect(rect.adjusted(0, 3, theme.TIGHT, -3), theme.RADIUS, theme.RADIUS)
         painter.end()
 
-    def _say(self, said: str) -> None:
-        """Words beside the button, cut where there is no room; the tip has them all."""
-        self._said = said
+    def _show_text(self, text: str) -> None:
+        """Text next to the button, cut where there is no room; the tip has them all."""
+        self._text = text
         room = max(self.width() - self.button.sizeHint().width() - 2 * theme.BETWEEN, 0)
-        self.terms.setText(self.terms.fontMetrics().elidedText(said, Qt.TextElideMode.ElideRight, room))
-        self.setToolTip(said)
+        self.terms.setText(self.terms.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room))
+        self.setToolTip(text)
 
     def _choice(self, group: QActionGroup, text: str, path: Path | None, checked: bool) -> None:
         action = QAction(text.replace("&", "&&"), group)

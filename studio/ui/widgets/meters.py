@@ -355,8 +355,8 @@ class ShapeMeters(QWidget):
 
     def _reorder(self) -> None:
         self._sorted_at = time.monotonic()
-        wanted = self.search.text().strip().lower()
-        rows = [channel for channel in self._channels.values() if wanted in channel.low]
+        searched = self.search.text().strip().lower()
+        rows = [channel for channel in self._channels.values() if searched in channel.low]
         if self.sort.currentData() == "activity":
             rows.sort(key=lambda row: (-round(row.activity, 2), row.low))
         else:

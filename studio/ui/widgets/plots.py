@@ -80,6 +80,7 @@ class LossPlot(QWidget):
             good = [(e, float(v)) for e, v in pairs if v is not None and math.isfinite(v)]
             self._points[key] = ([e for e, _ in good], [v for _, v in good])
         self._best = best
+        # What comes before it runs out is drawn with it, however many epochs that are.
         if not self._timer.isActive():
             self._timer.start()
 

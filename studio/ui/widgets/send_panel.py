@@ -165,6 +165,7 @@ class SendPanel(QWidget):
 
     def _on_all(self) -> None:
         """Switch all on; where all are on, all off."""
+        # With some on and some off, the button switches the rest on: off would cut who is sending.
         on = not all(row.send.isChecked() for row in self.rows)
         for row in self.rows:
             row.send.setChecked(on)
@@ -205,9 +206,9 @@ class Address:
 
 def kept_targets(settings: Settings) -> list[Address]:
     """The targets of the last time; the one of the settings where none were kept."""
-    kept = [address for text in settings.send_targets if (address := Address.parse(text)) is not None]
+    saved = [address for text in settings.send_targets if (address := Address.parse(text)) is not None]
     title = next((preset.title for preset in PRESETS if preset.port == settings.send_port), "")
-    return kept or [Address(title, settings.send_host, settings.send_port)]
+    return saved or [Address(title, settings.send_host, settings.send_port)]
 
 
 class TargetRow(QFrame):

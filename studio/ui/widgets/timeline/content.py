@@ -68,7 +68,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class LabelEdit:
-    """A change wished for: added where before is None, removed where after is None."""
+    """A change that is requested: added where before is None, removed where after is None."""
 
     before: Label | None
     after: Label | None

@@ -120,7 +120,7 @@ class Scrub:
 
 
 class MoveHandle:
-    """An in or out point follows the mouse; the wish is sent once, on release."""
+    """An in or out point follows the mouse; the request is sent once, on release."""
 
     def __init__(self, timeline: TimelineSurface, which: int) -> None:
         self._timeline = timeline
@@ -198,7 +198,7 @@ class PanOverview:
 
 
 class MoveLabel:
-    """A label, or one of its ends, follows the mouse; the wish is sent once, on release.
+    """A label, or one of its ends, follows the mouse; the request is sent once, on release.
 
     Args:
         part: "start", "end" or "all".

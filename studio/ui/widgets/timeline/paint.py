@@ -165,10 +165,10 @@ def _paint_title(painter: QPainter, rect: QRectF, title: str, limit: float) -> N
         painter.drawText(rect.adjusted(6, 0, 0, 0), middle, f"!  {title}")
         return
     painter.drawText(rect, Qt.AlignmentFlag.AlignCenter, "!")
-    beside = QRectF(rect.right() + 4, rect.top(), limit - rect.right() - 8, rect.height())
-    if beside.width() > 24:
-        text = metrics.elidedText(title, Qt.TextElideMode.ElideRight, int(beside.width()))
-        painter.drawText(beside, middle, text)
+    place = QRectF(rect.right() + 4, rect.top(), limit - rect.right() - 8, rect.height())
+    if place.width() > 24:
+        text = metrics.elidedText(title, Qt.TextElideMode.ElideRight, int(place.width()))
+        painter.drawText(place, middle, text)
 
 
 def paint_heat(
