@@ -72,16 +72,29 @@ def check_free(files: Iterable[Path], force: bool, project: Project | None = Non
             raise RequestError(f"{file} is a folder.", "Name a file to write with -o.")
         place = next(folder for folder in file.absolute().parents if folder.exists())
         if not place.is_dir():
-            raise RequestError(f"{place} is a file, not a folder.", "Choose another folder with -o.")
+            raise RequestError(
+                f"{place} is a file, not a folder.",
+                "Choose another folder with -o.",
+                in_window="Choose another folder.",
+            )
         if not os.access(place, os.W_OK):
-            raise RequestError(f"The folder {place} cannot be written.", "Choose another folder with -o.")
+            raise RequestError(
+                f"The folder {place} cannot be written.",
+                "Choose another folder with -o.",
+                in_window="Choose another folder.",
+            )
         own = (project.takes_folder, project.runs_folder) if project else ()
         if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
             what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
-            raise RequestError(what, "Choose another folder with -o.")
+            raise _wrong_folder(what)
         if file.exists() and not force:
             remedy = "Choose another name with -o, or add --force to write over it."
-            raise FileThereError(f"{file} is there already.", remedy, file.name)
+            in_window = "Choose another name, or add --force to write over it."
+            raise FileThereError(f"{file} is there already.", remedy, file.name, in_window=in_window)
+
+
+def _wrong_folder(what: str) -> RequestError:
+    return RequestError(what, "Choose another folder with -o.", in_window="Choose another folder.")
 
 
 PARTS = ("all", "face", "body")

@@ -132,7 +132,11 @@ def entries_of(
     from studio import formats
 
     if folder.exists() and not folder.is_dir():
-        raise RequestError(f"{folder} is a file, not a folder.", "Choose another folder with -o.")
+        raise RequestError(
+            f"{folder} is a file, not a folder.",
+            "Choose another folder with -o.",
+            in_window="Choose another folder.",
+        )
     entries: list[Entry] = []
     cache = ClipCache()
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):

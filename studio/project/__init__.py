@@ -7,6 +7,7 @@ files      What makes a folder a project, and the small files in it
 generated  What runs made of sounds: kept in the project's cache, made again where it is gone
 project    A project folder, opened to look or to change
 run        Training runs on disk: folders `<recipe>_<nnn>` with a recipe, metrics, weights and a report
+sounds     Sounds that are no takes: dropped on Review, copied into the project, trashed and brought back
 trash      Removed takes and runs: moved aside into the project's trash, and back again
 """
 

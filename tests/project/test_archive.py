@@ -152,12 +152,12 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.dataset import label_files, relink, suggest
     from studio.formats import _bone_tables, _find, saia_csv
     from studio.playback.layers import presets
-    from studio.project import avatars, files
+    from studio.project import avatars, files, sounds
     from studio.take import folder, motion_file
     from studio.training import model_card, preview, run_file
     from studio.training.checkpoint import BEST, LAST
     from studio.training.loop import run_folder
-    from studio.ui.review import last_tuning, sounds, votes
+    from studio.ui.review import tune_presenter, vote_presenter
     from studio.ui.train import run_reading
 
     audio = {f"audio{suffix}" for suffix in (*folder.SOUND_SUFFIXES, *saia_csv.SOUND_SUFFIXES)}
@@ -172,10 +172,10 @@ def test_whatever_the_studio_writes_is_known() -> None:
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
     take = (folder.INFO_FILE, journal_format.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
-        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, last_tuning.FILE, _bone_tables.FILE),
+        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, tune_presenter.FILE, _bone_tables.FILE),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
-        f"runs/{votes.FILE}",
+        f"runs/{vote_presenter.FILE}",
         f"avatars/x{avatars.SUFFIX}",
         f"{presets.FOLDER}/x{presets.SUFFIX}",
         *(f"{sounds.FOLDER}/x{suffix}" for suffix in _find.SOUND_SUFFIXES),

@@ -8,14 +8,35 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QMenu, QToolButton, QWidget
 
+from studio import formats
 from studio.ui import theme
-from studio.ui.review.tune_fields import Fold
+from studio.ui.review.tune_controls import Fold
 from studio.ui.widgets.card import label
 
 SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
 LABELS_PX = 52
 DRAWN = frozenset({"mp4", "png"})
 """Formats that are pictures."""
+
+
+@dataclass(frozen=True)
+class FormatChoice:
+    """A format to export to: module name, title, suffix, what it leaves out."""
+
+    name: str
+    title: str
+    suffix: str
+    note: str
+
+
+def format_choices() -> list[FormatChoice]:
+    """The formats that can be written, those asked for most first."""
+    found = [
+        FormatChoice(name, module.TITLE, formats.written_suffix(module), module.NOTE)
+        for name, module in formats.writers().items()
+    ]
+    order = {"vrma": 0, "bvh": 1, "saia_csv": 2, "mp4": 3, "png": 4}
+    return sorted(found, key=lambda choice: (order.get(choice.name, 9), choice.title))
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,11 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.review.camera import CameraButton
-from studio.ui.review.export_panel import ExportPanel
-from studio.ui.review.pair_meters import PairMeters
-from studio.ui.review.run_bar import RunBar
-from studio.ui.review.source_card import ReviewListCard
-from studio.ui.review.stage import Stage
-from studio.ui.review.tune_panel import TunePanel
+from studio.ui.review.export_view import ExportPanel
+from studio.ui.review.run_view import RunBar
+from studio.ui.review.sources_view import ReviewListCard
+from studio.ui.review.stage_view import CameraButton, PairMeters, Stage
+from studio.ui.review.tune_view import TunePanel
 from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel
 from studio.ui.widgets.timeline.time_view import clock
