@@ -8,7 +8,8 @@ import numpy as np
 
 from studio.capture.microphone import SoundBlock
 from studio.capture.roll import Roll
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout
+from tests.captured import one_row
 
 SHAPES = ("A", "I", "U")
 BONES = ("Hips", "Spine", "Head")
@@ -28,7 +29,7 @@ def leave_behind(folder: Path, seconds: float = 2.0, *, sound: bool = False) -> 
     for k in range(round(seconds * FPS)):
         row = values.copy()
         row[0] = k / 1000
-        roll.add_row(FrameRow(START + k / FPS, k / FPS, names, row))
+        roll.add_rows(one_row(START + k / FPS, k / FPS, names, row))
         if k % 12 == 11:
             if sound:
                 block = np.full((RATE // 5, 1), 0.1, dtype=np.float32)

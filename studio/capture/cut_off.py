@@ -14,7 +14,7 @@ from studio.errors import StudioError
 from studio.files import disk
 from studio.paths import rescue_folder
 from studio.take.take import Take
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def saved(
     rolling: roll.Roll,
     watch: FolderWatch,
     cut: CutOff | None,
-    last: tuple[Sequence[FrameRow], Sequence[SoundBlock]],
+    last: tuple[Sequence[RowBlock], Sequence[SoundBlock]],
 ) -> tuple[Take, CutOff | None]:
     """The take of a roll that ended, wherever its files lie by now.
 
@@ -158,15 +158,17 @@ def _new_place(name: str) -> Path:
 
 
 def _from_memory(
-    place: Path, rolling: roll.Roll, rows: Sequence[FrameRow], blocks: Sequence[SoundBlock]
+    place: Path, rolling: roll.Roll, rows: Sequence[RowBlock], blocks: Sequence[SoundBlock]
 ) -> None:
     """A roll of the last seconds, which were still in memory."""
-    begins = [min(times) for times in ([r.arrival for r in rows], [b.captured for b in blocks]) if times]
+    begins = [
+        min(times) for times in ([float(r.arrivals[0]) for r in rows], [b.captured for b in blocks]) if times
+    ]
     start = max(rolling.start, min(begins, default=rolling.start))
     again = roll.Roll(place, start=start, sound=rolling.sound, **rolling.head)
     for block in blocks:
         again.add_block(block)
-    for row in rows:
-        again.add_row(row)
+    for motion_rows in rows:
+        again.add_rows(motion_rows)
     again.flush({})
     again.close()

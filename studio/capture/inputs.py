@@ -19,9 +19,9 @@ from studio import clock, launch
 from studio.capture import listener
 from studio.capture.health import is_quiet
 from studio.capture.microphone import AudioInput, SoundBlock, input_devices
-from studio.capture.receiver import Batch, Receiver, ReceiverStats, unpacked
+from studio.capture.receiver import Receiver, ReceiverStats
 from studio.sound.level import LevelMeter
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import RowBlock
 from studio.vmc.udp import bind_wide
 
 _REFIT_S = 2.0
@@ -46,7 +46,7 @@ class MotionInput:
     Attributes:
         ports: those bound. host: of the first.
         stats: counters and names, a few hundredths of a second old.
-        row: the latest, None before any.
+        latest: the last block of rows, None before any.
 
     Raises:
         StudioError: a port cannot be opened.
@@ -55,7 +55,7 @@ class MotionInput:
     def __init__(self, ports: Sequence[tuple[int, str]]) -> None:
         self.opened = clock.now()
         self.stats = ReceiverStats()
-        self.row: FrameRow | None = None
+        self.latest: RowBlock | None = None
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:
@@ -65,8 +65,7 @@ class MotionInput:
             raise
         self.ports = tuple(dict.fromkeys(int(one.getsockname()[1]) for one in self._sockets))
         self.host = ports[0][1]
-        self._names: ChannelLayout | None = None
-        self._reports: deque[tuple[list[Batch], ReceiverStats]] = deque(maxlen=_KEPT_TURNS)
+        self._reports: deque[tuple[list[listener.SentBlock], ReceiverStats]] = deque(maxlen=_KEPT_TURNS)
         self._local_receiver: Receiver | None = None
         self._child: subprocess.Popen[bytes] | None = None
         # Set where the listener could not start or ended by itself; `poll` then listens in this process.
@@ -78,7 +77,7 @@ class MotionInput:
         """The first one."""
         return self.ports[0]
 
-    def poll(self, now: float) -> list[FrameRow]:
+    def poll(self, now: float) -> list[RowBlock]:
         """The rows that have arrived since the last call, in order.
 
         Args:
@@ -87,19 +86,18 @@ class MotionInput:
         # Duplicates of the bound sockets: the ports were never free in between, and no packet was refused.
         if self._listener_ended.is_set() and self._local_receiver is None and self._sockets:
             self._local_receiver = Receiver([one.dup() for one in self._sockets])
-        rows: list[FrameRow] = []
+        sent: list[listener.SentBlock] = []
         with contextlib.suppress(IndexError):
             while True:
-                rows_of, self.stats = self._reports.popleft()
-                for batch in rows_of:
-                    more, self._names = unpacked(batch, self._names)
-                    rows += more
+                more, self.stats = self._reports.popleft()
+                sent += more
+        blocks = listener.received(sent, self.latest.names if self.latest is not None else None)
         if self._local_receiver is not None:
-            rows += self._local_receiver.poll(now)
+            blocks += self._local_receiver.poll(now)
             self.stats = self._local_receiver.stats(now)
-        if rows:
-            self.row = rows[-1]
-        return rows
+        if blocks:
+            self.latest = blocks[-1]
+        return blocks
 
     def received_until(self, t: float) -> bool:
         """Whether everything that arrived before a moment has been taken in."""

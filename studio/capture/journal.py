@@ -17,7 +17,7 @@ from typing import IO, Any
 import numpy as np
 
 from studio.capture.journal_format import CLOCK, FACTS, FILE, HEAD, MAGIC, NAMES, ROWS, pack
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout, RowBlock
 
 _BLOCK_BYTES = 128 * 1024
 """Rows of more than that go into several blocks, since damage costs a whole one."""
@@ -41,7 +41,7 @@ class Journal:
         self._file = (folder / FILE).open("xb", buffering=0)
         _hold_for_good(self._file)
         self._names: ChannelLayout | None = None
-        self._rows: list[FrameRow] = []
+        self._rows: list[RowBlock] = []
         self._clock: list[tuple[float, float]] = []
         self._syncer = ThreadPoolExecutor(1, thread_name_prefix="journal sync")
         self._syncing: Future[None] | None = None
@@ -56,14 +56,14 @@ class Journal:
         self._add(HEAD, self._head)
         self._write()
 
-    def add_row(self, row: FrameRow) -> None:
-        """A frame; on the disk after the next `flush`."""
+    def add_rows(self, block: RowBlock) -> None:
+        """Frames; on the disk after the next `flush`."""
         # By identity: the packer gives one layout object for as long as the channels stay the same.
-        if row.names is not self._names:
-            self._add_rows()
-            self._names = row.names
-            self._add_names(row.names)
-        self._rows.append(row)
+        if block.names is not self._names:
+            self._pack_rows()
+            self._names = block.names
+            self._add_names(block.names)
+        self._rows.append(block)
 
     def add_clock(self, audio_time: float, captured: float) -> None:
         """One moment on both clocks: seconds of sound, and of `clock.now()`."""
@@ -71,7 +71,7 @@ class Journal:
 
     def flush(self, facts: dict[str, Any]) -> None:
         """Hand everything to the system, so that a kill of this process loses nothing of it."""
-        self._add_rows()
+        self._pack_rows()
         if self._clock:
             self._add(CLOCK, np.array(self._clock, dtype="<f8").tobytes())
             self._clock.clear()
@@ -117,15 +117,19 @@ class Journal:
         for payload in self._tables.values():
             self._add(NAMES, payload)
 
-    def _add_rows(self) -> None:
-        at_once = max(1, _BLOCK_BYTES // (4 * self._names.width)) if self._names else 1
-        for start in range(0, len(self._rows), at_once):
-            rows = self._rows[start : start + at_once]
-            stamps = np.array([(r.arrival, r.sender_time) for r in rows], dtype="<f8")
-            values = np.stack([r.values for r in rows]).astype("<f4", copy=False)
-            self._add(ROWS, struct.pack("<I", len(rows)) + stamps.tobytes() + values.tobytes())
-            self._row_count += len(rows)
+    def _pack_rows(self) -> None:
+        """Turn the rows since the last flush into as few blocks as their size allows."""
+        if not self._rows or self._names is None:
+            return
+        stamps = np.concatenate([block.stamps for block in self._rows]).astype("<f8", copy=False)
+        values = np.concatenate([block.values for block in self._rows]).astype("<f4", copy=False)
         self._rows.clear()
+        at_once = max(1, _BLOCK_BYTES // (4 * self._names.width))
+        for start in range(0, len(stamps), at_once):
+            part = slice(start, start + at_once)
+            count = len(stamps[part])
+            self._add(ROWS, struct.pack("<I", count) + stamps[part].tobytes() + values[part].tobytes())
+            self._row_count += count
 
     def _add(self, kind: bytes, payload: bytes) -> None:
         self._pending += pack(kind, payload, self._number, self._row_count, self._layout)

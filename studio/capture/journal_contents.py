@@ -215,7 +215,7 @@ class JournalContents:
     @property
     def interval(self) -> float:
         """Median seconds between rows; 1/60 where there are too few to say."""
-        arrivals = [run[1] for run in self.row_blocks]
+        arrivals = [block.arrivals for block in self.row_blocks]
         steps = np.diff(np.concatenate(arrivals)) if arrivals else np.zeros(0)
         return float(np.median(steps)) if len(steps) else 1 / 60
 
@@ -383,7 +383,7 @@ def _rows(payload: memoryview, names: ChannelLayout) -> RowBlock | None:
     values = np.frombuffer(payload, "<f4", count * names.width, 4 + 16 * count)
     if not _plausible(stamps[:, 0]):
         return None
-    return names, stamps[:, 0], values.reshape(count, names.width)
+    return RowBlock(names, stamps, values.reshape(count, names.width))
 
 
 def _clock(payload: memoryview) -> NDArray[np.float64] | None:
@@ -436,6 +436,6 @@ def _placed(missing: Iterable[Damage], rows: Sequence[tuple[int, RowBlock]]) -> 
     places = [at for at, _ in rows]
     for one in missing:
         after = bisect_left(places, one.start)
-        since = float(rows[after - 1][1][1][-1]) if after else math.nan
-        until = float(rows[after][1][1][0]) if after < len(rows) else math.nan
+        since = float(rows[after - 1][1].arrivals[-1]) if after else math.nan
+        until = float(rows[after][1].arrivals[0]) if after < len(rows) else math.nan
         yield replace(one, since=since, until=until)

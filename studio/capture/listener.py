@@ -4,7 +4,7 @@ A window that draws keeps Python's lock for tens of milliseconds at a time; an u
 13,000 packets a second. Here they meet a process that does nothing else. It ends with its parent.
 
 Spoken on stdin: one pickled list of sockets, then nothing; its end is the wish to end.
-Spoken on stdout: pickled (rows as batches, ReceiverStats), one at a time.
+Spoken on stdout: pickled (sent blocks, ReceiverStats), one at a time; see `SentBlock`.
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ import threading
 from collections import deque
 from typing import Any, BinaryIO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from studio import clock
 from studio.capture.priority import raise_priority
-from studio.capture.receiver import Receiver, batches
-from studio.vmc.rows import ChannelLayout
+from studio.capture.receiver import Receiver
+from studio.vmc.rows import ChannelLayout, RowBlock
 
 WORD = "_listen"
 """The command line that leads here."""
@@ -58,17 +61,36 @@ def _listen(receiver: Receiver, writer: PipeWriter, ended: threading.Event) -> N
         if receiver.stamped:
             ended.wait(_TURN_S)  # let some gather; without stamps, reading at once is the stamp
         now = clock.now()
-        rows = receiver.poll(now)
-        if not rows and now - sent_at < _SEND_S:
+        blocks = receiver.poll(now)
+        if not blocks and now - sent_at < _SEND_S:
             continue
         if writer.full:
-            receiver.count_unsent(len(rows))
+            receiver.count_unsent(sum(map(len, blocks)))
             continue
         sent_at = now
-        packed = batches(rows, names)
-        # Names travel only where they change: they take as much room as a row.
-        names = rows[-1].names if rows else names
-        writer.send((packed, receiver.stats(now)))
+        sent: list[SentBlock] = []
+        for block in blocks:
+            sent.append((block.names if block.names is not names else None, block.stamps, block.values))
+            names = block.names
+        writer.send((sent, receiver.stats(now)))
+
+
+SentBlock = tuple[ChannelLayout | None, NDArray[np.float64], NDArray[np.float32]]
+"""A RowBlock's parts on their way to the recorder; names, as large as a row, only where they change."""
+
+
+def received(sent: list[SentBlock], names: ChannelLayout | None) -> list[RowBlock]:
+    """The blocks that were sent.
+
+    Args:
+        names: those of the last block that was received before.
+    """
+    blocks = []
+    for changed, stamps, values in sent:
+        names = changed if changed is not None else names
+        assert names is not None
+        blocks.append(RowBlock(names, stamps, values))
+    return blocks
 
 
 class PipeWriter:

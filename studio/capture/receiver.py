@@ -9,12 +9,9 @@ import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from studio import clock
 from studio.vmc.assemble import Frame, FrameAssembler, Sender
-from studio.vmc.rows import ChannelLayout, FrameRow, Packer
+from studio.vmc.rows import Packer, RowBlock
 from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
 from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
 from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
@@ -73,10 +70,6 @@ class ReceiverStats:
     frames_thinned: int = 0
 
 
-Batch = tuple[ChannelLayout | None, NDArray[np.float64], NDArray[np.float32]]
-"""Rows for another process: names where they changed, (arrival, sender's time) (T, 2), values (T, width)."""
-
-
 class Receiver:
     """Listens on sockets that are bound already.
 
@@ -120,7 +113,7 @@ class Receiver:
         opened = [port.socket for port in self._inputs if port.socket is not None]
         select.select(opened, (), (), seconds)
 
-    def poll(self, now: float) -> list[FrameRow]:
+    def poll(self, now: float) -> list[RowBlock]:
         """Read, decode and put together what has arrived; gives the rows of the frames that are whole.
 
         Args:
@@ -137,18 +130,14 @@ class Receiver:
         # Never backwards: frames up to there were flushed already.
         self._present = max(self._present, min(self._read_until, self._queues.oldest))
         frames += self._assembler.flush(self._present)
-        rows = []
+        # Counted before any is left out: thinning out must not look like frames that were lost.
         for frame in frames:
-            fresh = frame.fresh_bones + frame.fresh_shapes
-            # Left out, yet seen: thinning out must not look like frames that were lost.
-            if not self._limit.keeps(frame.arrival):
-                self._watch.pass_by(frame.arrival, frame.sender_time, fresh)
-                continue
-            row = self._packer.pack(frame)
-            self._watch.feed(row, fresh)
-            rows.append(row)
+            self._watch.count(frame.arrival, frame.sender_time, frame.fresh_bones + frame.fresh_shapes)
+        blocks = self._packer.pack([frame for frame in frames if self._limit.keeps(frame.arrival)])
+        for block in blocks:
+            self._watch.compare(block)
         self._packets_per_s = self._rate.rate(now, sum(port.received for port in self._inputs))
-        return rows
+        return blocks
 
     def count_unsent(self, rows: int) -> None:
         """Count rows that arrived and were not sent on, as lost frames."""
@@ -250,31 +239,3 @@ class Receiver:
         at = bisect.bisect_right(come, self._read_until, key=lambda one: one[0].arrival)
         self._early = come[at:]
         return come[:at]
-
-
-def batches(rows: Sequence[FrameRow], known: ChannelLayout | None) -> list[Batch]:
-    """Rows put together by their names.
-
-    Args:
-        known: the names told last.
-    """
-    found: list[Batch] = []
-    first = 0
-    for at in range(1, len(rows) + 1):
-        if at < len(rows) and rows[at].names is rows[first].names:
-            continue
-        part = rows[first:at]
-        stamps = np.array([(row.arrival, row.sender_time) for row in part])
-        values = np.stack([row.values for row in part])
-        found.append((part[0].names if part[0].names is not known else None, stamps, values))
-        known, first = part[0].names, at
-    return found
-
-
-def unpacked(batch: Batch, known: ChannelLayout | None) -> tuple[list[FrameRow], ChannelLayout | None]:
-    """The rows of a batch, and the names that hold from it on."""
-    names, stamps, values = batch
-    names = names if names is not None else known
-    assert names is not None
-    pairs = zip(stamps.tolist(), values, strict=True)
-    return [FrameRow(arrival, sender_time, names, row) for (arrival, sender_time), row in pairs], names

@@ -23,7 +23,7 @@ from studio.motion import Motion
 from studio.sound.sound_file import Sound
 from studio.take.folder import next_number
 from studio.take.take import Take
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 
 __all__ = ["MAX_PRE_ROLL", "Recorder", "RecorderState", "Snapshot", "recover"]
 
@@ -67,10 +67,10 @@ class Recorder:
         self._ended = threading.Event()
         self.cut_off: CutOff | None = None
         self._watch = FolderWatch(takes_folder, ())
-        self._last: tuple[list[FrameRow], list[SoundBlock]] = [], []
+        self._last: tuple[list[RowBlock], list[SoundBlock]] = [], []
         self._silence_reported = False
         self._before = snapshot_builder.Counts()
-        self._rows: deque[FrameRow] = deque()
+        self._rows: deque[RowBlock] = deque()
         self._blocks: deque[SoundBlock] = deque()
         self._disk_free = 0
         self._looked_at = self._flushed_at = self._synced_at = self._disk_at = 0.0
@@ -189,7 +189,7 @@ class Recorder:
         with self._lock:
             begin = clock.now() - min(seconds, MAX_PRE_ROLL)
             blocks = [block for block in self._blocks if block.captured >= begin]
-            rows = [row for row in self._rows if row.arrival >= begin - 1.0]
+            rows = [row for row in self._rows if row.arrivals[-1] >= begin - 1.0]
             rate = self._sound.audio.sample_rate if self._sound is not None else 0
         return snapshot_builder.recent(rows, blocks, rate)
 
@@ -343,20 +343,20 @@ class Recorder:
         if now - self._looked_at >= _LOOK_S:
             self._show(now)
 
-    def _poll(self, now: float) -> tuple[list[FrameRow], list[SoundBlock]]:
+    def _poll(self, now: float) -> tuple[list[RowBlock], list[SoundBlock]]:
         """Bring in what came, and keep the last seconds of it for a pre-roll."""
         rows = self._motion.poll(now) if self._motion else []
         blocks = self._sound.poll(now) if self._sound else []
         self._rows.extend(rows)
         self._blocks.extend(blocks)
-        while self._rows and self._rows[0].arrival < now - MAX_PRE_ROLL:
+        while self._rows and self._rows[0].arrivals[-1] < now - MAX_PRE_ROLL:
             self._rows.popleft()
         # A second longer than motion: a block counts from its first sample and comes after its last one.
         while self._blocks and self._blocks[0].captured < now - MAX_PRE_ROLL - 1.0:
             self._blocks.popleft()
         return rows, blocks
 
-    def _write(self, rows: list[FrameRow], blocks: list[SoundBlock]) -> None:
+    def _write(self, rows: list[RowBlock], blocks: list[SoundBlock]) -> None:
         rolling, until = self._roll, self._until
         assert rolling is not None
         try:
@@ -364,9 +364,8 @@ class Recorder:
                 # After a stop, what was captured before it still arrives and belongs to the take.
                 if until is None or block.captured < until:
                     rolling.add_block(block)
-            for row in rows:
-                if until is None or row.arrival <= until:
-                    rolling.add_row(row)
+            for row_block in rows:
+                rolling.add_rows(row_block if until is None else row_block.between(last=until))
         except OSError as error:
             self._end_early(rolling, cut_off.failed(error, rolling.seconds))
 

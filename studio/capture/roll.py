@@ -23,7 +23,7 @@ from studio.sound import wav_writer
 from studio.take.folder import INFO_FILE, load_take, save_take
 from studio.take.motion_file import SUFFIX, read_motion
 from studio.take.take import Take, TakeInfo
-from studio.vmc.rows import FrameRow, motion_of
+from studio.vmc.rows import RowBlock, motion_of
 
 SOUND, JOURNAL = "audio.wav", journal_format.FILE
 _GAP_S = 0.06
@@ -107,12 +107,13 @@ class Roll:
         wav.append(block.samples)
         self._last_end = block.captured + duration
 
-    def add_row(self, row: FrameRow) -> None:
-        """A frame; those from before the take began are passed over."""
-        if row.arrival >= self.start:
-            self._journal.add_row(row)
-            self.frames += 1
-            self.last_arrival = row.arrival
+    def add_rows(self, block: RowBlock) -> None:
+        """Frames; those from before the take began are passed over."""
+        block = block.between(self.start)
+        if len(block):
+            self._journal.add_rows(block)
+            self.frames += len(block)
+            self.last_arrival = float(block.arrivals[-1])
 
     def flush(self, facts: dict[str, Any]) -> None:
         """Safe from a kill up to here.
@@ -248,7 +249,7 @@ def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[
     sound = folder / SOUND
     samples = wav_writer.mend(sound, *_sound_form(contents.head)) if sound.is_file() else 0
     fit = _fit(contents, samples)
-    arrivals = [run[1] for run in contents.row_blocks]
+    arrivals = [block.arrivals for block in contents.row_blocks]
     motion = motion_of(contents.row_blocks, fit.to_audio(np.concatenate(arrivals))) if arrivals else None
     if motion is None and not samples:
         return None
@@ -351,7 +352,7 @@ def _fit(contents: journal_contents.JournalContents, samples: int) -> clock.Cloc
     """The take's clock: the sound's where there is some, else the computer's from the start on."""
     if samples and len(contents.clock):
         return clock.fit(contents.clock[:, 0], contents.clock[:, 1])
-    first = float(contents.row_blocks[0][1][0]) if contents.row_blocks else 0.0
+    first = float(contents.row_blocks[0].arrivals[0]) if contents.row_blocks else 0.0
     start = contents.head.get("start")
     # A head of nonsense must not move all of the motion out of the take.
     if not isinstance(start, int | float) or not first - _LONGEST_PAUSE_S <= start <= first:
@@ -363,7 +364,7 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
     facts, head = contents.facts, contents.head
     slate, _, number = folder.name.rpartition("_")
     named = int(number) if slate and number.isdecimal() else 1
-    names = tuple(dict.fromkeys(name for run in contents.row_blocks for name in run[0].shapes))
+    names = tuple(dict.fromkeys(name for block in contents.row_blocks for name in block.names.shapes))
     extra = {
         key: str(facts[key]) for key in ("avatar", "avatar_hash", "tracking", "sender") if facts.get(key)
     }

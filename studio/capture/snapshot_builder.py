@@ -16,7 +16,7 @@ from studio.capture.roll import Roll
 from studio.capture.snapshot import Problem, RecorderState, Snapshot
 from studio.motion import Motion
 from studio.sound.sound_file import Sound
-from studio.vmc.rows import FrameRow, motion_of
+from studio.vmc.rows import RowBlock, motion_of
 
 _ALIVE_S = 0.75
 
@@ -136,9 +136,9 @@ def _elapsed(roll: Roll | None, until: float) -> float:
 
 def _bytes_per_s(motion: MotionInput | None, sound: SoundInput | None) -> float:
     rate = float(sound.audio.sample_rate * sound.audio.channels * 4) if sound else 0.0
-    if motion is not None and motion.row is not None:
+    if motion is not None and motion.latest is not None:
         # Once in the journal and once more in the motion file while both exist.
-        rate += 2 * motion.stats.frames_per_s * motion.row.values.nbytes
+        rate += 2 * motion.stats.frames_per_s * 4 * motion.latest.names.width
     return rate or 200_000.0
 
 
@@ -147,7 +147,7 @@ def _title(stats: ReceiverStats) -> str:
 
 
 def _motion_facts(now: float, motion: MotionInput) -> dict[str, Any]:
-    row, stats = motion.row, motion.stats
+    latest, stats = motion.latest, motion.stats
     known: dict[str, Any] = {
         "packets_per_s": stats.packets_per_s,
         "refused_per_s": stats.flood.per_s,
@@ -163,13 +163,13 @@ def _motion_facts(now: float, motion: MotionInput) -> dict[str, Any]:
         "ports": motion.ports,
         "host": motion.host,
     }
-    if row is not None:
-        pose = row.pose()
+    if latest is not None:
+        pose, names = latest.pose(), latest.names
         known |= {
             "pose": pose,
-            "shape_names": row.names.shapes,
-            "bone_names": row.names.bones,
-            "shapes": dict(zip(row.names.shapes, pose.shapes.tolist(), strict=True)),
+            "shape_names": names.shapes,
+            "bone_names": names.bones,
+            "shapes": dict(zip(names.shapes, pose.shapes.tolist(), strict=True)),
         }
     return known
 
@@ -201,7 +201,7 @@ def _input_status(
 ) -> InputStatus:
     known: dict[str, Any] = {"seconds_left": seconds_left, "rolling": state is RecorderState.ROLLING}
     if motion is not None:
-        stats, row = motion.stats, motion.row
+        stats, latest = motion.stats, motion.latest
         known |= {
             "port": motion.port,
             "listening_for": now - motion.opened,
@@ -213,11 +213,11 @@ def _input_status(
             "frames_thinned": seen.frames_thinned,
             "missing": stats.missing,
             "local": stats.sender.startswith("127."),
-            "frameless_for": now - stats.last_arrival if row is not None else None,
+            "frameless_for": now - stats.last_arrival if latest is not None else None,
             "frozen_for": stats.last_arrival - stats.last_moved,
             "fps": stats.frames_per_s,
-            "bones": len(row.names.bones) if row is not None else 0,
-            "shapes": len(row.names.shapes) if row is not None else 0,
+            "bones": len(latest.names.bones) if latest is not None else 0,
+            "shapes": len(latest.names.shapes) if latest is not None else 0,
         }
     if sound is not None:
         known |= {
@@ -231,7 +231,7 @@ def _input_status(
     return InputStatus(**known)
 
 
-def recent(rows: Sequence[FrameRow], blocks: Sequence[SoundBlock], rate: int) -> tuple[Sound, Motion] | None:
+def recent(rows: Sequence[RowBlock], blocks: Sequence[SoundBlock], rate: int) -> tuple[Sound, Motion] | None:
     """Rows and blocks on the clock of the sound, for a look at the last seconds; None without either.
 
     Args:
@@ -243,8 +243,6 @@ def recent(rows: Sequence[FrameRow], blocks: Sequence[SoundBlock], rate: int) ->
     counts_before = np.cumsum([0, *(len(block.samples) for block in blocks[:-1])])
     # Single stamps waver by milliseconds; what all of them say of the first sample does not.
     first = float(np.median([b.captured - at / rate for b, at in zip(blocks, counts_before, strict=True)]))
-    last = rows[-1].names
-    same = [row for row in rows if row.names == last]
-    arrivals = np.array([row.arrival for row in same])
-    motion = motion_of([(last, arrivals, np.stack([row.values for row in same]))], arrivals - first)
+    same = [row for row in rows if row.names == rows[-1].names]
+    motion = motion_of(same, np.concatenate([row.arrivals for row in same]) - first)
     return None if motion is None else (Sound(samples, rate), motion)

@@ -18,7 +18,7 @@ _WORDS = "Simple guesses to beat"
 
 def captured_figures(evaluation_set: EvaluationSet) -> dict[str, float | None]:
     """Figures of the captured motion itself: what is perfect, and how often people blink."""
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
 
     return evaluate(lambda material: material.motion, evaluation_set.material).metrics
 
@@ -34,7 +34,7 @@ def baseline_figures(
     from fractions import Fraction
 
     from studio.evaluation.baselines import RIDGE_SOUND, Baselines
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.training.gather import cache_folder, load_usable
 
     report = chosen.report or {}

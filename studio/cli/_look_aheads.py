@@ -34,7 +34,7 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
     Returns:
         For each look-ahead `ms`, `reach_ms` and figures; empty for runs that offer none.
     """
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.inference.live.steps import look_ahead_of
     from studio.inference.offline import load_predictor
     from studio.sound.sound_file import Sound
@@ -114,7 +114,7 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
 
 
 def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
-    from studio.cli._output import _plain
+    from studio.cli._output import plain
     from studio.files.atomic import write_json
 
     path = chosen.folder / "report.json"
@@ -124,4 +124,4 @@ def _keep(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSe
             "look_aheads": found,
             "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
         }
-        write_json(path, _plain(report))
+        write_json(path, plain(report))

@@ -7,10 +7,12 @@ import math
 import os
 import shutil
 import sys
+from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import ChildEvent, ProgressEvent
 
 
 def counted(number: int, thing: str) -> str:
@@ -51,10 +53,41 @@ class Output:
             facts: JSON values; Path becomes text, NaN and infinity become null.
         """
         if self.as_json:
-            put(json.dumps({"event": name, **_plain(facts)}, ensure_ascii=False))
+            put(json.dumps({"event": name, **plain(facts)}, ensure_ascii=False))
         elif text:
             self._wipe()
             put(text)
+
+    def emit(self, event: ChildEvent, text: str = "") -> None:
+        """Something happened.
+
+        Args:
+            event: what programs read.
+            text: the sentence for people; nothing is printed for them where empty.
+        """
+        if self.as_json:
+            put(json.dumps({"event": event.NAME, **plain(_fields(event))}, ensure_ascii=False))
+        elif text:
+            self._wipe()
+            put(text)
+
+    def progress(self, event: ProgressEvent, what: str = "") -> None:
+        """How far the command is, on a passing line: percent, then what it is at or the time left."""
+        left = f", {event.eta_s:.0f} s left" if event.eta_s is not None and event.fraction < 1 else ""
+        self.pass_by(event, f"{event.fraction:4.0%}  {what}" if what else f"{event.fraction:4.0%}{left}")
+
+    def pass_by(self, event: ChildEvent, text: str) -> None:
+        """Something soon out of date, such as progress.
+
+        On a terminal it is one line, written over by the next; in a file or a pipe people are spared it.
+        """
+        if self.as_json:
+            self.emit(event)
+        elif sys.stdout.isatty():
+            self._wipe()
+            text = text[: shutil.get_terminal_size().columns - 1]
+            self._passing = len(text)
+            put(text, end="")
 
     def note(self, text: str) -> None:
         """Something a person should know about the work, as the event `note`."""
@@ -87,10 +120,13 @@ class Output:
             put(f"\r{' ' * self._passing}\r", end="")
             self._passing = 0
 
-    def done(self, text: str = "", **facts: Any) -> None:
+    def done(self, event: Any = "", text: Any = "", **facts: Any) -> None:
         """The command ended well; the last line of every successful command."""
         self.finished = True
-        self.event("done", text, **facts)
+        if isinstance(event, str):
+            self.event("done", event, **facts)
+        else:
+            self.emit(event, text)
 
     def error(
         self, what: str, remedy: str, log: Path | None = None, *, hint: bool = False, **facts: Any
@@ -140,17 +176,24 @@ def _silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _plain(value: Any) -> Any:
+def _fields(event: ChildEvent) -> dict[str, Any]:
+    return {one.name: getattr(event, one.name) for one in fields(event)}
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON can hold it: paths and arrays as text and lists, NaN and infinity as null."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, Path):
         return str(value)
     if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:  # numpy and torch scalars
         value = value.item()
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

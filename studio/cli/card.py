@@ -9,7 +9,6 @@ from pathlib import Path
 from studio.cli._output import Output, counted
 from studio.errors import RequestError
 
-HELP = "write a data card: minutes by performer, emotion, label and split, grades, what moves"
 EXAMPLE = "saia card MyProject -o MyProject.html"
 
 

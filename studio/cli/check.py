@@ -7,7 +7,6 @@ from pathlib import Path
 
 from studio.cli._output import Output, counted
 
-HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
 EXAMPLE = "saia check MyProject Hello_001"
 
 

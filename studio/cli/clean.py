@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from studio.project import Project
     from studio.take import Take
 
-HELP = "choose cleaned sound for takes: less noise, or the voice alone"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """PROJECT TAKE... [--way noise|voice|off] [--prepare]."""

@@ -15,7 +15,6 @@ from studio.evaluation.evaluation_set import choose_evaluation_set
 if TYPE_CHECKING:
     from studio.project import Run
 
-HELP = "compare runs on the same takes"
 EXAMPLE = "saia compare MyProject quick_001 balanced_001"
 
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from studio.dataset.pauses import Span
     from studio.project import Project
 
-HELP = "cut takes into many where nobody speaks"
 EXAMPLE = "saia cut MyProject Hello_001"
 
 

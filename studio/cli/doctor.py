@@ -15,7 +15,6 @@ from pathlib import Path
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
 
-HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
 EXAMPLE = "saia doctor"
 
 VMC_PORT = 39539

@@ -8,7 +8,6 @@ from pathlib import Path
 from studio.cli._output import Output
 from studio.errors import RequestError
 
-HELP = "list the speech encoders on this computer, or bring one here"
 EXAMPLE = "saia encoder facebook/wav2vec2-base-960h"
 
 

@@ -9,18 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._baselines import baseline_figures, captured_figures
+from studio.cli._export import add_sampling_options
 from studio.cli._look_aheads import progress_callback, store_look_aheads
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
-from studio.cli.generate import add_sampling_options
 from studio.evaluation.evaluation_set import EvaluationSet, choose_evaluation_set
 
 if TYPE_CHECKING:
     from studio.dataset.material import TrainingMaterial
-    from studio.evaluation.figures import Evaluation
+    from studio.evaluation.evaluation_set import Evaluation
     from studio.project import Run
 
-HELP = "measure a run on takes it has not learnt from"
 EXAMPLE = "saia evaluate MyProject balanced_001"
 SPLITS = ("test", "val", "train")
 MAIN = (
@@ -33,6 +32,7 @@ MAIN = (
 MORE = (
     ("nrmse", "RMSE, each channel scaled to its range", 4), ("mae", "mean absolute error", 4),
     ("rmse_face", "RMSE of the blend shapes", 4), ("rmse_body", "RMSE of the rotations (6D)", 4),
+    ("pearson_face", "correlation of the blend shapes", 2),
     ("motion_ratio_face", "motion of the face, predicted / captured", 2),
     ("motion_ratio_body", "motion of the body", 2), ("motion_ratio_head", "motion of the head", 2),
     ("motion_ratio_torso", "motion of the torso", 2), ("motion_ratio_arms", "motion of the arms", 2),
@@ -142,7 +142,7 @@ def measure(
 
     How far it is is told before each take, as `progress`.
     """
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
     from studio.inference.offline import load_predictor, sampling_of
     from studio.sound.sound_file import Sound
 
@@ -169,12 +169,12 @@ def _keep(chosen: Run, facts: Mapping[str, Any]) -> None:
     """evaluation.json beside the weights; a folder that cannot be written is no matter."""
     from contextlib import suppress
 
-    from studio.cli._output import _plain
+    from studio.cli._output import plain
     from studio.errors import StudioError
     from studio.files.atomic import write_json
 
     with suppress(StudioError):
-        write_json(chosen.folder / "evaluation.json", _plain(dict(facts)))
+        write_json(chosen.folder / "evaluation.json", plain(dict(facts)))
 
 
 READING = (

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from studio.cli._output import Output
 
-HELP = "find missing sound, motion or takes in a folder, and put them back"
 EXAMPLE = "saia find MyProject OldDisk"
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from studio.sound.sound_file import SoundInfo
     from studio.take import Take
 
-HELP = "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
 EXAMPLE = "saia import MyProject dance.bvh dance.wav"
 
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.vmc.sender import Destination
 
-HELP = "perform an avatar from a microphone, now"
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studio.cli._export_args import add_force, check_free
+from studio.cli._export import add_force
 from studio.cli._output import Output
+from studio.export.options import check_writable
 
-HELP = "put a whole project, or one run, into one file"
 EXAMPLE = "saia pack MyProject -o MyProject.zip"
 
 
@@ -26,7 +26,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.cli._project import opened, recover_takes
     from studio.project.archive import pack
 
-    check_free([args.out.absolute()], args.force)
+    check_writable([args.out.absolute()], args.force)
     if args.run is not None:
         from studio.training.run_file import pack_run
 

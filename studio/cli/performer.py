@@ -10,7 +10,6 @@ from studio.cli._output import Output, address, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 
-HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
 EXAMPLE = "saia performer --to 127.0.0.1:39539 --seconds 30"
 _LOOK_S = 0.1
 

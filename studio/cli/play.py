@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._export_args import add_tune, tuning_of
+from studio.cli._export import add_tune, tuning_of
 from studio.cli._output import Output, address, counted
 from studio.cli._project import check_sound, recover_takes
 from studio.cli._run import as_request
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from studio.playback.player import Player
     from studio.vmc.sender import VmcTarget
 
-HELP = "send a motion to an avatar program, in time with its sound"
 EXAMPLE = "saia play MyProject/takes/Hello_001 --to 127.0.0.1:39540"
 REPORT_SECONDS = 1.0
 
@@ -136,17 +135,17 @@ def _project_of(motion: Path) -> Path | None:
 def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
     """The motion of a take's folder or of a file, and the sound to play with it."""
     from studio import formats
-    from studio.motion.sanitize import sanitized
     from studio.take.folder import load_take
-    from studio.take.motion_file import read_motion
+    from studio.take.motion_file import load_motion
 
     if not path.exists():
         raise RequestError(f"There is no motion at {path}.", "Check how the path is written.")
     if path.is_dir():
         take = load_take(path)
-        if take.motion_path is None:
+        motion = load_motion(take)
+        if motion is None:
             raise RequestError(f"The take {take.id} holds no motion.", "Choose a take with motion.")
-        return sanitized(read_motion(take.motion_path))[0], audio or take.audio_path
+        return motion, audio or take.audio_path
     reader = formats.reader_for(path)
     if reader is not None:
         found = reader.read(path)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from studio.capture.snapshot import Snapshot
     from studio.take.take import Take
 
-HELP = "record voice and motion as a take"
 EXAMPLE = "saia record MyProject --slate Hello --seconds 60"
 _LOOK_S = 0.05
 _TELL_S = 0.5

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from studio.dataset import Dataset
     from studio.project import Project
 
-HELP = "say what each take is for: to learn from, to choose the best moment by, or to judge by"
 EXAMPLE = "saia split MyProject --train Hello_001 Hello_002 --val Chat_001 --test Story_001"
 
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.take.check import Report
 
-HELP = "list what to look at first: takes and spans that are most likely bad"
 EXAMPLE = "saia suggest MyProject --run balanced_001"
 
 
@@ -50,8 +49,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
         StudioError: the run cannot generate, or there is nothing to hold it against.
     """
     from studio.dataset.suggest import keep_worst, worst_spans
-    from studio.evaluation.evaluation_set import choose_evaluation_set
-    from studio.evaluation.figures import pair
+    from studio.evaluation.evaluation_set import choose_evaluation_set, pair
     from studio.inference.offline import load_predictor
     from studio.metrics.scores import frame_errors
     from studio.sound.sound_file import Sound

@@ -17,7 +17,6 @@ from studio.errors import RequestError, StudioError
 if TYPE_CHECKING:
     from studio.ui.tour import TourStep
 
-HELP = "the whole job through the real window, with screenshots; also the self-check"
 EXAMPLE = "saia tour --out tour"
 
 

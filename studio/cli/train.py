@@ -11,21 +11,14 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, counted, silence_stdout
 from studio.cli._project import trim_cache
-from studio.cli._stdin import wait_until_alone
+from studio.cli._stdin import StopRequest, ends_clean
 from studio.errors import RequestError
-from studio.ipc import commands
-from studio.ipc.commands import STOP
 
 if TYPE_CHECKING:
     from studio.ipc.events import EpochEvent, StartedEvent, StepEvent
@@ -34,7 +27,6 @@ if TYPE_CHECKING:
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
-HELP = "train a network on the takes marked for training"
 EXAMPLE = "saia train MyProject --recipe quick"
 _LEGEND = (
     "Each line is an epoch, one round of learning. rmse is the error, less is better; motion and std are how "
@@ -109,7 +101,7 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
     from studio.cli._look_aheads import after_training
 
     if finished.has_weights:
-        with _ended_as_by_ctrl_c():
+        with ends_clean("SIGHUP"):
             after_training(project, finished, out, stop.requested_again())
 
 
@@ -129,7 +121,7 @@ def _trained(
         _tell(event, out, stop)
 
     try:
-        with _ended_as_by_ctrl_c():
+        with ends_clean("SIGHUP"):
             return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
     except KeyboardInterrupt as error:
         again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
@@ -137,27 +129,6 @@ def _trained(
     finally:
         if board is not None:
             board.close()
-
-
-@contextmanager
-def _ended_as_by_ctrl_c() -> Iterator[None]:
-    """Within the block, being told to end (by a job scheduler, a shutdown, a closed terminal) is Ctrl+C."""
-    if threading.current_thread() is not threading.main_thread():  # only there signals can be caught
-        yield
-        return
-
-    def end(number: int, frame: Any) -> NoReturn:
-        raise KeyboardInterrupt
-
-    asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    # Under nohup a closed terminal is to end nothing.
-    heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, end) for number in heeded}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
@@ -196,47 +167,6 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     for key, value in chosen.settings().items():
         out.event("setting", f"  {key} = {value}", key=key, value=value)
     out.done(recipes=[info.name for info in found])
-
-
-class StopRequest:
-    """Whether somebody asked for a good end: a line "stop" on standard input, or the parent is gone.
-
-    The window keeps our standard input open; its end means the window died. A script that gives us
-    none (cron, CI) is still our parent, so an end alone does not stop us.
-
-    Args:
-        read: standard input is read at all.
-        watched: a window waits for us. What was begun at a terminal goes on when that closes under nohup.
-    """
-
-    def __init__(self, read: bool, watched: bool = False) -> None:
-        self._asked, self._watched = 0, watched
-        if read and sys.stdin is not None:
-            threading.Thread(target=self._listen, daemon=True).start()
-
-    def is_set(self) -> bool:
-        """Whether to stop now."""
-        return self._asked > 0
-
-    def request(self) -> None:
-        """Stop as soon as it can end well."""
-        self._asked += 1
-
-    def requested_again(self) -> Callable[[], bool]:
-        """Tells whether somebody asks from now on: what follows a stopped training can be stopped as well."""
-        before = self._asked
-        return lambda: self._asked > before
-
-    def _listen(self) -> None:
-        parent = os.getppid()
-        try:
-            for line in iter(sys.stdin.readline, ""):
-                if commands.read(line.lower()) == STOP:
-                    self.request()
-        except (OSError, ValueError):  # closed under us: the same as its end
-            pass
-        if self._watched and wait_until_alone(parent, threading.Event()):
-            self.request()
 
 
 def _tell(event: Event, out: Output, stop: StopRequest) -> None:

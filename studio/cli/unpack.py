@@ -7,7 +7,6 @@ from pathlib import Path
 
 from studio.cli._output import Output, counted
 
-HELP = "make a project folder of a packed zip, or bring a packed run into a project"
 EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"
 
 

@@ -2,6 +2,6 @@
 
 baselines       Baselines that a trained model must beat: no motion, the mean pose, ridge regression on
                 stacked MFCC
-evaluation_set  What a run is measured on: the takes of a split, or those that somebody named
-figures         Evaluation of predictions on takes: figures for each take and for all
+evaluation_set  What a run is measured on, the takes of a split or those that somebody named, and how it is
+                measured
 """

@@ -14,6 +14,7 @@ from studio.errors import StudioError
 from studio.files import atomic
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import ALL_BONES
+from studio.render.drawing import Drawing, Painter
 from studio.sound.sound_file import put_sound, read_sound, sound_info
 
 _ALIKE_SECONDS = 0.01
@@ -74,6 +75,20 @@ def reading_back(name: str) -> Iterator[None]:
 def not_read_back(name: str) -> StudioError:
     """What to say of a file that reads otherwise than it was written."""
     return StudioError(f"{name} did not read back as it was written.", "Export it again to another disk.")
+
+
+def painter_of(motion: Motion, drawing: Drawing) -> Painter:
+    """What draws a motion, with the avatar that was asked for.
+
+    Raises:
+        RequestError: the size is not possible.
+        StudioError: there is no OpenGL here, or the avatar cannot be read.
+    """
+    from studio.formats._vrm import avatar
+
+    # Read here and not in render, which knows no file formats; a face without a body is drawn without one.
+    read = avatar.read(drawing.avatar) if drawing.avatar is not None and motion.bone_names else None
+    return Painter(motion, drawing, read)
 
 
 DEFAULT_FPS = 30.0

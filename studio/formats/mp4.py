@@ -15,7 +15,7 @@ import numpy as np
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
 from studio.formats._table import check_suffix
-from studio.formats._writing import not_read_back
+from studio.formats._writing import not_read_back, painter_of
 from studio.motion import Motion
 from studio.render.drawing import Drawing, Painter, Pixels
 from studio.sound.sound_file import sound_blocks, sound_info
@@ -65,7 +65,7 @@ def write(
     fps = _rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
     seconds = sound_info(audio).duration if audio is not None else 0.0
     count = max(math.ceil(max(seconds, float(motion.times[-1])) * fps - 1e-6), 1)
-    with Painter(motion, drawing) as painter, atomic.written(path) as beside:
+    with painter_of(motion, drawing) as painter, atomic.written(path) as beside:
         try:
             film = _Film(beside, fps, drawing, audio)
             with film:

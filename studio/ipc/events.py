@@ -110,21 +110,21 @@ class ProgressEvent(ChildEvent):
     Args:
         fraction: 0..1.
         eta_s: seconds left, None where nobody can tell.
-        index, entry: of a queue: which entry is made, and its own fraction.
-        take, run: what is being worked at.
-        done, of: how many are done, of how many.
     """
 
     NAME = "progress"
 
     fraction: float = 0.0
     eta_s: float | None = None
-    index: int = 0
-    entry: float = 0.0
+
+
+@dataclass(frozen=True)
+class TakeProgressEvent(ProgressEvent):
+    """How far a command is, and at which take it works."""
+
+    VERBS = ("cut", "clean")
+
     take: str = ""
-    run: str = ""
-    done: int = 0
-    of: int = 0
 
 
 @dataclass(frozen=True)
@@ -552,6 +552,18 @@ class TrainDone(DoneEvent):
 
 
 @dataclass(frozen=True)
+class MeasureProgressEvent(ProgressEvent):
+    """How far measuring is: `run` is measured on `take`, and `done` of `of` takes are."""
+
+    VERBS = ("evaluate", "compare")
+
+    run: str = ""
+    take: str = ""
+    done: int = 0
+    of: int = 0
+
+
+@dataclass(frozen=True)
 class EvaluateDone(DoneEvent):
     """Figures of a run, in all and by take, and of the simple guesses it has to beat."""
 
@@ -658,6 +670,16 @@ class ReadEvent(ChildEvent):
 
 
 @dataclass(frozen=True)
+class DownloadProgressEvent(ProgressEvent):
+    """How much of a speech encoder is here: `bytes` of `of`, which is 0 where nobody knows."""
+
+    VERBS = ("encoder",)
+
+    bytes: int = 0
+    of: int = 0
+
+
+@dataclass(frozen=True)
 class EncoderEvent(ChildEvent):
     """A speech encoder, and whether it is here."""
 
@@ -714,6 +736,16 @@ class EntryEvent(ChildEvent):
 
 
 @dataclass(frozen=True)
+class QueueProgressEvent(ProgressEvent):
+    """How far a queue is: `index` counts the entries from 0, `entry` is how far that one is."""
+
+    VERBS = ("generate", "export")
+
+    index: int = 0
+    entry: float = 0.0
+
+
+@dataclass(frozen=True)
 class QueueFailure:
     """An entry that came to nothing, and why."""
 
@@ -724,13 +756,42 @@ class QueueFailure:
 
 @dataclass(frozen=True)
 class FilesDone(DoneEvent):
-    """Files that were made, entries that failed, and names of those that were cancelled."""
+    """Files that were made, entries that failed, and names of those that were cancelled.
 
-    VERBS = ("generate", "export", "pack", "card")
+    `note` says what their format leaves out, "" for nothing.
+    """
+
+    VERBS: ClassVar[tuple[str, ...]] = ("export", "pack")
 
     files: tuple[str, ...] = ()
     failed: tuple[QueueFailure, ...] = ()
     cancelled: tuple[str, ...] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class GenerateDone(FilesDone):
+    """Files of generated motion; of one sound how long it is, and how it was generated."""
+
+    VERBS = ("generate",)
+
+    seconds: float | None = None
+    frames: int | None = None
+    fps: float | None = None
+    style: str | None = None
+    seed: int | None = None
+    liveliness: float | None = None
+
+
+@dataclass(frozen=True)
+class CardDone(FilesDone):
+    """The data card, and what it says in all."""
+
+    VERBS = ("card",)
+
+    takes: int = 0
+    seconds: float = 0.0
+    moving: int = 0
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion
+from studio.motion.avatar import Avatar
 from studio.render.camera import FIELD_OF_VIEW, Orbit, project, to_picture
 from studio.render.face_card import FaceCard, laid_over
 from studio.render.palette import DARK, LIGHT, Palette
@@ -73,13 +74,14 @@ class Painter:
     Args:
         motion: what is drawn.
         drawing: how.
+        avatar: what `drawing.avatar` holds, read by whoever knows that format; None for the stick figure.
 
     Raises:
         RequestError: the size is not possible.
-        StudioError: there is no OpenGL here, or the avatar cannot be read.
+        StudioError: there is no OpenGL here.
     """
 
-    def __init__(self, motion: Motion, drawing: Drawing) -> None:
+    def __init__(self, motion: Motion, drawing: Drawing, avatar: Avatar | None = None) -> None:
         for name, size in (("width", drawing.width), ("height", drawing.height)):
             if not SMALLEST <= size <= LARGEST:
                 what = f"A picture of {size} pixels in {name} is not possible."
@@ -91,7 +93,9 @@ class Painter:
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
-        self._scene = _scene(drawing) if bodily else None  # at last: nothing may fail while it is held
+        self._scene = (
+            _scene(drawing, avatar) if bodily else None
+        )  # last: nothing may fail once it is open
 
     def __enter__(self) -> Painter:
         return self
@@ -181,11 +185,8 @@ class Painter:
         )
 
 
-def _scene(drawing: Drawing) -> RenderScene:
-    """The stage, dressed."""
-    from studio import formats
-
-    avatar = formats.read_avatar(drawing.avatar) if drawing.avatar is not None else None
+def _scene(drawing: Drawing, avatar: Avatar | None) -> RenderScene:
+    """The scene with the avatar in it."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         # Without a screen VTK finds this by itself, but not without a warning.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")

@@ -1,11 +1,11 @@
-"""Frames as flat rows of numbers, and rows as a Motion."""
+"""Frames as flat rows of numbers in blocks, and blocks as a Motion."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,75 +31,99 @@ class ChannelLayout:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameRow:
-    """One frame packed.
+class RowBlock:
+    """Consecutive frames that share their names: the one form of captured motion, from packer to take.
 
     Args:
-        arrival: seconds of `clock.now()`. sender_time: the sender's T, NaN where it sends none.
-        names: what the values are; the same object for rows that have the same.
-        values: float32 (names.width,).
+        names: what the values are; the same object for blocks that have the same.
+        stamps: arrival in seconds of `clock.now()`, and the sender's T (NaN where it sends none), (T, 2).
+        values: float32 (T, names.width).
     """
 
-    arrival: float
-    sender_time: float
     names: ChannelLayout
+    stamps: NDArray[np.float64]
     values: NDArray[np.float32]
 
-    def pose(self) -> Pose:
-        """The row as a pose in the order of its names."""
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    @property
+    def arrivals(self) -> NDArray[np.float64]:
+        """When each frame's first datagram came, (T,)."""
+        return self.stamps[:, 0]
+
+    def between(self, first: float = -math.inf, last: float = math.inf) -> RowBlock:
+        """The rows that arrived from one moment to another, both included; itself where all did."""
+        # A mask and no search: when the leading sender changes, two frames may stand in each other's order.
+        inside = (self.arrivals >= first) & (self.arrivals <= last)
+        return self if inside.all() else RowBlock(self.names, self.stamps[inside], self.values[inside])
+
+    def pose(self, row: int = -1) -> Pose:
+        """One row, the latest where not said otherwise, as a pose in the order of its names."""
+        values = self.values[row]
         s, j = len(self.names.shapes), len(self.names.bones)
-        bones = self.values[s : s + 7 * j].reshape(j, 7)
-        root = self.values[-_ROOT:]
-        return Pose(self.values[:s], bones[:, :3], bones[:, 3:], root[:3], root[3:])
+        bones = values[s : s + 7 * j].reshape(j, 7)
+        root = values[-_ROOT:]
+        return Pose(values[:s], bones[:, :3], bones[:, 3:], root[:3], root[3:])
 
 
 class Packer:
     """Packs frames of one assembler; the same names are the same object."""
 
     def __init__(self) -> None:
-        self.names = ChannelLayout((), ())
+        self._names = ChannelLayout((), ())
 
-    def pack(self, frame: Frame) -> FrameRow:
-        """One frame as a row."""
-        names = self.names
+    def pack(self, frames: Sequence[Frame]) -> list[RowBlock]:
+        """Frames as blocks, a new one wherever their channels change."""
+        blocks = []
+        for names, same in groupby(frames, self._layout):
+            run = list(same)
+            numbers = chain.from_iterable(map(_numbers, run))
+            values = np.fromiter(numbers, dtype=np.float32, count=len(run) * names.width)
+            stamps = [(f.arrival, math.nan if f.sender_time is None else f.sender_time) for f in run]
+            blocks.append(RowBlock(names, np.array(stamps), values.reshape(len(run), names.width)))
+        return blocks
+
+    def _layout(self, frame: Frame) -> ChannelLayout:
         shapes, bones = tuple(frame.shapes), tuple(frame.bones)
-        if names.shapes != shapes or names.bones != bones:
-            names = self.names = ChannelLayout(shapes, bones)
-        placed = chain(frame.bones.values(), (frame.root or _NO_ROOT,))
-        numbers = chain(frame.shapes.values(), chain.from_iterable(chain.from_iterable(placed)))
-        values = np.fromiter(numbers, dtype=np.float32, count=names.width)
-        t = math.nan if frame.sender_time is None else frame.sender_time
-        return FrameRow(frame.arrival, t, names, values)
+        # One object for as long as nothing changes: the journal and the pipe to the recorder write the names,
+        # which take as much room as a row, only where it is another one.
+        if self._names.shapes != shapes or self._names.bones != bones:
+            self._names = ChannelLayout(shapes, bones)
+        return self._names
 
 
-RowBlock = tuple[ChannelLayout, NDArray[np.float64], NDArray[np.float32]]
-"""Rows that share their names: names, arrivals (T,), values (T, width)."""
+def _numbers(frame: Frame) -> Iterable[float]:
+    """A frame's values in the order of a row."""
+    placed = chain(frame.bones.values(), (frame.root or _NO_ROOT,))
+    return chain(frame.shapes.values(), chain.from_iterable(chain.from_iterable(placed)))
 
 
-def motion_of(runs: Sequence[RowBlock], times: NDArray[np.float64]) -> Motion | None:
+def motion_of(blocks: Sequence[RowBlock], times: NDArray[np.float64]) -> Motion | None:
     """Rows as a Motion; a channel that came later is held back to the start at its first value.
 
     Args:
-        runs: in order.
-        times: seconds on the take's clock for every row of all runs, (T,).
+        blocks: in order.
+        times: seconds on the take's clock for every row of all blocks, (T,).
 
     Returns:
         The motion from time 0 on with rising times; None without rows there.
     """
-    shapes = tuple(dict.fromkeys(chain.from_iterable(names.shapes for names, _, _ in runs)))
-    bones = tuple(dict.fromkeys(chain.from_iterable(names.bones for names, _, _ in runs)))
+    shapes = tuple(dict.fromkeys(chain.from_iterable(block.names.shapes for block in blocks)))
+    bones = tuple(dict.fromkeys(chain.from_iterable(block.names.bones for block in blocks)))
     total = len(times)
     weights = np.full((total, len(shapes)), np.nan, dtype=np.float32)
     placed = np.full((total, len(bones), 7), np.nan, dtype=np.float32)
     root = np.empty((total, 7), dtype=np.float32)
     at = 0
-    for names, arrivals, values in runs:
-        span = slice(at, at + len(arrivals))
+    for block in blocks:
+        names, values, count = block.names, block.values, len(block)
+        span = slice(at, at + count)
         s, j = len(names.shapes), len(names.bones)
         weights[span, _places(names.shapes, shapes)] = values[:, :s]
-        placed[span, _places(names.bones, bones)] = values[:, s : s + 7 * j].reshape(len(arrivals), j, 7)
+        placed[span, _places(names.bones, bones)] = values[:, s : s + 7 * j].reshape(count, j, 7)
         root[span] = values[:, -_ROOT:]
-        at += len(arrivals)
+        at += count
     keep = _rising(times)
     if not len(keep):
         return None

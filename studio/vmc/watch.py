@@ -7,7 +7,7 @@ from collections import Counter, deque
 
 import numpy as np
 
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 
 LATELY_S = 10.0
 """What was lost longer ago is no news, and still in the counters."""
@@ -37,25 +37,31 @@ class FrameWatch:
         self._gaps: deque[float] = deque(maxlen=_STEPS)
         self._steps: deque[float] = deque(maxlen=_STEPS)
         self._sizes: deque[int] = deque(maxlen=_STEPS)
-        self._last: FrameRow | None = None
+        self._last: RowBlock | None = None
         self._last_time = math.nan
         self._timeless = 0
         self._losses: deque[tuple[float, int]] = deque()
 
-    def feed(self, row: FrameRow, fresh_channels: int) -> None:
-        """One frame.
+    def compare(self, block: RowBlock) -> None:
+        """Find out when anything moved last; blocks in order, each after its frames were counted."""
+        last, self._last = self._last, block
+        moved = np.flatnonzero((block.values[1:] != block.values[:-1]).any(axis=1)) + 1
+        if len(moved):
+            self.last_moved = float(block.arrivals[moved[-1]])
+        elif (
+            last is None
+            or last.names is not block.names
+            or not np.array_equal(last.values[-1], block.values[0])
+        ):
+            self.last_moved = float(block.arrivals[0])
+
+    def count(self, arrival: float, sender_time: float | None, fresh_channels: int) -> None:
+        """Count one frame.
 
         Args:
-            row: the frame.
-            fresh_channels: how many channels it carried itself.
+            arrival: seconds of `clock.now()`. sender_time: the sender's T, None or NaN where it sent none.
+            fresh_channels: how many channels the frame carried itself.
         """
-        last, self._last = self._last, row
-        if last is None or last.names is not row.names or not np.array_equal(last.values, row.values):
-            self.last_moved = row.arrival
-        self.pass_by(row.arrival, row.sender_time, fresh_channels)
-
-    def pass_by(self, arrival: float, sender_time: float | None, fresh_channels: int) -> None:
-        """One frame of which only the fact is looked at: it came."""
         lost_before = self.lost
         self.frames += 1
         self._arrivals.append(arrival)

@@ -35,7 +35,7 @@ from studio.take.motion_file import read_motion
 from studio.take.take import Take
 from studio.vmc.assemble import FrameAssembler
 from studio.vmc.encode import SendOptions, encode_frame
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout, RowBlock
 
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = float(os.environ.get("SAIA_BENCH_SECONDS", "60"))
@@ -217,7 +217,8 @@ def simulated_ten_minutes(takes: Path) -> dict[str, Any]:
         rolled.add_block(SoundBlock(true_time(at) + rng.normal(0, 0.003), samples, False, 0.0))
         while 1000.0 + k / FPS < true_time(at):
             arrival = 1000.0 + k / FPS
-            rolled.add_row(FrameRow(arrival, k / FPS, names, values[k % 600]))
+            stamps = np.array([(arrival, k / FPS)])
+            rolled.add_rows(RowBlock(names, stamps, values[k % 600][None]))
             k += 1
         if at % (block * 20) == 0:
             rolled.flush({})

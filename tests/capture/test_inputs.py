@@ -20,7 +20,7 @@ from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.take.motion_file import read_motion
 from studio.vmc.encode import SendOptions, encode_frame, message
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 from studio.vmc.udp import bind
 from studio.vmc.watch import MOST_FRAMES_PER_S
 from tests.patience import PATIENCE, in_one
@@ -67,63 +67,64 @@ def motion() -> Iterator[MotionInput]:
     made.close()
 
 
-def taken(motion: MotionInput, enough: Callable[[list[FrameRow]], bool]) -> list[FrameRow]:
-    rows: list[FrameRow] = []
+def received(motion: MotionInput, enough: Callable[[int], bool]) -> list[RowBlock]:
+    """What comes in until there are rows enough."""
+    blocks: list[RowBlock] = []
     until = time.monotonic() + PATIENCE
-    while not enough(rows):
+    while not enough(sum(map(len, blocks))):
         assert time.monotonic() < until, "waited in vain"
-        rows += motion.poll(clock.now())
+        blocks += motion.poll(clock.now())
         time.sleep(0.005)
-    return rows
+    return blocks
 
 
 def test_rows_keep_their_arrival_across_the_processes(motion: MotionInput) -> None:
     for k in range(5):  # until it is known how this sender ends its frames
         send(motion.port, *body(k))
-        taken(motion, lambda rows: len(rows) >= 1)
+        received(motion, lambda rows: rows >= 1)
     before, after = [], []
     for k in range(50):
         before.append(clock.now())
         send(motion.port, *body(k))
         after.append(clock.now())
         time.sleep(0.01)
-    rows = taken(motion, lambda rows: len(rows) >= 50)
-    assert len(rows) == 50
-    stamps = np.array([row.arrival for row in rows])
+    blocks = received(motion, lambda rows: rows >= 50)
+    stamps = np.concatenate([block.arrivals for block in blocks])
+    assert len(stamps) == 50
     assert (stamps > np.array(before) - 0.005).all()
     if sys.platform == "linux":  # others have no stamp of the kernel's: it is when it was read
         assert (stamps < np.array(after) + 0.005).all()
-    assert {len(row.names.bones) for row in rows} == {54}
-    assert len({id(row.names) for row in rows}) == 1
+    assert {len(block.names.bones) for block in blocks} == {54}
+    assert len({id(block.names) for block in blocks}) == 1
 
 
 def test_everything_up_to_a_moment_is_known_to_be_in(motion: MotionInput) -> None:
     send(motion.port, *body(0))
     now = clock.now()
-    rows = taken(motion, lambda _rows: motion.received_until(now))
-    assert len(rows[-1].names.bones) == 54
+    blocks = received(motion, lambda _rows: motion.received_until(now))
+    assert len(blocks[-1].names.bones) == 54
     assert not motion.received_until(clock.now() + 5)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills by a signal")
 def test_a_listener_that_dies_is_replaced_and_the_port_stays_open(motion: MotionInput) -> None:
     send(motion.port, *body(0))
-    taken(motion, lambda rows: len(rows) == 1)
+    received(motion, lambda rows: rows == 1)
     assert motion._child is not None
     os.kill(motion._child.pid, signal.SIGKILL)
     motion._child.wait()
     for k in range(20):
         send(motion.port, *body(k))
         time.sleep(0.005)
-    rows = taken(motion, lambda rows: len(rows) >= 20)
-    assert len(rows[-1].names.bones) == 54
+    blocks = received(motion, lambda rows: rows >= 20)
+    assert len(blocks[-1].names.bones) == 54
 
 
 def test_the_listener_ends_with_the_input() -> None:
     made = MotionInput([(0, "127.0.0.1")])
     child, port = made._child, made.port
     assert child is not None
-    taken(made, lambda _rows: made.received_until(made.opened))  # it is up
+    received(made, lambda _rows: made.received_until(made.opened))  # it is up
     made.close()
     assert child.poll() is not None
     bind(port).close()
@@ -152,14 +153,15 @@ def test_a_flood_is_thinned_and_counted(motion: MotionInput) -> None:
             out.send(message("/VMC/Ext/Blend/Val", "A", k % 100 / 100))
             out.send(apply)
     ended = clock.now()
-    rows = taken(motion, lambda _rows: motion.stats.packets + motion.stats.packets_lost >= 8000)
-    rows += taken(motion, lambda _rows: motion.received_until(ended))
-    assert len(rows) <= (ended - begun + 1) * MOST_FRAMES_PER_S + 1
+    blocks = received(motion, lambda _rows: motion.stats.packets + motion.stats.packets_lost >= 8000)
+    blocks += received(motion, lambda _rows: motion.received_until(ended))
+    rows = sum(map(len, blocks))
+    assert rows <= (ended - begun + 1) * MOST_FRAMES_PER_S + 1
     # Left out by design is not lost; nor was it sent with a clock that would tell of losses.
     assert motion.stats.frames_thinned > 0 or ended - begun > 4000 / MOST_FRAMES_PER_S - 1
     assert motion.stats.frames_lost == 0
     if not motion.stats.packets_lost:
-        assert len(rows) + motion.stats.frames_thinned == 4000
+        assert rows + motion.stats.frames_thinned == 4000
 
 
 @pytest.fixture

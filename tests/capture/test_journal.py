@@ -16,7 +16,8 @@ import pytest
 from studio.capture import journal_contents, journal_format
 from studio.capture.journal import Journal
 from studio.capture.journal_contents import JournalContents, contents, read, read_around
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout
+from tests.captured import one_row
 
 SHAPES = tuple(f"Shape {i} 桜" for i in range(18))
 BONES = ("Hips", "Spine", "Head")
@@ -53,7 +54,7 @@ def write(folder: Path) -> None:
     """A journal of motion with several tables of names, of clock pairs and of counters."""
     book = Journal(folder, HEAD)
     for i, (arrival, names, values) in enumerate(frames()):
-        book.add_row(FrameRow(arrival, i / 60, names, values))
+        book.add_rows(one_row(arrival, i / 60, names, values))
         if i % ROWS_AT_ONCE == ROWS_AT_ONCE - 1:
             book.add_clock(i / 60, 100 + i / 60)
             book.flush(facts(i // ROWS_AT_ONCE))
@@ -140,16 +141,16 @@ def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def found(told: JournalContents) -> dict[float, Frame]:
     pairs = [
-        (float(arrival), (names, row.tobytes()))
-        for names, arrivals, values in told.row_blocks
-        for arrival, row in zip(arrivals, values, strict=True)
+        (float(arrival), (block.names, row.tobytes()))
+        for block in told.row_blocks
+        for arrival, row in zip(block.arrivals, block.values, strict=True)
     ]
     assert len(dict(pairs)) == len(pairs), "a frame came twice"
     return dict(pairs)
 
 
 def arrivals(told: JournalContents) -> list[float]:
-    return [float(t) for _, stamps, _ in told.row_blocks for t in stamps]
+    return [float(t) for block in told.row_blocks for t in block.arrivals]
 
 
 def test_all_that_was_flushed_is_told(whole: Whole) -> None:
@@ -337,7 +338,7 @@ def test_many_rows_at_once_are_several_blocks(tmp_path: Path) -> None:
     book = Journal(tmp_path, {})
     names = TABLES[0]
     for i in range(5000):
-        book.add_row(FrameRow(float(i), 0.0, names, np.zeros(names.width, np.float32)))
+        book.add_rows(one_row(float(i), 0.0, names, np.zeros(names.width, np.float32)))
     book.flush({})
     book.close()
     blocks = [

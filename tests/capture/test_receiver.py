@@ -15,7 +15,7 @@ from studio.errors import StudioError
 from studio.vmc import udp
 from studio.vmc.decode import MAX_SHAPES
 from studio.vmc.encode import message
-from studio.vmc.rows import FrameRow
+from studio.vmc.rows import RowBlock
 from studio.vmc.senders import ABSURD_PER_S
 from studio.vmc.udp import DatagramInput
 from tests.capture import floods
@@ -33,14 +33,14 @@ def sockets() -> Iterator[list[socket.socket]]:
         one.close()
 
 
-def taken(receiver: Receiver, count: int) -> list[FrameRow]:
-    rows: list[FrameRow] = []
+def received(receiver: Receiver, count: int) -> list[RowBlock]:
+    blocks: list[RowBlock] = []
     until = time.monotonic() + 30
-    while len(rows) < count:
+    while sum(map(len, blocks)) < count:
         assert time.monotonic() < until, "waited in vain"
-        rows += receiver.poll(clock.now())
+        blocks += receiver.poll(clock.now())
         time.sleep(0.002)
-    return rows
+    return blocks
 
 
 def test_room_enough_is_one_socket() -> None:
@@ -96,18 +96,18 @@ def test_what_is_dealt_out_among_sockets_is_in_order_again(
 ) -> None:
     number = sockets[0].getsockname()[1]
     names = [f"Shape{i}" for i in range(20)]
-    rows: list[FrameRow] = []
+    blocks: list[RowBlock] = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         for k in range(200):
             for name in names:
                 out.sendto(message("/VMC/Ext/Blend/Val", name, k / 200), ("127.0.0.1", number))
             out.sendto(message("/VMC/Ext/Blend/Apply"), ("127.0.0.1", number))
-            rows += receiver.poll(clock.now())
-    rows += taken(receiver, 200 - len(rows))
-    values = np.stack([row.values[:20] for row in rows if len(row.names.shapes) == 20])
+            blocks += receiver.poll(clock.now())
+    blocks += received(receiver, 200 - sum(map(len, blocks)))
+    values = np.concatenate([block.values[:, :20] for block in blocks if len(block.names.shapes) == 20])
     assert (np.diff(values, axis=0) >= 0).all()  # any two that changed places would go back
     assert values[-1] == pytest.approx(199 / 200, abs=1e-6)
-    stamps = [row.arrival for row in rows]
+    stamps = [float(t) for block in blocks for t in block.arrivals]
     assert stamps == sorted(stamps)
     heard = receiver.stats(clock.now())
     assert (heard.packets, heard.packets_bad, heard.packets_lost) == (4200, 0, 0)
@@ -119,7 +119,7 @@ def test_a_valid_sender_beside_a_flood_keeps_every_frame_and_its_channels(
 ) -> None:
     frames, packets_between = 40, 50
     flood = floods.KINDS[kind](1)
-    rows: list[FrameRow] = []
+    blocks: list[RowBlock] = []
     to = ("127.0.0.1", receiver.ports[0])
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as valid,
@@ -130,10 +130,11 @@ def test_a_valid_sender_beside_a_flood_keeps_every_frame_and_its_channels(
                 valid.sendto(datagram, to)
             for packet in islice(flood, packets_between if k > 3 else 0):
                 other.sendto(packet, to)
-            rows += receiver.poll(clock.now())
-    rows += taken(receiver, frames - len(rows))
-    assert [floods.number(row.names.shapes, row.values) for row in rows] == list(range(frames))
-    assert {(len(row.names.shapes), len(row.names.bones)) for row in rows} == {(52, 54)}
+            blocks += receiver.poll(clock.now())
+    blocks += received(receiver, frames - sum(map(len, blocks)))
+    numbers = [floods.number(block.names.shapes, row) for block in blocks for row in block.values]
+    assert numbers == list(range(frames))
+    assert {(len(block.names.shapes), len(block.names.bones)) for block in blocks} == {(52, 54)}
     heard = receiver.stats(clock.now())
     flooded = packets_between * (frames - 4)
     assert heard.packets == flooded + frames * len(floods.frame(0))

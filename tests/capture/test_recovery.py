@@ -24,9 +24,10 @@ from studio.sound.wav_writer import HEADER_BYTES
 from studio.take.folder import load_take, repair_take
 from studio.take.motion_file import read_motion
 from studio.take.take import Take
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout
 from tests.abandoned import BONES, FPS, leave_behind
 from tests.capture.test_journal import HOSTILE
+from tests.captured import one_row
 
 Failed = list[tuple[Path, StudioError]]
 
@@ -172,7 +173,7 @@ def test_sound_that_nobody_can_tell_the_rate_of_is_kept(tmp_path: Path) -> None:
     folder = leave_behind(tmp_path / "Hello_001", sound=True)
     book = Journal(tmp_path, {"slate": "Hello", "number": 1})
     names = ChannelLayout(("A",), ())
-    book.add_row(FrameRow(1.0, 1.0, names, np.zeros(names.width, np.float32)))
+    book.add_rows(one_row(1.0, 1.0, names, np.zeros(names.width, np.float32)))
     book.flush({})
     book.close()
     (tmp_path / FILE).replace(folder / FILE)
@@ -324,7 +325,7 @@ def test_a_block_that_did_not_fit_leaves_no_damage(tmp_path: Path) -> None:
 
     def add(first: int, count: int) -> None:
         for k in range(first, first + count):
-            book.add_row(FrameRow(k / FPS, 0.0, names, np.full(names.width, 1.0, np.float32)))
+            book.add_rows(one_row(k / FPS, 0.0, names, np.full(names.width, 1.0, np.float32)))
 
     add(0, 10)
     book.flush({"packets": 1})
@@ -343,4 +344,4 @@ def test_a_block_that_did_not_fit_leaves_no_damage(tmp_path: Path) -> None:
     told = read(tmp_path)
     assert told.damaged == ()
     assert told.facts == {"packets": 3}
-    assert sum(len(run[1]) for run in told.row_blocks) == 10
+    assert sum(map(len, told.row_blocks)) == 10

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio import __version__, cli
+from studio import __version__, cli, registry
 from studio.cli._output import Output
 from studio.cli._run import run_command
 from studio.errors import RequestError, StudioError
@@ -50,9 +50,14 @@ def test_threads_wait_without_taking_a_core_unless_somebody_wants_it(own: str | 
 def test_help_lists_every_verb_with_its_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    for verb in cli.verbs():
+    for verb in cli.VERBS:
         line = next(line for line in lines if line.startswith(f"saia {verb} "))
         assert len(line) > 24, f"{verb} has no HELP"
+
+
+def test_every_file_of_a_verb_is_in_the_table() -> None:
+    files = registry.names(cli)
+    assert {name.removesuffix("_verb") for name in files} == set(cli.VERBS)
 
 
 def test_an_unknown_word_is_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,7 +95,7 @@ def test_an_unknown_word_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main([verb, "--help"])
@@ -98,7 +103,7 @@ def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str
     assert f"saia {verb}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_every_verb_refuses_an_unknown_option_in_a_sentence(
     verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -135,7 +140,7 @@ def test_a_wrong_choice_names_the_right_ones(capsys: pytest.CaptureFixture[str])
     assert what.startswith("--split cannot be zz; choose from test, val, train. Run ")
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_the_example_of_a_verb_is_one_it_understands(verb: str) -> None:
     module = importlib.import_module(f"studio.cli.{'import_verb' if verb == 'import' else verb}")
     example = getattr(module, "EXAMPLE", "")

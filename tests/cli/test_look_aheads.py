@@ -11,7 +11,7 @@ import pytest
 from studio.cli import main
 from studio.cli._look_aheads import after_training
 from studio.cli._output import Output
-from studio.cli.train import StopRequest
+from studio.cli._stdin import StopRequest
 from studio.project import Project
 from tests.inference.live.runs import add_run
 

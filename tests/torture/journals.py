@@ -85,7 +85,8 @@ class Journals(Trial):
         from studio.capture.microphone import SoundBlock
         from studio.capture.roll import Roll
         from studio.motion.channels import BONES, VRM0_SHAPES
-        from studio.vmc.rows import ChannelLayout, FrameRow
+        from studio.vmc.rows import ChannelLayout
+        from tests.captured import one_row
 
         rate, start = 16_000, 1000.0
         shapes = ("Number", *VRM0_SHAPES)
@@ -103,7 +104,7 @@ class Journals(Trial):
             if kind == "sound":
                 block = rng.normal(0, 0.05, (round(rate / FPS), 1)).astype(np.float32)
                 roll.add_block(SoundBlock(arrival, block, False, 0.0))
-            roll.add_row(FrameRow(arrival + 0.005, frame / FPS, now, values))
+            roll.add_rows(one_row(arrival + 0.005, frame / FPS, now, values))
             if frame % FLUSHED_EACH == FLUSHED_EACH - 1:
                 roll.flush({"packets": frame + 1, "frames_lost": 0})
                 flushes.append((first, path.stat().st_size, frame - FLUSHED_EACH + 1, frame + 1))

@@ -239,7 +239,8 @@ def _rolled(takes: Path) -> None:
     from studio.capture.roll import Roll, complete
     from studio.motion.channels import BONES, VRM0_SHAPES
     from studio.take.folder import next_number
-    from studio.vmc.rows import ChannelLayout, FrameRow
+    from studio.vmc.rows import ChannelLayout
+    from tests.captured import one_row
 
     recover(takes)
     number = next_number(takes, "New")
@@ -252,7 +253,7 @@ def _rolled(takes: Path) -> None:
         for block in range(BLOCKS):
             captured = start + block * 0.02
             roll.add_block(SoundBlock(captured, np.full((rate // 50, 1), 0.1, dtype=np.float32), False, 0.0))
-            roll.add_row(FrameRow(captured + 0.005, block * 0.02, names, values))
+            roll.add_rows(one_row(captured + 0.005, block * 0.02, names, values))
             if block % 5 == 4:
                 roll.flush({"packets": block})
                 print(json.dumps({"event": "state", "frames": block + 1}), flush=True)

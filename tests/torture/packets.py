@@ -59,7 +59,7 @@ def _fed(dice: random.Random, outcome: Outcome) -> None:
             outcome.counts["packets"] += 1
             frames = list(assembler.feed(t, bad, BAD, 39539))
             frames += _heard(assembler, t + 0.001, datagram)
-            if not all(np.isfinite(packer.pack(one).values).all() for one in frames):
+            if not all(np.isfinite(block.values).all() for block in packer.pack(frames)):
                 outcome.fault("not finite", "A row holds what is no number.")
     # Half a minute later the other one is silent long since.
     heard = sum(len(_heard(assembler, 1030.0 + k / FPS, datagram)) for k, datagram in enumerate(good))

@@ -5,10 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from studio.vmc.rows import ChannelLayout, FrameRow
+from studio.vmc.rows import ChannelLayout, RowBlock
 from studio.vmc.watch import MOST_FRAMES_PER_S, FrameLimit, FrameWatch, RateWatch
+from tests.captured import one_row
 
 NAMES = ChannelLayout(("A",), ())
+
+
+def feed(
+    seen: FrameWatch, arrival: float, sender_time: float, value: float = 0.0, channels: int = 72
+) -> None:
+    """One frame, as a receiver gives it."""
+    seen.count(arrival, sender_time, channels)
+    seen.compare(one_row(arrival, sender_time, NAMES, np.full(NAMES.width, value, dtype=np.float32)))
 
 
 def watch(
@@ -16,8 +25,7 @@ def watch(
 ) -> FrameWatch:
     seen = FrameWatch()
     for i, t in enumerate(times):
-        values = np.full(NAMES.width, i if moves else 0, dtype=np.float32)
-        seen.feed(FrameRow(100.0 + t, t if clocked else math.nan, NAMES, values), sizes[i] if sizes else 72)
+        feed(seen, 100.0 + t, t if clocked else math.nan, i if moves else 0, sizes[i] if sizes else 72)
     return seen
 
 
@@ -43,7 +51,7 @@ def test_frames_that_came_without_the_senders_clock_are_not_missing() -> None:
     for k in range(300):
         if k not in (100, 151):
             t = math.nan if k in (101, 102, 150, 152, 200) else k / 60
-            seen.feed(FrameRow(100 + k / 60, t, NAMES, np.full(NAMES.width, k, dtype=np.float32)), 72)
+            feed(seen, 100 + k / 60, t, k)
     assert seen.lost == 2
 
 
@@ -56,9 +64,9 @@ def test_frames_beyond_the_limit_are_left_out_evenly_and_are_no_loss(fps: int, l
     for t in times:
         if limit.keeps(100 + t):
             kept.append(t)
-            seen.feed(FrameRow(100 + t, t, NAMES, np.full(NAMES.width, t, dtype=np.float32)), 72)
+            feed(seen, 100 + t, t, t)
         else:
-            seen.pass_by(100 + t, t, 72)
+            seen.count(100 + t, t, 72)
     assert limit.left_out == len(times) - len(kept) == pytest.approx(left_out, abs=10)
     assert max(np.diff(kept)) <= 2.01 / min(fps, MOST_FRAMES_PER_S)
     assert (seen.frames, seen.lost) == (len(times), 0)
@@ -92,7 +100,7 @@ def test_a_sender_whose_clock_wavers_is_not_accused() -> None:
 def test_a_loop_of_the_senders_clock_is_no_loss() -> None:
     seen = FrameWatch()
     for k in range(200):
-        seen.feed(FrameRow(k / 60, (k % 50) / 60, NAMES, np.zeros(NAMES.width, dtype=np.float32)), 72)
+        feed(seen, k / 60, (k % 50) / 60)
     assert seen.lost == 0
 
 
@@ -109,6 +117,19 @@ def test_a_sender_of_changing_frames_is_not_accused() -> None:
 def test_what_does_not_move_is_seen() -> None:
     seen = watch(even(180), moves=False)
     assert seen.last_arrival - seen.last_moved == pytest.approx(179 / 60)
+
+
+def test_what_moves_within_a_block_is_seen() -> None:
+    seen = FrameWatch()
+    values = np.zeros((4, NAMES.width), dtype=np.float32)
+    values[2:] = 1.0
+    stamps = np.array([(t, math.nan) for t in (1.0, 2.0, 3.0, 4.0)])
+    seen.compare(RowBlock(NAMES, stamps, values))
+    assert seen.last_moved == 3.0
+    seen.compare(RowBlock(NAMES, stamps + 4.0, np.ones((4, NAMES.width), dtype=np.float32)))
+    assert seen.last_moved == 3.0
+    seen.compare(RowBlock(NAMES, stamps + 8.0, np.zeros((4, NAMES.width), dtype=np.float32)))
+    assert seen.last_moved == 9.0
 
 
 def test_a_rate_follows_a_counter() -> None:

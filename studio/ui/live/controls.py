@@ -6,9 +6,10 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
+from studio.actions import ACTIONS
 from studio.ui import theme
 
-KEYS = {"mute": "M", "freeze": "F", "neutral": "N"}
+KEYS = {name: ACTIONS[name].keys[0] for name in ("mute", "freeze", "neutral")}
 
 
 class Controls(QWidget):

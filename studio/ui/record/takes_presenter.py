@@ -213,9 +213,9 @@ def of_today(created: str, now: datetime) -> bool:
 def _open(take: Take) -> TakePlayback:
     """Everything needed to play a take, already playing. Runs on a pool thread."""
     from studio.playback.player import Player
-    from studio.take.motion_file import read_motion
+    from studio.take.motion_file import load_motion
 
-    motion = read_motion(take.motion_path) if take.motion_path else None
+    motion = load_motion(take)
     player = Player(take.audio_path, take.info.duration or None)
     player.play()
     return TakePlayback(take, player, motion)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QResizeEvent, QShortcut
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -23,6 +23,7 @@ from studio.ui.record.health import HealthCard
 from studio.ui.record.inputs import InputsCard
 from studio.ui.record.slate_bar import SlateBar
 from studio.ui.record.takes_list import TakesCard
+from studio.ui.shortcuts import sequence
 from studio.ui.widgets.card import Card
 from studio.ui.widgets.figure.drawn_face import DrawnFace
 from studio.ui.widgets.figure.figure import StickFigure
@@ -58,10 +59,10 @@ class RecordView(QWidget):
         self._lay_out()
         self.figure.installEventFilter(self)
         self.slate_bar.record_clicked.connect(self.record_requested)
-        self._space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
+        self._space = QShortcut(sequence("record_here"), self)
         self._space.setAutoRepeat(False)
         self._space.activated.connect(self.record_requested)
-        escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), self)
+        escape = QShortcut(sequence("cancel_countdown"), self)
         escape.activated.connect(self.cancel_requested)
         app = QApplication.instance()
         if isinstance(app, QApplication):

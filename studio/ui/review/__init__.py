@@ -3,11 +3,8 @@
 batch_presenter      Presenter of the batch dialog: one batch in a child process, followed through its queue
 batch_view           The batch dialog: which sounds or takes, by which run, as which formats, and the queue
 clip                 What can be reviewed: how an item is read, and its motions tuned. No widgets
-comparing            How far a predicted motion is from the captured one, over time and in sum. Pure: numpy
-                     only
-export_options       Further choices of an export: formats, part, span, sliders, size of pictures
 export_presenter     Presenter of the Export panel: writes what is shown through a child process
-export_view          The Export panel: which formats, what they leave out, frame rate, name and folder
+export_view          The Export panel: which formats, which part, at which rate, where to, and the outcome
 generate_task        The motion a run makes of a sound: from the cache, else from a child process, piece by
                      piece
 model                State of the tab: what can be reviewed and what is on the stage, with signals of its

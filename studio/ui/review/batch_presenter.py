@@ -9,15 +9,15 @@ from PySide6.QtCore import QObject, QTimer, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from studio.errors import FileThereError, StudioError
+from studio.export.options import format_choices
 from studio.files import leftovers
 from studio.ipc.commands import skip
-from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, ProgressEvent, QueueEvent
+from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, QueueEvent, QueueProgressEvent
 from studio.playback.layers import presets
 from studio.training.run_choice import RunSelection
 from studio.ui import messages
 from studio.ui.messages import counted
 from studio.ui.review.batch_view import BatchDialog, BatchRequest
-from studio.ui.review.export_options import format_choices
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
@@ -168,10 +168,10 @@ class BatchPresenter(QObject):
             case EntryEvent():
                 text = f"{event.what} {event.remedy}" if event.what else ""
                 dialog.show_entry(event.index, event.state, text)
-            case ProgressEvent():
+            case QueueProgressEvent():
                 dialog.show_progress(event.index, event.entry, event.fraction, self._progress_text(event))
 
-    def _progress_text(self, event: ProgressEvent) -> str:
+    def _progress_text(self, event: QueueProgressEvent) -> str:
         done = self.tr("{0} %").format(round(100 * event.fraction))
         if event.eta_s is None or event.eta_s < 1:
             return done

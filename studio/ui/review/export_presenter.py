@@ -9,16 +9,16 @@ from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
+from studio.export.options import RenderOptions, format_choices
+from studio.export.range import cut_sound
 from studio.files import leftovers
 from studio.ipc.events import ChildEvent, FilesDone, ProgressEvent
 from studio.motion import Motion
 from studio.motion.motion import only_part
-from studio.sound.sound_file import Sound, open_file, read_sound, read_span, write_sound
 from studio.take.motion_file import write_motion
 from studio.ui import messages, theme
 from studio.ui.avatar_store import AvatarStore
-from studio.ui.review.export_options import ExportOptions, format_choices
-from studio.ui.review.export_view import ExportRequest
+from studio.ui.review.export_view import ExportOptions, ExportRequest
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
@@ -135,7 +135,7 @@ class ExportPresenter(QObject):
         arguments += ["--format", ",".join(one.name for one in request.formats)]
         arguments += ["--fps", f"{request.fps:g}"] if request.fps else []
         arguments += ["--force"] if replaced else []
-        arguments += _render_arguments(shown, options)
+        arguments += _render_options(shown, options).args()
         folder = str(project.folder)
 
         def prepare(scratch: Path) -> list[str]:
@@ -193,32 +193,22 @@ def _write_parts(shown: ExportInput, scratch: Path, options: ExportOptions) -> P
     """Write the part of motion and sound that is exported; the sound's file. Runs on a pool thread."""
     motion = only_part(shown.motion if options.tuned else shown.untuned, options.part)
     if not shown.whole:
-        motion = motion.between(shown.start, shown.end).shifted(-shown.start)
+        motion = motion.cut(shown.start, shown.end)
     write_motion(scratch / MOTION, motion)
     if shown.sound is None or shown.whole:
         return shown.sound
-    trimmed = scratch / "sound.wav"
-    write_sound(trimmed, _span(shown.sound, shown.start, shown.end), "PCM_24")
-    return trimmed
+    return cut_sound(shown.sound, scratch / "sound.wav", shown.start, shown.end)
 
 
-def _span(path: Path, start: float, end: float) -> Sound:
-    """Some seconds of a sound of any kind."""
-    if open_file(path) is not None:
-        return read_span(path, start, end)
-    whole = read_sound(path)  # FFmpeg's kinds cannot be entered in the middle
-    first, last = round(start * whole.sample_rate), round(end * whole.sample_rate)
-    return Sound(whole.samples[first:last], whole.sample_rate)
-
-
-def _render_arguments(shown: ExportInput, options: ExportOptions) -> list[str]:
+def _render_options(shown: ExportInput, options: ExportOptions) -> RenderOptions:
     """How films and stills are drawn: as they are seen on the stage."""
-    arguments = [f"--size={options.size[0]}x{options.size[1]}"]
-    arguments.append("--view=" + ",".join(f"{value:.3f}" for value in shown.view))
-    arguments.append(f"--at={max(shown.at - (0.0 if shown.whole else shown.start), 0.0):.4f}")
-    arguments += ["--clear"] if options.clear else []
-    arguments += ["--light"] if theme.colours().name == "light" else []
-    return arguments + (["--avatar", str(shown.avatar)] if shown.avatar is not None else [])
+    # What is exported begins at 0, wherever its span lies in the sound.
+    at = max(shown.at - (0.0 if shown.whole else shown.start), 0.0)
+    light = theme.colours().name == "light"
+    width, height = options.size
+    return RenderOptions(
+        width, height, shown.view, at=at, clear=options.clear, light=light, avatar=shown.avatar
+    )
 
 
 def _distinct_names(files: list[Path]) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from studio.metrics.comparison import MotionComparison
 from studio.motion import Motion, Pose
 from studio.playback.layers import Tuning
 from studio.playback.player import Player
@@ -16,7 +17,6 @@ from studio.training.run_choice import RunChoice, RunSelection, newest, run_choi
 from studio.ui import tasks
 from studio.ui.review import clip
 from studio.ui.review.clip import Captured, ReviewClip, ReviewItem, Tuned
-from studio.ui.review.comparing import MotionComparison
 from studio.ui.session import Session
 from studio.vmc.sender import PoseSource
 

@@ -6,10 +6,10 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer
 
 from studio.errors import StudioError
+from studio.metrics.comparison import MotionComparison
 from studio.render.world_pose import WorldPose
 from studio.ui.avatar_store import Avatars
 from studio.ui.review.clip import ReviewItem, most_active_first
-from studio.ui.review.comparing import MotionComparison
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session

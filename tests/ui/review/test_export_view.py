@@ -6,9 +6,9 @@ import pytest
 from PySide6.QtWidgets import QScrollArea
 from pytestqt.qtbot import QtBot
 
+from studio.export.options import FormatChoice, format_choices
 from studio.ui import theme
-from studio.ui.review.export_options import ExportOptions, FormatChoice, format_choices
-from studio.ui.review.export_view import ExportPanel
+from studio.ui.review.export_view import ExportOptions, ExportPanel
 
 
 @pytest.fixture

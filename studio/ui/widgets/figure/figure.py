@@ -26,12 +26,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from studio.actions import FIGURE
 from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.render.camera import VIEWS, Orbit
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
+from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
 
 World = NDArray[np.floating]
@@ -269,14 +271,15 @@ class StickFigure(QWidget):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        turns = {Qt.Key.Key_Left: (-8.0, 0.0), Qt.Key.Key_Right: (8.0, 0.0), Qt.Key.Key_Up: (0.0, 5.0),
-                 Qt.Key.Key_Down: (0.0, -5.0)}  # fmt: skip
-        zooms = {Qt.Key.Key_Plus: 0.9, Qt.Key.Key_Equal: 0.9, Qt.Key.Key_Minus: 1 / 0.9}
-        key = Qt.Key(event.key())
-        if key in turns and not event.modifiers():
-            self.set_orbit(self.orbit.turned(*turns[key]))
-        elif key in zooms:
-            self.set_orbit(self.orbit.zoomed(zooms[key]))
+        turns = {"turn_left": (-8.0, 0.0), "turn_right": (8.0, 0.0), "turn_up": (0.0, 5.0),
+                 "turn_down": (0.0, -5.0)}  # fmt: skip
+        zooms = {"figure_closer": 0.9, "figure_further": 1 / 0.9}
+        action = pressed(event, FIGURE)
+        # With a modifier the arrows step through the take, also while the figure has the keyboard.
+        if action in turns and not event.modifiers():
+            self.set_orbit(self.orbit.turned(*turns[action]))
+        elif action in zooms:
+            self.set_orbit(self.orbit.zoomed(zooms[action]))
         else:
             super().keyPressEvent(event)
 

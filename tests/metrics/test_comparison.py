@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.metrics import scores
+from studio.metrics.comparison import all_figures, compare, pair_on_frames
 from studio.motion import Motion, rotation
-from studio.ui.review.comparing import compare
 from tests.formats.examples import a_motion
 
 
@@ -59,7 +58,27 @@ def test_nothing_in_common_is_no_comparison() -> None:
 def test_review_calls_error_what_an_evaluation_calls_rmse_of_the_blend_shapes() -> None:
     truth = a_motion(60)
     guess = replace(truth, shapes=truth.shapes * 0.7, rotations=np.roll(truth.rotations, 20, axis=0))
-    seen, figures = compare(truth, guess), scores.score([scores.Pair(truth, guess)])
+    seen, figures = compare(truth, guess), all_figures([pair_on_frames(guess, truth, truth.duration)])
     assert seen is not None
     assert seen.rmse == pytest.approx(figures["rmse_face"], rel=1e-5)
     assert seen.rmse != pytest.approx(figures["rmse"], rel=0.1), "that one counts the body, too"
+
+
+def test_review_shows_the_figures_of_an_evaluation_of_the_same_span() -> None:
+    t = np.arange(600) / 60
+    mouth = 0.5 + 0.4 * np.stack([np.sin(3 * t), np.cos(5 * t)], axis=1)
+    turn = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), 0.3 * np.sin(2 * t))[:, None]
+    truth = Motion.build(t, ("JawOpen", "A"), mouth, ("Head",), None, turn)
+    guess = truth.at(t[::2] + 0.1)
+    guess = replace(guess, times=t[::2], shapes=(guess.shapes * 0.8).astype(np.float32))
+    start, end, excluded = 2.0, 7.0, [(3.0, 4.0)]
+    pair = pair_on_frames(
+        guess.cut(start, np.inf), truth.cut(start, end), 8.0, [(a - start, b - start) for a, b in excluded]
+    )
+    figures, seen = all_figures([pair]), compare(truth, guess, start, end, excluded)
+    assert seen is not None
+    shown = [seen.rmse, seen.pearson, seen.motion_ratio, seen.degrees]
+    named = [figures[name] for name in ("rmse_face", "pearson_face", "motion_ratio_face", "geodesic_deg")]
+    assert shown == pytest.approx(named, rel=1e-6)
+    outside = (seen.times < start) | (seen.times > end) | ((seen.times >= 3.0) & (seen.times < 4.0))
+    assert not seen.heat[outside].any()

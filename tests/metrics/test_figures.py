@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from studio.cli.evaluate import MAIN, MORE
-from studio.evaluation.figures import full
 from studio.metrics import body, spread
 from studio.metrics import face as metrics_face
+from studio.metrics.comparison import all_figures as full
 from studio.metrics.scores import Pair
 from studio.motion import Motion, rotation
-from studio.sound.sound_file import Sound
+from studio.motion.lag import speech_level
 
 RATE = 16000
 T = np.arange(600) / 30
@@ -27,14 +27,14 @@ def bursts(times: np.ndarray) -> np.ndarray:
     return np.exp(-0.5 * ((times[:, None] - starts[None] - 0.15) / 0.06) ** 2).sum(axis=1)
 
 
-def voice() -> Sound:
+def voice() -> np.ndarray:
     n = np.arange(20 * RATE) / RATE
     noise = np.random.default_rng(1).normal(0, 0.2, len(n))
-    return Sound((noise * bursts(n)).astype(np.float32)[:, None], RATE)
+    return speech_level((noise * bursts(n)).astype(np.float32), RATE)
 
 
-def hum() -> Sound:
-    return Sound(np.random.default_rng(1).normal(0, 0.1, (20 * RATE, 1)).astype(np.float32), RATE)
+def hum() -> np.ndarray:
+    return speech_level(np.random.default_rng(1).normal(0, 0.1, 20 * RATE).astype(np.float32), RATE)
 
 
 @pytest.mark.parametrize("name", ["jawOpen", "mouth_stretch_c", "A"])
@@ -43,14 +43,14 @@ def test_closures_are_found_and_missed(name: str) -> None:
     half = truth.copy()
     half[300:] = 0.6  # never closes in the second half
     half[5:15] = 0.0  # and closes where it should not
-    recall, precision = metrics_face.closures([Pair(face(truth, name), face(half, name), sound=hum())])
+    recall, precision = metrics_face.closures([Pair(face(truth, name), face(half, name), voice=hum())])
     assert recall == pytest.approx(0.5)
     assert precision == pytest.approx(75 / 85)
 
 
 def test_a_mouth_shut_for_good_is_seen_in_precision() -> None:
     truth = 0.6 * (np.arange(600) % 20 >= 5).astype(float)
-    pair = Pair(face(truth, "jawOpen"), face(np.zeros(600), "jawOpen"), sound=hum())
+    pair = Pair(face(truth, "jawOpen"), face(np.zeros(600), "jawOpen"), voice=hum())
     assert metrics_face.closures([pair]) == (1.0, pytest.approx(0.25))
 
 
@@ -68,7 +68,7 @@ def test_silence_is_not_speaking_and_a_short_stop_is() -> None:
     samples[5 * RATE : round(5.12 * RATE)] = 0  # the stop of a p
     samples[8 * RATE : 9 * RATE] = 0  # a pause
     motion = face(T, "A")
-    said = metrics_face.speaking(Pair(motion, motion, sound=Sound(samples[:, None], RATE)))
+    said = metrics_face.speaking(Pair(motion, motion, voice=speech_level(samples, RATE)))
     assert not said[:58].any()
     assert said[145:160].all()
     assert not said[243:267].any()
@@ -77,13 +77,13 @@ def test_silence_is_not_speaking_and_a_short_stop_is() -> None:
 @pytest.mark.parametrize("delay_ms", [-60.0, 0.0, 80.0])
 def test_the_mouths_delay_is_measured(delay_ms: float) -> None:
     late = face(bursts(T - delay_ms / 1000), "jawOpen")
-    found = metrics_face.mouth_lag_ms([Pair(face(bursts(T), "jawOpen"), late, sound=voice())])
+    found = metrics_face.mouth_lag_ms([Pair(face(bursts(T), "jawOpen"), late, voice=voice())])
     assert found == pytest.approx(delay_ms, abs=12.0)
 
 
 def test_a_still_mouth_has_no_delay() -> None:
     still = face(np.full(600, 0.2), "jawOpen")
-    assert metrics_face.mouth_lag_ms([Pair(still, still, sound=voice())]) is None
+    assert metrics_face.mouth_lag_ms([Pair(still, still, voice=voice())]) is None
 
 
 def test_blinks_are_counted_not_the_trembling_within_one() -> None:
@@ -115,7 +115,7 @@ def test_frames_that_do_not_count_do_not_move_the_wrist() -> None:
 
 
 def test_a_face_has_no_places() -> None:
-    pair = Pair(face(T, "A"), face(T, "A"), sound=voice())
+    pair = Pair(face(T, "A"), face(T, "A"), voice=voice())
     assert body.place_figures([pair]) == {"head_cm": None, "wrist_cm": None, "beat_alignment": None}
 
 
@@ -125,16 +125,16 @@ def test_gestures_on_the_beat_score_higher_than_beside_it_and_stillness_zero() -
 
     def pausing_at(moments: np.ndarray) -> Pair:
         away = np.abs(T[:, None] - moments[None]).min(axis=1)
-        return Pair(arm(T), arm(np.cumsum(np.minimum(away, 0.2)) / 3), sound=voice())
+        return Pair(arm(T), arm(np.cumsum(np.minimum(away, 0.2)) / 3), voice=voice())
 
     on, beside = (body.beat_alignment([pausing_at(beats + by)]) for by in (0.0, 0.3))
     assert on is not None
     assert beside is not None
     assert on > 0.8
     assert beside < 0.5
-    still = Pair(arm(T), arm(np.zeros(600)), sound=voice())
+    still = Pair(arm(T), arm(np.zeros(600)), voice=voice())
     assert body.beat_alignment([still]) == 0.0
-    silent = Pair(arm(T), arm(T), sound=Sound(np.zeros((20 * RATE, 1), np.float32), RATE))
+    silent = Pair(arm(T), arm(T), voice=speech_level(np.zeros(20 * RATE, np.float32), RATE))
     assert body.beat_alignment([silent]) is None
 
 
@@ -162,7 +162,7 @@ def test_the_frechet_distance_of_a_frozen_mean_is_one_and_of_the_same_is_zero() 
 
 def test_the_captured_motion_held_against_itself_is_perfect_in_everything() -> None:
     motion = face(bursts(T), "jawOpen")
-    figures = full([Pair(motion, motion, sound=voice())])
+    figures = full([Pair(motion, motion, voice=voice())])
     assert figures["closure_recall"] == figures["closure_precision"] == 1.0
     assert figures["mouth_lag_ms"] == pytest.approx(0.0, abs=12.0)
     assert figures["frechet"] == pytest.approx(0.0, abs=1e-6)
@@ -173,7 +173,7 @@ def test_every_figure_has_its_place_in_the_table_and_comes_out_the_same_twice() 
     names, axis = ("Head", "LeftHand", "Hips"), np.tile([1.0, 0.0, 0.0], (len(T), 3, 1))
     turns = rotation.from_axis_angle(axis, 0.2 * np.sin(T)[:, None])
     both = Motion.build(T, ("jawOpen", "eyeBlinkLeft"), np.stack([bursts(T)] * 2, axis=1), names, None, turns)
-    pairs = [Pair(both, both, sound=voice())]
+    pairs = [Pair(both, both, voice=voice())]
     figures = full(pairs)
     assert set(figures) == {key for key, _, _ in MAIN + MORE}
     assert figures == full(pairs)
@@ -184,4 +184,4 @@ def test_nothing_to_compare_gives_no_figures() -> None:
     assert all(value is None for value in full([Pair(empty, empty)]).values())
     assert all(value is None for value in full([]).values())
     short = face(np.zeros((2, 1)), "A")
-    assert full([Pair(short, short, sound=Sound(np.zeros((900, 1), np.float32), RATE))])["rmse"] == 0
+    assert full([Pair(short, short, voice=speech_level(np.zeros(900, np.float32), RATE))])["rmse"] == 0

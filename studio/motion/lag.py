@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
-from studio.sound.sound_file import Sound
+from studio.motion.motion import Motion
 
 RATE = 100.0
 """Both curves are compared at this many points a second."""
@@ -41,21 +40,16 @@ class Alignment:
     correlation: float
 
 
-def find_offset(sound: Sound, motion: Motion) -> Alignment:
+def voice_offset(level: Array, motion: Motion) -> Alignment:
     """The offset at which the mouth opens with the voice.
 
     Args:
-        sound: of the take.
-        motion: of the take; shapes named as a mouth's are used, or all where none is.
+        level: loudness (K,), RATE values a second: of a sound that may be too long for memory.
+        motion: shapes named as a mouth's are used, or all where none is.
 
     Returns:
         The best offset within REACH; confidence 0 and offset 0 where there is no voice or no mouth.
     """
-    return voice_offset(speech_level(sound), motion)
-
-
-def voice_offset(level: Array, motion: Motion) -> Alignment:
-    """Offset of voice and motion from loudness (K,), RATE values a second, for sound too long for memory."""
     end = float(motion.times[-1]) if len(motion) else 0.0
     voice = level[: min(len(level), int(end * RATE))]
     if len(voice) < 4 * REACH * RATE:
@@ -81,9 +75,9 @@ def curve_offset(voice: Array, mouth: Array) -> Alignment:
     return Alignment(_peak(offsets, curve), confidence, offsets, curve, float(curve.max()))
 
 
-def speech_level(sound: Sound) -> Array:
-    """Amplitude of the voice (root mean square), 1 at its loudest hundredth, RATE values a second."""
-    return level_of(power(sound.mono(), sound.sample_rate))
+def speech_level(samples: NDArray[np.float32], sample_rate: int) -> Array:
+    """Amplitude of a voice (root mean square) in mono samples (N,), 1 at its loudest hundredth, (K,)."""
+    return level_of(power(samples, sample_rate))
 
 
 def power(samples: NDArray[np.float32], sample_rate: int) -> Array:
