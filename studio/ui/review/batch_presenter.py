@@ -52,7 +52,8 @@ class BatchPresenter(QObject):
         self._view, self._model, self._session = view, model, session
         self._dialog: BatchDialog | None = None
         self._request: BatchRequest | None = None
-        self._outdated = False  # the child is of the project before, and is ending
+        # The child is of the project before, and is ending.
+        self._outdated = False
         self._child = child or ChildTask(self)
         self._child.told.connect(self._on_event)
         self._child.done.connect(self._on_done)
@@ -78,6 +79,7 @@ class BatchPresenter(QObject):
         project = self._session.project
         if project is None:
             return
+        # A new form each time: runs, styles and the folder may be others than when it was opened last.
         if self._dialog is None or not self.busy:
             self._remove_dialog()
             folder = project.exports_folder / "batch"
@@ -101,6 +103,7 @@ class BatchPresenter(QObject):
         In a blind vote that is A, wherever it hides.
         """
         bar = self._view.bar
+        # As the bar shows it, its style and seed too: a batch that moved otherwise would surprise.
         second = bar.two.isChecked() and not bar.vote.running and bar.shown_number == 2
         shown = (bar.second if second else bar.first).wanted
         runs = self._model.runs()
@@ -129,7 +132,7 @@ class BatchPresenter(QObject):
     def _on_start(self, request: BatchRequest) -> None:
         if self.busy and self._dialog is not None:
             text = self.tr("The batch before is ending: press Start again in a moment.")
-            self._dialog.show_told(text, "warn")
+            self._dialog.show_message(text, "warn")
             return
         self._request = request
         self._start(request, force=False)
@@ -140,7 +143,7 @@ class BatchPresenter(QObject):
             return
         takes = [item.key.partition(":")[2] for item in self._model.items if item.take]
         if not takes and not request.sounds:
-            dialog.show_told(self.tr("There is no take in this project yet."), "warn")
+            dialog.show_message(self.tr("There is no take in this project yet."), "warn")
             return
         arguments = batch_arguments(request, project.folder, takes) + (["--force"] if force else [])
 
@@ -151,7 +154,7 @@ class BatchPresenter(QObject):
 
         dialog.show_entries([])
         dialog.show_folder_button(False)
-        dialog.show_told(self.tr("Getting ready."))
+        dialog.show_message(self.tr("Getting ready."))
         dialog.show_busy(True)
         if request.tuned:
             self._child.prepare_and_start(prepare, "batch")
@@ -211,11 +214,12 @@ class BatchPresenter(QObject):
 
     def _show_message(self, text: str, role: str = "muted") -> None:
         if self._dialog is not None and not self._outdated:
-            self._dialog.show_told(text, role)
+            self._dialog.show_message(text, role)
 
     def _on_cancelled(self) -> None:
         if self._request is not None:
-            leftovers.sweep_killed(self._request.folder)  # the child may have been too busy to do so itself
+            # The child may have been too busy to do so itself.
+            leftovers.sweep_killed(self._request.folder)
         self._show_message(self.tr("Cancelled. What was finished stays."))
 
     def _on_ended(self) -> None:

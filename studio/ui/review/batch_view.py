@@ -108,10 +108,10 @@ class BatchDialog(QDialog):
         self.bar.setTextVisible(False)
         self.bar.setRange(0, 1000)
         self.bar.setAccessibleName(self.tr("Batch progress"))
-        self.told = label("", "muted", "batch_told")
-        self.told.setWordWrap(True)
+        self.message = label("", "muted", "batch_told")
+        self.message.setWordWrap(True)
         column.addWidget(self.bar)
-        column.addWidget(self.told)
+        column.addWidget(self.message)
         column.addLayout(self._build_buttons())
         self._show_material()
         self.show_busy(False)
@@ -142,7 +142,7 @@ class BatchDialog(QDialog):
             item.setToolTip(0, name)
             self.list.addTopLevelItem(item)
 
-    def show_entry(self, index: int, state: str, words: str = "") -> None:
+    def show_entry(self, index: int, state: str, text: str = "") -> None:
         """How one of them fares: "running", "done", "failed" or "cancelled"."""
         item = self.list.topLevelItem(index)
         if item is None:
@@ -154,27 +154,30 @@ class BatchDialog(QDialog):
         tokens = {"done": "good", "failed": "bad", "running": "accent"}
         item.setText(1, titles.get(state, state))
         item.setForeground(1, theme.colour(tokens.get(state, "muted")))
-        item.setText(2, words)
-        item.setToolTip(2, words)
+        item.setText(2, text)
+        item.setToolTip(2, text)
         if state == "running":
             self.list.scrollToItem(item)
         if state == "failed" and self.list.currentItem() is None:
-            self.list.setCurrentItem(item)  # the first failure is read without a click
-            item.setSelected(False)  # what is selected can be cancelled, which this cannot
+            # The first failure is read without a click.
+            self.list.setCurrentItem(item)
+            # What is selected can be cancelled, which this cannot.
+            item.setSelected(False)
         self._show_details()
 
     def show_progress(self, index: int, own: float, fraction: float, left: str) -> None:
         """How far one of them and all of it is."""
         item = self.list.topLevelItem(index)
+        # At the end its column says what became of it, which no late progress may write over.
         if item is not None and fraction < 1:
             item.setText(2, self.tr("{0} %").format(round(100 * own)))
         self.bar.setValue(round(1000 * fraction))
-        self.told.setText(left)
+        self.message.setText(left)
 
-    def show_told(self, text: str, role: str = "muted") -> None:
+    def show_message(self, text: str, role: str = "muted") -> None:
         """Say how it ended, or what is missing."""
-        theme.as_role(self.told, role)
-        self.told.setText(text)
+        theme.as_role(self.message, role)
+        self.message.setText(text)
 
     def show_folder_button(self, shown: bool) -> None:
         """Offer to look at what was made."""
@@ -192,11 +195,12 @@ class BatchDialog(QDialog):
         folder = self.folder.text().strip()
         takes = self.material.currentData() == "takes"
         if not takes and not self._sounds:
-            self.show_told(self.tr("Choose the sounds first."), "warn")
+            self.show_message(self.tr("Choose the sounds first."), "warn")
         elif not takes and not self.run.currentData():
-            self.show_told(self.tr("Sounds need a run that makes motion of them."), "warn")
+            self.show_message(self.tr("Sounds need a run that makes motion of them."), "warn")
         elif folder:
             names = self.more.chosen(besides="") or ("vrma",)
+            # Sounds chosen before "all takes" was are still in the form.
             sounds = () if takes else self._sounds
             target, tuned = Path(folder).expanduser(), self.tuned.isChecked()
             self.start_requested.emit(BatchRequest(sounds, self.chooser.wanted, names, target, tuned))
@@ -226,25 +230,25 @@ class BatchDialog(QDialog):
         for button in (self.files, self.whole_folder):
             button.setVisible(not takes)
         if takes:
-            words = self.tr("Every take as it is used, captured or as a run makes it.")
+            text = self.tr("Every take as it is used, captured or as a run makes it.")
         elif len(self._sounds) == 1:
-            words = str(self._sounds[0])
+            text = str(self._sounds[0])
         else:
-            words = self.tr("{0} files").format(len(self._sounds)) if self._sounds else ""
-        self.chosen.setText(words)
+            text = self.tr("{0} files").format(len(self._sounds)) if self._sounds else ""
+        self.chosen.setText(text)
         self.run.setItemText(0, self.tr("No run, captured only") if takes else self.tr("Choose a run"))
 
     def _show_details(self) -> None:
         """All of what happened to the entry that is looked at: in its row there is room for a part of it."""
         item = self.list.currentItem()
-        words = item.toolTip(2) if item is not None else ""
-        self.details.setText(f"{item.text(0)}: {words}" if item is not None and words else "")
-        self.details.setVisible(bool(words))
+        text = item.toolTip(2) if item is not None else ""
+        self.details.setText(f"{item.text(0)}: {text}" if item is not None and text else "")
+        self.details.setVisible(bool(text))
 
-    def _show_manner(self) -> None:
-        """How the run is to move, in words: an icon alone does not say it."""
-        self.manner.setText(self.chooser.manner)
-        self.manner.setVisible(bool(self.chooser.manner))
+    def _show_run_options(self) -> None:
+        """How the run is to move, in text: an icon alone does not say it."""
+        self.run_options.setText(self.chooser.manner)
+        self.run_options.setVisible(bool(self.chooser.manner))
 
     def _show_formats(self) -> None:
         names = self.more.chosen(besides="") or ("vrma",)
@@ -273,31 +277,32 @@ class BatchDialog(QDialog):
         self.folder.setObjectName("batch_folder")
         self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
         self.tuned.setObjectName("batch_tuned")
-        self.tuned.setChecked(True)  # as in Export: what is tuned is what is exported
+        # As in Export: what is tuned is what is exported.
+        self.tuned.setChecked(True)
         browse = self._small(self.tr("Choose"), "batch_browse", self._choose_folder)
         return self._lay_out(
             (self.tr("Of"), (self.material, self.files, self.whole_folder)),
             ("", (self.chosen,)),
             (self.tr("Run"), (self.chooser,)),
-            ("", (self.manner,)),
+            ("", (self.run_options,)),
             ("", (self.tuned,)),
             (self.tr("Formats"), (self.formats, self.more)),
             (self.tr("Folder"), (self.folder, browse)),
         )
 
     def _lay_out(self, *rows: tuple[str, tuple[QWidget, ...]]) -> QGridLayout:
-        """Rows of words and what they name, the first widget of each as wide as there is room."""
+        """Rows of text and what they name, the first widget of each as wide as there is room."""
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.INSIDE)
         grid.setColumnStretch(1, 1)
-        for row, (words, widgets) in enumerate(rows):
-            grid.addWidget(label(words, "muted"), row, 0)
+        for row, (text, widgets) in enumerate(rows):
+            grid.addWidget(label(text, "muted"), row, 0)
             line = QHBoxLayout()
             line.setSpacing(theme.INSIDE)
             for place, widget in enumerate(widgets):
-                if words:
-                    widget.setAccessibleName(words)
+                if text:
+                    widget.setAccessibleName(text)
                 line.addWidget(widget, 1 if place == 0 and widget is not self.chooser else 0)
             line.addStretch(0)
             grid.addLayout(line, row, 1)
@@ -308,14 +313,14 @@ class BatchDialog(QDialog):
         self.chooser = RunChooser("", "_batch", "")
         self.chooser.caption.hide()
         self.run = self.chooser.run
-        self.manner = label("", "caption", "batch_manner")
-        self.manner.setWordWrap(True)
+        self.run_options = label("", "caption", "batch_manner")
+        self.run_options.setWordWrap(True)
         self.chooser.show_runs(runs, proposed)
-        self.chooser.chosen.connect(lambda _: self._show_manner())
-        self._show_manner()
+        self.chooser.chosen.connect(lambda _: self._show_run_options())
+        self._show_run_options()
 
-    def _small(self, words: str, name: str, slot: object) -> QPushButton:
-        button = QPushButton(words)
+    def _small(self, text: str, name: str, slot: object) -> QPushButton:
+        button = QPushButton(text)
         button.setObjectName(name)
         button.clicked.connect(slot)
         return button

@@ -105,6 +105,7 @@ def review_items(project: Project, sounds: dict[Path, float]) -> tuple[ReviewIte
     for selection in project.dataset.selections:
         used.setdefault(selection.take, []).append(selection)
     dropped = [ReviewItem(sound_key(path), path.stem, path, None, length) for path, length in sounds.items()]
+    # One whose sound and motion are both missing has nothing to show.
     takes = [
         _item_of(take, selection)
         for take in project.takes
@@ -143,8 +144,10 @@ def load(item: ReviewItem, device: str | None) -> ReviewClip:
     captured = load_captured(take, item.selection) if take else Captured(None, 0.0, None)
     duration = take.info.duration if take else 0.0
     if captured.motion is not None and len(captured.motion):
+        # The motion may be longer than the sound, and is shown to its end.
         duration = max(duration, float(captured.motion.times[-1]))
-    _ = captured.activity  # here, where nobody waits: an hour of it takes a while to read through
+    # Here, where nobody waits: an hour of it takes a while to read through.
+    _ = captured.activity
     loudness = peaks(item.sound) if item.sound else None
     return ReviewClip(captured, loudness, Player(item.sound, duration or None, device))
 

@@ -106,6 +106,7 @@ class ExportPresenter(QObject):
         whole = start <= 0.0 and end >= player.duration - 1e-3
         if options.selection and model.span is not None:
             (start, end), whole = model.span, False
+        # Both panes share their camera; the predicted one is there even where it is hidden.
         orbit = self._view.stage.predicted.figure.orbit
         return ExportInput(
             motion,
@@ -124,7 +125,8 @@ class ExportPresenter(QObject):
         shown = self._export_input(options)
         if shown is None or project is None or self.busy:
             return
-        self._panel.show_result("", False)  # what the last one came to is no answer to this one
+        # What the last one came to is no answer to this one.
+        self._panel.show_result("", False)
         replaced = request.files_there
         if replaced and not self._may_replace(replaced):
             return
@@ -138,6 +140,7 @@ class ExportPresenter(QObject):
         arguments += _render_options(shown, options).args()
         folder = str(project.folder)
 
+        # The child gets what is on the stage as a file: nothing is generated or tuned again.
         def prepare(scratch: Path) -> list[str]:
             sound = _write_parts(shown, scratch, options)
             audio = ["--audio", str(sound)] if sound else []
@@ -153,6 +156,7 @@ class ExportPresenter(QObject):
         else:
             names = "\n".join(str(file) for file in files)
             details = self.tr("Only these files are written over:\n{0}").format(names)
+        # With whole paths: a question that named a folder alone read as though the folder were lost.
         question = self.tr("{0} is there already. Replace it?").format(files[0].name)
         return messages.ask(self._panel, question, details, self.tr("Replace"))
 
@@ -176,7 +180,8 @@ class ExportPresenter(QObject):
             messages.show_error(self._panel, error)
 
     def _on_cancelled(self) -> None:
-        leftovers.sweep_killed(self._folder)  # the child may have been too busy to do so itself
+        # The child may have been too busy to do so itself.
+        leftovers.sweep_killed(self._folder)
         self._panel.show_busy(None)
         self._panel.show_result(self.tr("Cancelled."), False)
 
@@ -213,6 +218,7 @@ def _render_options(shown: ExportInput, options: ExportOptions) -> RenderOptions
 
 def _distinct_names(files: list[Path]) -> list[str]:
     """The files' names, with their folders where two are called the same."""
+    # SAIA CSV writes one name into three folders.
     if len({file.name for file in files}) == len(files):
         return [file.name for file in files]
     return [f"{file.parent.name}/{file.name}" for file in files]

@@ -94,7 +94,7 @@ class MoreFormats(QToolButton):
 
 
 class OptionsForm(QWidget):
-    """What matters for this export alone, and `fold` with the rest, closed until it is wanted.
+    """What matters for this export alone, and `fold` with the rest, closed until it is opened.
 
     Signals:
         changed: something was chosen.
@@ -113,8 +113,8 @@ class OptionsForm(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.INSIDE)
         grid.setColumnStretch(1, 1)
-        for row, (words, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
-            grid.addWidget(words, 2 * row, 0)
+        for row, (text, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
+            grid.addWidget(text, 2 * row, 0)
             grid.addWidget(box, 2 * row, 1)
         grid.addWidget(self.clear_room, 1, 0, 1, 2)
         self.fold = Fold("export", self.tr("Options"), is_open=False)
@@ -144,11 +144,11 @@ class OptionsForm(QWidget):
         self.span.setEnabled(span is not None)
         self.span.setVisible(span is not None)
         self._span_words.setVisible(span is not None)
-        words = (
+        text = (
             self.tr("Selection, {0} s").format(f"{span[1] - span[0]:.1f}") if span else self.tr("Selection")
         )
         with QSignalBlocker(self.span):
-            self.span.setItemText(1, words)
+            self.span.setItemText(1, text)
             if span is None:
                 self.span.setCurrentIndex(0)
         self._fit()
@@ -162,7 +162,8 @@ class OptionsForm(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        self.setVisible(self._selected or self._drawn)  # an empty row would leave a gap
+        # An empty row would leave a gap.
+        self.setVisible(self._selected or self._drawn)
 
     def _on_reset(self) -> None:
         self.part.setCurrentIndex(0)
@@ -171,21 +172,21 @@ class OptionsForm(QWidget):
 
     def _show_changed(self) -> None:
         """What is chosen is read on a closed fold, too."""
-        words = [self.part.currentText().lower()] if self.part.currentIndex() else []
-        words += [self.fps.currentText()] if self.fps.currentIndex() else []
-        words += [] if self.tuned.isChecked() else [self.tr("without Tune")]
-        told = self.tr("Options: {0}").format(", ".join(words)) if words else self.tr("Options")
-        self.fold.head.setText(told)
-        self.fold.head.setToolTip(told if words else "")
-        self.fold.show_changed(bool(words))
+        text = [self.part.currentText().lower()] if self.part.currentIndex() else []
+        text += [self.fps.currentText()] if self.fps.currentIndex() else []
+        text += [] if self.tuned.isChecked() else [self.tr("without Tune")]
+        summary = self.tr("Options: {0}").format(", ".join(text)) if text else self.tr("Options")
+        self.fold.head.setText(summary)
+        self.fold.head.setToolTip(summary if text else "")
+        self.fold.show_changed(bool(text))
 
     def _build_boxes(self) -> None:
         self._selected = self._drawn = False
         self.part = self._box("export_part", self.tr("Part"))
-        for words, name in (
+        for text, name in (
             (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
         ):  # fmt: skip
-            self.part.addItem(words, name)
+            self.part.addItem(text, name)
         self.fps = self._box("export_fps", self.tr("Frames"))
         self.fps.addItem(self.tr("As they are"), 0.0)
         for fps in (24, 30, 60, 120):
@@ -204,19 +205,19 @@ class OptionsForm(QWidget):
         self.clear_room = QCheckBox(self.tr("Still without the room"))
         self.clear_room.setObjectName("export_clear")
 
-    def _box(self, name: str, words: str) -> QComboBox:
+    def _box(self, name: str, text: str) -> QComboBox:
         box = QComboBox()
         box.setObjectName(name)
-        box.setAccessibleName(words)
+        box.setAccessibleName(text)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setMinimumContentsLength(12)
         box.currentIndexChanged.connect(lambda _: self.changed.emit())
         return box
 
 
-def caption(words: str) -> QLabel:
+def caption(text: str) -> QLabel:
     """What stands before a field; all are as wide, so that the fields stand in one line."""
-    made = label(words, "muted")
+    made = label(text, "muted")
     made.setMinimumWidth(LABELS_PX)
     return made
 
@@ -276,6 +277,7 @@ class ExportPanel(QWidget):
         form.addLayout(self._build_target())
         form.addWidget(self.options.fold)
         form.addStretch(1)
+        # A scroll bar that comes or goes changes the width that the note may wrap in.
         self._scroll.verticalScrollBar().rangeChanged.connect(lambda *_: self._fit_note())
         column.addWidget(self.what)
         column.addLayout(self._build_buttons())
@@ -321,12 +323,15 @@ class ExportPanel(QWidget):
             body: whether it has bones; a face alone is better off in another format.
         """
         if ready and body != self._body:
+            # A face alone is proposed as CSV: BVH, for one, holds nothing but bones.
             self._body = body
-            wanted = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
-            self.format.setCurrentIndex(max(self.format.findData(wanted), 0))
+            proposed = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
+            self.format.setCurrentIndex(max(self.format.findData(proposed), 0))
         self.name.setText(name)
+        # A folder that a person chose stays; one that was only proposed follows the project.
         if folder is not None and self.folder.text() in ("", self._proposed):
-            self._proposed = str(folder)  # another project has another one
+            # Another project has another one.
+            self._proposed = str(folder)
             self.folder.setText(self._proposed)
         self._ready = ready
         self.what.setVisible(ready and bool(self.what.text()))
@@ -335,8 +340,8 @@ class ExportPanel(QWidget):
 
     def show_what(self, predicted: bool) -> None:
         """Which motion is exported: the one a run predicted, or the captured one."""
-        words = self.tr("The predicted motion will be exported.")
-        self.what.setText(words if predicted else self.tr("The captured motion will be exported."))
+        text = self.tr("The predicted motion will be exported.")
+        self.what.setText(text if predicted else self.tr("The captured motion will be exported."))
         self.what.setVisible(self._ready)
 
     def show_busy(self, fraction: float | None) -> None:
@@ -356,7 +361,8 @@ class ExportPanel(QWidget):
         self.result.setText(text)
         self.result.setVisible(bool(text))
         self.show_folder.setVisible(bool(text) and good)
-        self.note.setVisible(not text)  # a small window has room for only one of the two
+        # A small window has room for only one of the two.
+        self.note.setVisible(not text)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -364,10 +370,10 @@ class ExportPanel(QWidget):
 
     def _show_note(self) -> None:
         choice, also = self._chosen(), self._also()
-        words = choice.note if choice else ""
+        text = choice.note if choice else ""
         if also:
-            words = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
-        self.note.setText(words)
+            text = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
+        self.note.setText(text)
         names = {one.name for one in (choice, *also) if one is not None}
         self.options.show_drawn(bool(names & DRAWN), "png" in names)
         self.note.show()
@@ -378,8 +384,8 @@ class ExportPanel(QWidget):
         # less than its least height, which is taken away first.
         self.note.setMinimumHeight(0)
         bar = self._scroll.verticalScrollBar()
-        taken = 2 * SIDES_PX + RIGHT_PX + (bar.sizeHint().width() if bar.maximum() > 0 else 0)
-        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - taken, 100)))
+        margins = 2 * SIDES_PX + RIGHT_PX + (bar.sizeHint().width() if bar.maximum() > 0 else 0)
+        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - margins, 100)))
 
     def _chosen(self) -> FormatChoice | None:
         name = self.format.currentData(Qt.ItemDataRole.UserRole)

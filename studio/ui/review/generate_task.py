@@ -49,7 +49,8 @@ class GenerateTask(QObject):
         self._child.ended.connect(self._on_ended)
         self._reading = tasks.LatestTask(self)
         self._arguments: list[str] = []
-        self._path = Path()  # where the whole motion lies, or the child writes it
+        # Where the whole motion lies, or the child writes it.
+        self._path = Path()
         self._pieces = _Pieces()
 
     @property
@@ -74,6 +75,7 @@ class GenerateTask(QObject):
         self._arguments = [
             "generate", str(project.folder), run.id, str(sound), *arguments, "--force", "-o", str(path)
         ]  # fmt: skip
+        # Bound now: another request may come before the pool gets to it.
         command = self._arguments
         self._child.prepare_and_start(lambda scratch: [*command, "--pieces", str(scratch)], "pieces")
         self.progressed.emit(self.tr("{0} listens").format(run.id), -1.0)
@@ -94,7 +96,8 @@ class GenerateTask(QObject):
 
     def _read_whole(self) -> None:
         path = self._path
-        self._pieces = _Pieces()  # a piece that is still being read is of no use any more
+        # A piece that is still being read is of no use any more.
+        self._pieces = _Pieces()
         self._reading.run(lambda: _read_cached(path), self.predicted.emit, self.failed.emit)
 
     def _read_pieces(self) -> None:
@@ -134,13 +137,15 @@ class GenerateTask(QObject):
 
     def _on_failed(self, error: BaseException) -> None:
         self._pieces = _Pieces()
-        if isinstance(error, OSError):  # no room for pieces: all of it is seen when it is there
+        # No room for pieces: all of it is seen when it is there.
+        if isinstance(error, OSError):
             self._child.start(self._arguments)
         else:
             self.failed.emit(error)
 
     def _on_ended(self) -> None:
-        if not self.busy:  # it may have been started again
+        # It may have been started again.
+        if not self.busy:
             self.progressed.emit("", None)
 
 
@@ -163,7 +168,8 @@ class _Pieces:
             file = self.files.pop(0)
             self._motion.append(read_motion(file))
             with suppress(OSError):
-                file.unlink()  # here, where nobody waits: the folder goes on the GUI thread
+                # Here, where nobody waits: the folder goes on the GUI thread.
+                file.unlink()
         return self._motion.motion
 
 

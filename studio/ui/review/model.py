@@ -166,6 +166,7 @@ class ReviewModel(QObject):
         motion, player = self.side.motion, self.player
         if motion is None or self.side.complete or player is None or not len(motion):
             return None
+        # The last frame may lie a frame's length behind the end of the sound.
         return min(float(motion.times[-1]), player.duration), player.duration
 
     @property
@@ -246,6 +247,7 @@ class ReviewModel(QObject):
     def open(self) -> None:
         """Show the project that is open now, and nothing of the one before."""
         project = self._session.project
+        # Runs and styles belong to a project; none of the one before means anything in this.
         self.captured_only = self.two = False
         for side in self.sides:
             side.selection = RunSelection()
@@ -268,7 +270,8 @@ class ReviewModel(QObject):
         if self.item is None:
             self._show_first()
         elif found is not None and found.content_key != self.item.content_key:
-            self.show(found)  # it was trimmed, moved or cleaned in Curate
+            # It was trimmed, moved or cleaned in Curate.
+            self.show(found)
 
     # -- the item on the stage ---------------------------------------------------------------------
 
@@ -307,7 +310,8 @@ class ReviewModel(QObject):
             self.sides[side].clear()
         self.motion_discarded.emit()
         self.motions_requested.emit(sides)
-        self.raw_motion_changed.emit()  # meanwhile what there is, is shown
+        # Meanwhile what there is, is shown.
+        self.raw_motion_changed.emit()
 
     def set_motion(self, side: int, motion: Motion, complete: bool) -> None:
         """Something came of a side's run: the beginning of its motion, or all of it."""
@@ -338,6 +342,7 @@ class ReviewModel(QObject):
             self.player.close()
         self.peaks = self.player = self.captured_tuned = None
         self.captured = Captured(None, 0.0, None)
+        # No vote outlives its item.
         self.front, self.blind = A, False
         for side in self.sides:
             side.clear()

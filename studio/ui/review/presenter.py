@@ -21,7 +21,7 @@ from studio.ui.session import Session
 from studio.ui.undo import JointUndo
 
 WARM_UP_MS = 300
-"""OpenGL takes up to a second to come up: later than the tab, which is seen at once."""
+"""The first picture takes OpenGL about a second: later than the tab, which is seen at once."""
 
 
 class ReviewPresenter(QObject):
@@ -32,8 +32,7 @@ class ReviewPresenter(QObject):
         self._view, self._session = view, session
         model = self.model = ReviewModel(session, self)
         model.failed.connect(lambda error: messages.show_error(view, error))
-        # In this order: a vote ends before its motions go, the stage knows what is seen before the transport
-        # draws it, and the sliders are known before anything is tuned by them.
+        # The vote comes first: it ends while the motions that it was about are still there.
         self.vote = VotePresenter(view.bar, model, session)
         self.stage = StagePresenter(view, model, session)
         self.transport = TransportPresenter(view, model)
@@ -63,14 +62,13 @@ class ReviewPresenter(QObject):
 
     def close(self) -> None:
         """The window closes."""
-        # The sender first asks the motion for a last pose, and the children may still write: the model, with
-        # the player they all follow, is the last to go.
+        # The model goes last, with the player that all of them follow.
         for card in (self.transport, self.runs, self.send, self.export, self.batch):
             card.close()
         self.model.close()
         self._view.stage.dispose()
 
     def _warm_up(self) -> None:
-        # While a recording is rolling nothing may take the machine's breath away, not even for a moment.
+        # It takes a core for a moment, which a recording under way may need.
         if self.model.active and not self._session.rolling:
             self._view.stage.warm_up()

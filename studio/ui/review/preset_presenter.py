@@ -47,11 +47,12 @@ class TuningPresetPresenter(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the presets there are; what cannot be read is told."""
+        """Show the presets there are; a message tells of what cannot be read."""
         folder = self._folder()
 
         def read() -> Found:
             own, problems = presets.saved(folder) if folder is not None else ((), ())
+            # The studio's first: they are the same in every project, and the list begins alike.
             return (*presets.shipped(), *own), problems
 
         self._reading.run(read, lambda found: self._show(*found))
@@ -61,18 +62,19 @@ class TuningPresetPresenter(QObject):
         folder, tuning = self._folder(), self._panel.tuning
         if folder is None:
             return
+        # Filled on the pool, where the file that is written over can still be read.
         before: dict[Path, Preset] = {}
 
-        def keep() -> Preset:
+        def save() -> Preset:
             before.update((one.path, one) for one in presets.saved(folder)[0])
             return presets.save(folder, title, tuning)
 
-        def done(kept: Preset) -> None:
-            name = self.tr("Save the preset {0}").format(kept.title)
-            self._push(name, before.get(kept.path), kept)
-            undo.tell_change(self._panel, self.steps, self.tr("Saved as the preset {0}.").format(kept.title))
+        def done(saved: Preset) -> None:
+            name = self.tr("Save the preset {0}").format(saved.title)
+            self._push(name, before.get(saved.path), saved)
+            undo.tell_change(self._panel, self.steps, self.tr("Saved as the preset {0}.").format(saved.title))
 
-        self._write(keep, done)
+        self._write(save, done)
 
     def delete(self, preset: Preset) -> None:
         """Remove a preset of the project; undo brings it back."""
@@ -87,27 +89,30 @@ class TuningPresetPresenter(QObject):
         """Keep the preset of a file in the project, and tune by it."""
         folder = self._folder()
 
-        def keep() -> Preset:
+        def save() -> Preset:
             found = presets.read(path)
+            # Without a project it is tuned by all the same, and not saved.
             return presets.keep(folder, found) if folder is not None else found
 
-        def done(kept: Preset) -> None:
-            said, before = self.tr("Tuned as in {0}.").format(kept.title), self._panel.tuning
-            self._panel.set_tuning(kept.tuning, self.tr("Preset"))
-            if before == kept.tuning:
-                messages.show_note(self._panel, said)
+        def done(saved: Preset) -> None:
+            note, before = self.tr("Tuned as in {0}.").format(saved.title), self._panel.tuning
+            self._panel.set_tuning(saved.tuning, self.tr("Preset"))
+            # Undo is offered only where there is something to take back.
+            if before == saved.tuning:
+                messages.show_note(self._panel, note)
             else:
-                undo.tell_change(self._panel, self._panel.undo_scope, said)
+                undo.tell_change(self._panel, self._panel.undo_scope, note)
 
-        self._write(keep, done)
+        self._write(save, done)
 
     def send_out(self, path: Path) -> None:
         """Write what is tuned into a file."""
         tuning = self._panel.tuning
+        # A name typed without an ending, which the file dialog of some systems leaves off.
         path = path if path.suffix.lower() == presets.SUFFIX else path.with_name(path.name + presets.SUFFIX)
         self._write(
             lambda: presets.write(path, path.stem, tuning),
-            lambda kept: messages.show_note(self._panel, self.tr("Written: {0}").format(kept.path)),
+            lambda saved: messages.show_note(self._panel, self.tr("Written: {0}").format(saved.path)),
         )
 
     def _folder(self) -> Path | None:

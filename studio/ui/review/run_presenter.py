@@ -59,6 +59,7 @@ class RunPresenter(QObject):
         choices = {choice.id: choice for choice in self._model.runs()}
         for side in self._model.sides:
             known = choices.get(side.selection.run)
+            # A run may have been removed, or trained again without the style, since it was chosen.
             if known is None:
                 side.selection = RunSelection()
             elif side.selection.style and side.selection.style not in known.styles:
@@ -66,6 +67,7 @@ class RunPresenter(QObject):
         self._bar.show_runs(list(choices.values()), [side.selection for side in self._model.sides])
 
     def _on_requested(self, sides: tuple[int, ...]) -> None:
+        # Cancelled first, so that a side that is asked for anew finds its child free.
         self._cancel(*sides)
         self._request_next()
 
@@ -99,6 +101,7 @@ class RunPresenter(QObject):
         others = [choice for choice in choices if choice.id != first.run]
         if others:
             return RunSelection(others[-1].id)
+        # Without another run a style is the next best thing to compare with; not the one that A shows.
         styles = [
             name for run in choices if run.id == first.run for name in run.styles
             if name != (first.style or run.style)

@@ -39,7 +39,8 @@ class VoteBar(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._order: tuple[int, int] | None = None  # which run hides behind 1 and which behind 2
+        # Which run hides behind 1 and which behind 2.
+        self._order: tuple[int, int] | None = None
         self._front = 0
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -61,12 +62,12 @@ class VoteBar(QWidget):
         self.begin_button.clicked.connect(self.vote_requested)
         self._result: QLabel = label("", "caption", "vote_result")
         self.answers: list[QPushButton] = []
-        for name, words, answer in (
+        for name, text, answer in (
             ("vote_1", self.tr("1 is better"), 0),
             ("vote_2", self.tr("2 is better"), 1),
             ("vote_none", self.tr("No difference"), -1),
         ):
-            choice = QPushButton(words)
+            choice = QPushButton(text)
             choice.setObjectName(name)
             choice.clicked.connect(lambda _=False, i=answer: self._on_answer(i))
             self.answers.append(choice)
@@ -118,6 +119,7 @@ class VoteBar(QWidget):
 
     def other(self) -> None:
         """Switch to the one that is not seen."""
+        # The key works everywhere in the tab, the buttons are there only while two are compared.
         if self.isVisible() and self.sides[0].isEnabled():
             self.front_requested.emit(1 - self._front)
 
@@ -141,8 +143,8 @@ class VoteBar(QWidget):
     def _on_answer(self, place: int) -> None:
         self.voted.emit(-1 if place < 0 else self._side_at(place))
 
-    def _button(self, name: str, words: str, icon: str = "") -> QPushButton:
-        button = QPushButton(words)
+    def _button(self, name: str, text: str, icon: str = "") -> QPushButton:
+        button = QPushButton(text)
         button.setObjectName(name)
         theme.as_role(button, "quiet")
         if icon:
@@ -155,7 +157,7 @@ class RunBar(QWidget):
 
     Signals:
         chosen: (0 for A or 1 for B, a RunSelection).
-        two_toggled: whether a second run is wanted.
+        two_toggled: whether a second run is compared.
         front_requested: 0 for A, 1 for B.
         cancelled: stop generating.
         train_requested: there is no run yet.
@@ -175,8 +177,8 @@ class RunBar(QWidget):
         super().__init__(parent)
         self.first = RunChooser(self.tr("Run"), "", self.tr("No run, captured only"))
         self.second = RunChooser("B", "_b", self.tr("Choose a run"))
-        self.first.chosen.connect(lambda wanted: self.chosen.emit(0, wanted))
-        self.second.chosen.connect(lambda wanted: self.chosen.emit(1, wanted))
+        self.first.chosen.connect(lambda selection: self.chosen.emit(0, selection))
+        self.second.chosen.connect(lambda selection: self.chosen.emit(1, selection))
         self._busy = self._can_two = False
         self.vote = VoteBar()
         self.vote.front_requested.connect(self.front_requested)
@@ -197,15 +199,15 @@ class RunBar(QWidget):
         """In a blind vote: whether the first or the second is seen, 1 or 2."""
         return self.vote.shown_number
 
-    def show_runs(self, choices: Sequence[RunChoice], wanted: Sequence[RunSelection]) -> None:
+    def show_runs(self, choices: Sequence[RunChoice], selections: Sequence[RunSelection]) -> None:
         """Fill both choosers.
 
         Args:
             choices: all runs that can generate.
-            wanted: what A and B are to show.
+            selections: what A and B are to show.
         """
-        self.first.show_runs(choices, wanted[0])
-        self.second.show_runs(choices, wanted[1])
+        self.first.show_runs(choices, selections[0])
+        self.second.show_runs(choices, selections[1])
         self._no_runs.setVisible(not choices)
         self.first.setVisible(bool(choices))
         self._can_two = len(choices) > 1 or any(choice.styles for choice in choices)
@@ -228,6 +230,7 @@ class RunBar(QWidget):
             widget.setVisible(busy)
         self._text.setText(text)
         if fraction is not None:
+            # From 0 to 0 Qt's bar moves without saying how far it is.
             self._bar.setRange(0, 0 if fraction < 0 else 1000)
             self._bar.setValue(round(1000 * max(fraction, 0.0)))
         self._arrange()
@@ -256,9 +259,11 @@ class RunBar(QWidget):
     def _arrange(self) -> None:
         two, blind = self.two.isChecked(), self.vote.running
         self.first.caption.setText("A" if two else self.tr("Run"))
+        # While motion is made the row belongs to its progress: there is no room for both in a small window.
         self.vote.setVisible(two and not self._busy)
         self.second.setVisible(two and not blind)
         self.first.setEnabled(not blind)
+        # In a blind vote nothing tells which run is which: no name, and nothing that only one of them has.
         self.first.run.setVisible(not blind)
         self.first.caption.setVisible(not blind)
         self.first.styles.setVisible(not blind and self.first.styles.count() > 1)
@@ -322,14 +327,14 @@ class RunBar(QWidget):
     def _view_buttons(self) -> list[QToolButton]:
         """One set for both figures, which share their camera."""
         buttons = []
-        for name, words, tip in (
+        for name, text, tip in (
             ("front", self.tr("Front"), self.tr("Look from the front")),
             ("three_quarter", "3/4", self.tr("Look from between front and side")),
             ("side", self.tr("Side"), self.tr("Look from the side")),
         ):
             button = QToolButton()
             button.setObjectName(f"review_view_{name}")
-            button.setText(words)
+            button.setText(text)
             button.setToolTip(tip)
             button.setAccessibleName(tip)
             theme.as_role(button, "chip")

@@ -59,13 +59,15 @@ class SendPresenter(QObject):
         super().__init__(panel)
         self._panel, self._model, self._session = panel, model, session
         self.targets: dict[TargetRow, RowTarget] = {}
-        self._leaving: list[RowTarget] = []  # removed, and may still fade to rest
+        # Removed, and may still fade to rest.
+        self._leaving: list[RowTarget] = []
         self._timer = QTimer(self)
         self._timer.setInterval(STATE_MS)
         self._timer.timeout.connect(self._show_states)
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
+        # Saved only once it is filled: while it is, each row would write a list that is still short.
         self._listening = self._filled = False
         session.status_changed.connect(self._on_status)
         session.settings_changed.connect(self.update_states)
@@ -90,7 +92,8 @@ class SendPresenter(QObject):
     def update_states(self) -> None:
         """Show anew how each target is: Record may listen elsewhere by now."""
         for row, one in self.targets.items():
-            if not one.target.running:  # the timer shows those that run
+            # The timer shows those that run.
+            if not one.target.running:
                 self._show(row, one.target.state, 0.0)
 
     def close(self) -> None:
@@ -156,6 +159,7 @@ class SendPresenter(QObject):
 
         def wave() -> None:
             target.wave()
+            # Switched on for the wave alone, it goes off again after it.
             QTimer.singleShot(round(WAVE_SECONDS * 1000) + 100, row, lambda: self._end_wave(row))
 
         self._start(row, wave)

@@ -69,7 +69,8 @@ class SourcesPresenter(QObject):
         if project is None or item is None or item.sound is None or item.take is not None:
             return
         sound, name = item.sound, item.sound.name
-        trashed: Path | None = None  # None while it is listed, and where only its place in the list went
+        # None while it is listed, and where only its place in the list went.
+        trashed: Path | None = None
 
         def put_away() -> None:
             nonlocal trashed
@@ -83,7 +84,8 @@ class SourcesPresenter(QObject):
         def bring_back() -> None:
             nonlocal sound, trashed
             before, trashed = trashed, None
-            if before is not None:  # its name may be another sound's by now
+            # Its name may be another sound's by now.
+            if before is not None:
                 sound = sounds.restore_sound(project, before, sound.name)
             self._list([sound])
 

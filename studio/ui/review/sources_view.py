@@ -67,6 +67,7 @@ class ReviewListCard(Card):
     def show_sources(self, sources: Sequence[ReviewItem], chosen: str) -> None:
         """Fill the list."""
         icons = {kind: theme.icon(f"mdi6.{kind}", "muted") for kind in ("account-voice", "music-note")}
+        # Filling it is no choice of a person: what is shown stays.
         with QSignalBlocker(self.list):
             self.list.clear()
             for source in sources:
@@ -95,6 +96,7 @@ class ReviewListCard(Card):
             menu = QMenu(self)
             menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             menu.addAction(self._remove)
+            # Not exec: no event loop of its own on top of the window's.
             menu.popup(self.list.viewport().mapToGlobal(place))
 
     def _on_remove(self) -> None:

@@ -51,11 +51,13 @@ class StagePresenter(QObject):
         self._loading.stop()
         names = most_active_first(model.activity)
         view.meters.set_names(names)
+        # The channel a person looks at stays, where the new motion has it.
         chosen = view.curve.currentText()
         view.show_curve_choices(names, chosen if chosen in names else (names[0] if names else ""))
         self.show_layout()
         self.show_curves()
-        comparison = None if model.blind else model.comparison  # figures would give away which is which
+        # Figures would give away which is which.
+        comparison = None if model.blind else model.comparison
         view.timeline.set_heat(
             comparison.times if comparison else None, comparison.heat if comparison else None
         )
@@ -68,6 +70,7 @@ class StagePresenter(QObject):
         """Which panes are seen and what they are called."""
         view, model, stage = self._view, self._model, self._view.stage
         predicted, captured = model.predicted, model.captured.motion
+        # A ghost is a figure: where one of them is a face alone there is nothing to lay over.
         both = predicted is not None and captured is not None
         ghostly = both and bool(predicted and predicted.bone_names) and bool(captured and captured.bone_names)
         bones = any(motion is not None and motion.bone_names for motion in (predicted, captured))
@@ -77,6 +80,7 @@ class StagePresenter(QObject):
         stage.set_layout(captured is not None, predicted is not None, ghostly and view.bar.ghost.isChecked())
         stage.predicted.set_caption(self._caption())
         stage.captured.set_caption(self.tr("Captured"))
+        # Both panes empty: the predicted one says why, the other is hidden then.
         if predicted is None and captured is None:
             stage.predicted.show_nothing(self._empty_text(), "mdi6.human-greeting")
         model.redraw_requested.emit()
@@ -99,11 +103,13 @@ class StagePresenter(QObject):
         model, stage = self._model, self._view.stage
         truth = predicted = None
         shown = model.predicted is not None
+        # Beside a prediction the capture is seen as it was; alone, with the sliders, as it is sent.
         captured = model.captured.motion if shown else model.tuned
         recorded = None
         if captured is not None and len(captured):
             recorded = WorldPose.of(captured, t)
             truth = recorded.shapes
+            # With the ghost its own pane is hidden, and drawing it would cost a picture nobody sees.
             if stage.captured.isVisible():
                 stage.captured.show_stance(recorded)
         tuned = model.tuned

@@ -48,12 +48,15 @@ class Stage(QWidget):
         row.setSpacing(2)
         row.addWidget(self.captured, 1)
         row.addWidget(self.predicted, 1)
+        # Over the picture and in no layout: in one it made the picture smaller.
         self.avatar.raise_()
         self._ghost = False
+        # Turned together: the same pose seen from two sides is hard to compare.
         self.captured.figure.view_changed.connect(self.predicted.figure.set_orbit)
         self.predicted.figure.view_changed.connect(self.captured.figure.set_orbit)
         for pane in (self.predicted, self.captured):
             pane.figure.avatar_too_slow.connect(self.avatar_too_slow)
+        # A plain QWidget paints no background of the style sheet by itself.
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
 
     def set_avatar(self, avatar: Avatar | None) -> None:
@@ -127,7 +130,7 @@ class CameraButton(QToolButton):
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self)
         self.setMenu(menu)
-        for name, words, orbit in (
+        for name, text, orbit in (
             ("front", self.tr("Front"), Orbit.preset("front")),
             ("three_quarter", self.tr("Three-quarter"), Orbit.preset("three_quarter")),
             ("side", self.tr("Side"), Orbit.preset("side")),
@@ -135,9 +138,9 @@ class CameraButton(QToolButton):
             ("upper", self.tr("Upper body"), Orbit(0.0, 4.0, 0.55)),
             ("face", self.tr("Face"), Orbit(0.0, 2.0, 0.25)),
         ):
-            action = menu.addAction(words)
+            action = menu.addAction(text)
             action.setObjectName(f"view_{name}")
-            action.triggered.connect(lambda _=False, seen=orbit: self._look(seen))
+            action.triggered.connect(lambda _=False, seen=orbit: self._set_view(seen))
         menu.addSeparator()
         self.turntable: QAction = menu.addAction(self.tr("Turntable"))
         self.turntable.setObjectName("turntable")
@@ -159,7 +162,8 @@ class CameraButton(QToolButton):
         if self._stage.isVisible():
             figure.set_orbit(figure.orbit.turned(TURN_DEGREES_S * TURN_MS / 1000.0, 0.0))
 
-    def _look(self, orbit: Orbit) -> None:
+    def _set_view(self, orbit: Orbit) -> None:
+        # A view that was chosen stays; the turntable would turn away from it.
         self.turntable.setChecked(False)
         self._stage.predicted.figure.set_orbit(orbit)
 

@@ -24,8 +24,10 @@ class TransportPresenter(QObject):
         super().__init__(view)
         self._view, self._model = view, model
         self._speed = 1.0
-        self._last = 0.0  # where the picture before was
-        self._dirty = True  # the picture is to be drawn again although nothing plays
+        # Where the picture before was.
+        self._last = 0.0
+        # The picture is to be drawn again although nothing plays.
+        self._dirty = True
         self._frames = QTimer(self)
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
         self._frames.setInterval(FRAME_MS)
@@ -62,6 +64,7 @@ class TransportPresenter(QObject):
         """Another recording is on the stage: go to the start of what is used of it."""
         self._model.set_span(None)
         self._view.timeline.set_span(None)
+        # Slow motion holds for the next recording, too: its button still shows it.
         self._on_speed(self._speed)
         start, _ = self._model.used
         if start > 0:
@@ -75,6 +78,7 @@ class TransportPresenter(QObject):
         player = self._model.player
         if player is not None:
             start, end = self._model.used
+            # Pressed at the end, Play is meant from the beginning.
             if not player.playing and abs(player.position - end) < AT_END_S:
                 self.seek(start)
             self._last = player.position
@@ -84,6 +88,7 @@ class TransportPresenter(QObject):
     def _on_step(self, frames: int) -> None:
         if self._model.player is not None:
             motion = self._model.tuned
+            # A sound without motion steps as most motion would.
             fps = motion.fps if motion is not None and motion.fps > 0 else 60.0
             self.seek(self._model.player.position + frames / fps)
 
@@ -104,6 +109,7 @@ class TransportPresenter(QObject):
         loop = (self._model.span or self._model.used) if on else None
         player.set_loop(loop)
         self._view.timeline.set_loop(player.loop)
+        # Outside of what is repeated it would play on to the end first.
         if loop is not None and not loop[0] <= player.position < loop[1]:
             self.seek(loop[0])
 
@@ -116,15 +122,18 @@ class TransportPresenter(QObject):
                 self._view.show_transport(False, 0.0, 0.0)
             return
         playing = player.playing
+        # The timer goes on while nothing moves, but then it draws nothing.
         if not playing and not self._dirty:
             return
-        self._dirty = playing  # one more picture after the last moving one
+        # One more picture after the last moving one.
+        self._dirty = playing
         t = player.position
         if self._reaches_end(t):
             return
         self._view.show_transport(playing, t, player.duration)
         self._view.timeline.set_playhead(t, follow=playing)
         self._model.playhead_moved.emit(t)
+        # A device may be unplugged while it plays; the picture goes on without it.
         if player.problem is not None and playing:
             self._view.show_notice(player.problem.what)
 

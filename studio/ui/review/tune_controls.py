@@ -43,7 +43,7 @@ class Number:
 
     Args:
         name: the field of Tuning.
-        title, tip: its words; the tip is a sentence without its full stop.
+        title, tip: its text; the tip is a sentence without its full stop.
         limits: lowest and highest value.
         step: of slider and arrows.
         neutral: the value that changes nothing.
@@ -79,7 +79,8 @@ class ResetSlider(QSlider):
         event.accept()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        event.ignore()  # the panel scrolls; what lies under the mouse by chance stays as it is
+        # The panel scrolls; what lies under the mouse by chance stays as it is.
+        event.ignore()
 
 
 class NoWheelSpinBox(QDoubleSpinBox):
@@ -110,6 +111,7 @@ class NoWheelComboBox(QComboBox):
 
     def __init__(self) -> None:
         super().__init__()
+        # By click and Tab, not by the wheel that happens to pass over it.
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.setMinimumContentsLength(8)
@@ -119,7 +121,7 @@ class NoWheelComboBox(QComboBox):
 
 
 class NumberRow(QWidget):
-    """One number: its words, a slider and the number itself, as cells of a grid.
+    """One number: its text, a slider and the number itself, as cells of a grid.
 
     Signals:
         changed: the person moved it.
@@ -159,11 +161,11 @@ class NumberRow(QWidget):
 
     @property
     def value(self) -> float:
-        """How it stands."""
+        """The number."""
         return self.box.value()
 
     def show_value(self, value: float) -> None:
-        """Move it without saying so."""
+        """Show a number, without emitting `changed`."""
         with QSignalBlocker(self.slider), QSignalBlocker(self.box):
             self.box.setValue(value)
             self.slider.setValue(round(value / self.about.step))
@@ -200,16 +202,17 @@ class Fold(QWidget):
         theme.as_role(self.head, "fold")
         self.reset = QToolButton()
         self.reset.setObjectName(f"tune_reset_{name}")
-        words = self.tr("Reset: {0}").format(title)
-        self.reset.setToolTip(words)
-        self.reset.setAccessibleName(words)
+        text = self.tr("Reset: {0}").format(title)
+        self.reset.setToolTip(text)
+        self.reset.setAccessibleName(text)
         theme.set_icon(self.reset, "mdi6.restore", "accent")
         theme.as_role(self.reset, "quiet")
         policy = self.reset.sizePolicy()
+        # A button that comes and goes must not move the title beside it.
         policy.setRetainSizeWhenHidden(True)
         self.reset.setSizePolicy(policy)
-        self.room = QWidget()
-        self.body = QVBoxLayout(self.room)
+        self.content = QWidget()
+        self.body = QVBoxLayout(self.content)
         self.body.setContentsMargins(0, 4, 0, 8)
         self.body.setSpacing(theme.INSIDE)
         self.grid = QGridLayout()
@@ -238,11 +241,11 @@ class Fold(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(row)
-        column.addWidget(self.room)
+        column.addWidget(self.content)
 
     def _on_toggled(self, is_open: bool) -> None:
         theme.set_icon(self.head, "mdi6.chevron-down" if is_open else "mdi6.chevron-right", "muted")
-        self.room.setVisible(is_open)
+        self.content.setVisible(is_open)
 
 
 class ShapesFold(Fold):
@@ -284,7 +287,7 @@ class ShapesFold(Fold):
         return self._shapes
 
     def show_tuning(self, tuning: Tuning) -> None:
-        """Show how it stands, without saying so."""
+        """Show a tuning, without emitting `changed`."""
         self._shapes = tuning.shapes
         with QSignalBlocker(self.top_vowels):
             self.top_vowels.setChecked(tuning.top_vowels)
@@ -298,6 +301,7 @@ class ShapesFold(Fold):
             with QSignalBlocker(self.shape):
                 self.shape.clear()
                 self.shape.addItems(list(names))
+                # Another motion may lack the shape that was looked at.
                 self.shape.setCurrentIndex(max(self.shape.findText(before), 0) if names else -1)
         none = self.tr("This motion has no blend shapes.")
         self.shape.setEnabled(bool(names))
@@ -312,9 +316,9 @@ class ShapesFold(Fold):
         shape = Tuning(shapes=self._shapes).shape(self.shape.currentText())
         self.gain.show_value(shape.gain)
         self.lift.show_value(shape.lift)
-        words = [f"{one.name} × {one.gain:.2f} {one.lift:+.2f}" for one in self._shapes]
-        self.list.setText("\n".join(words))
-        self.list.setVisible(bool(words))
+        text = [f"{one.name} × {one.gain:.2f} {one.lift:+.2f}" for one in self._shapes]
+        self.list.setText("\n".join(text))
+        self.list.setVisible(bool(text))
 
     def _on_changed(self) -> None:
         shape = ShapeTuning(self.shape.currentText(), self.gain.value, self.lift.value)
@@ -337,14 +341,14 @@ class MovesFold(Fold):
         self.choice = NoWheelComboBox()
         self.choice.setObjectName("tune_mask")
         self.choice.setAccessibleName(self.tr("What moves"))
-        for words, moves in (
+        for text, moves in (
             (self.tr("Everything"), EVERYTHING),
             (self.tr("Face only"), FACE_ONLY),
             (self.tr("Mouth only"), MOUTH_ONLY),
             (self.tr("Upper body and face"), UPPER_BODY),
             (self.tr("Your choice"), None),
         ):
-            self.choice.addItem(words, moves)
+            self.choice.addItem(text, moves)
         self.rest = NoWheelComboBox()
         self.rest.setObjectName("tune_rest")
         self.rest.setAccessibleName(self.tr("The rest"))
@@ -357,7 +361,7 @@ class MovesFold(Fold):
             )
         )
         self.body.insertWidget(0, self.choice)
-        self.checks = {region: QCheckBox(words) for region, words in self._regions()}
+        self.checks = {region: QCheckBox(text) for region, text in self._regions()}
         cells = QGridLayout()
         cells.setVerticalSpacing(6)
         for index, (region, check) in enumerate(self.checks.items()):
@@ -367,6 +371,7 @@ class MovesFold(Fold):
         self.body.addLayout(cells)
         self.grid.addWidget(label(self.tr("The rest")), 0, 0)
         self.grid.addWidget(self.rest, 0, 1)
+        # The grid goes last: what becomes of the rest is asked after what moves.
         self.body.removeItem(self.grid)
         self.body.addLayout(self.grid)
         self.choice.activated.connect(self._on_mask)
@@ -379,7 +384,7 @@ class MovesFold(Fold):
         return frozenset(region for region, check in self.checks.items() if check.isChecked())
 
     def show_tuning(self, tuning: Tuning) -> None:
-        """Show how it stands, without saying so."""
+        """Show a tuning, without emitting `changed`."""
         for region, check in self.checks.items():
             with QSignalBlocker(check):
                 check.setChecked(region in tuning.moves)
@@ -406,12 +411,12 @@ class MovesFold(Fold):
         self.changed.emit("moves")
 
     def _regions(self) -> list[tuple[str, str]]:
-        words = {
+        text = {
             "mouth": self.tr("Mouth"), "brows": self.tr("Brows"), "eyes": self.tr("Eyes"),
             "face": self.tr("Face"), "head": self.tr("Head"), "torso": self.tr("Torso"),
             "arms": self.tr("Arms"), "hands": self.tr("Hands"), "legs": self.tr("Legs"),
         }  # fmt: skip
-        return [(region, words[region]) for region in REGIONS]
+        return [(region, text[region]) for region in REGIONS]
 
 
 class GroundFold(Fold):
@@ -436,7 +441,7 @@ class GroundFold(Fold):
         self.body.setSpacing(theme.TIGHT)
 
     def show_tuning(self, tuning: Tuning) -> None:
-        """Show how it stands, without saying so."""
+        """Show a tuning, without emitting `changed`."""
         for check, on in ((self.lock_root, tuning.lock_root), (self.plant_feet, tuning.plant_feet)):
             with QSignalBlocker(check):
                 check.setChecked(on)

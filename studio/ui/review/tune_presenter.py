@@ -20,7 +20,7 @@ from studio.ui.session import Session
 FILE = "tuning.json"
 """In a project's folder, beside its presets: where the sliders stood last."""
 TUNE_MS = 120
-"""A slider that is drawn along is tuned by a few times a second, not with every pixel."""
+"""Sliders that paused for so long are tuned by: not with every pixel that one is drawn along."""
 RESTED_MS = 500
 """Sliders that have not moved for so long are written."""
 
@@ -126,12 +126,15 @@ class LastTuning(QObject):
     def __init__(self, panel: TunePanel, session: Session) -> None:
         super().__init__(panel)
         self._panel, self._session = panel, session
-        self._folder: Path | None = None  # None where nothing is kept: no project, or one only to look at
-        self._saved: Tuning | None = Tuning()  # None where it could not be written
+        # None where nothing is kept: no project, or one only to look at.
+        self._folder: Path | None = None
+        # None where it could not be written.
+        self._saved: Tuning | None = Tuning()
         self._reading: tasks.Task | None = None
         self._reported = self._touched = False
         self._pool = QThreadPool(self)
-        self._pool.setMaxThreadCount(1)  # one after another: what was written is what is read
+        # One after another: what was written is what is read.
+        self._pool.setMaxThreadCount(1)
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
         self._resting.setInterval(RESTED_MS)
@@ -169,7 +172,8 @@ class LastTuning(QObject):
             self._saved = found
             self._folder = None if project.read_only else folder
             if self._touched:
-                self._resting.start()  # somebody was quicker than the disk
+                # Somebody was quicker than the disk.
+                self._resting.start()
             else:
                 self._panel.begin(found)
 
@@ -177,7 +181,8 @@ class LastTuning(QObject):
             if not isinstance(error, atomic.NewerVersionError):
                 show(Tuning())
             elif not self._touched:
-                self._panel.begin(Tuning())  # the file is left as it is
+                # The file is left as it is.
+                self._panel.begin(Tuning())
             what = self.tr("Where the sliders of Tune stood last could not be read.")
             remedy = self.tr("They begin as if nothing was tuned; your presets are as they were.")
             messages.show_warning(self._panel, what, remedy)
@@ -199,8 +204,10 @@ class LastTuning(QObject):
 
         def failed(error: BaseException) -> None:
             if folder == self._folder:
-                self._saved = None  # the next time sliders rest, or the window closes, it is tried again
-            if not self._reported:  # once a project: a full disk would say it with each slider
+                # The next time sliders rest, or the window closes, it is tried again.
+                self._saved = None
+            # Once a project: a full disk would say it with each slider.
+            if not self._reported:
                 self._reported = True
                 messages.show_error(self._panel, error)
 
@@ -215,7 +222,8 @@ def _read(folder: Path) -> Tuning:
 
 def _save(folder: Path, tuning: Tuning) -> None:
     if not is_project(folder):
-        return  # it was moved or removed meanwhile, and is not to come back as an empty folder
+        # It was moved or removed meanwhile, and is not to come back as an empty folder.
+        return
     try:
         presets.write(folder / FILE, "Last", tuning)
     except StudioError as error:

@@ -95,7 +95,7 @@ class PresetBar(QWidget):
             for index, preset in enumerate(presets):
                 if index and not preset.shipped and presets[index - 1].shipped:
                     self.list.insertSeparator(self.list.count())
-                title = self._words().get(preset.title, preset.title) if preset.shipped else preset.title
+                title = self._titles().get(preset.title, preset.title) if preset.shipped else preset.title
                 self.list.addItem(title, preset)
         self._save.setEnabled(not why_not_save)
         self._save.setToolTip(why_not_save)
@@ -105,6 +105,7 @@ class PresetBar(QWidget):
         """Name the preset that this tuning is, if it is one."""
         self._tuning = tuning
         own = self.chosen_preset
+        # Two presets may say the same; the one a person chose stays named.
         if own is None or own.tuning != tuning:
             same = [i for i in range(self.list.count()) if self._is(i, tuning)]
             with QSignalBlocker(self.list):
@@ -114,7 +115,7 @@ class PresetBar(QWidget):
 
     @property
     def chosen_preset(self) -> Preset | None:
-        """The preset the list stands at."""
+        """The preset that is chosen in the list."""
         data = self.list.currentData()
         return data if isinstance(data, Preset) else None
 
@@ -160,25 +161,25 @@ class PresetBar(QWidget):
         self.name.setMaxLength(60)
         self.name.setAccessibleName(self.tr("Name of the preset"))
         self.name.setPlaceholderText(self.tr("Name of the preset"))
-        keep = QPushButton(self.tr("Save"))
-        keep.setObjectName("tune_preset_keep")
-        leave = QToolButton()
-        leave.setAccessibleName(self.tr("Do not save"))
-        leave.setToolTip(self.tr("Do not save"))
-        theme.set_icon(leave, "mdi6.close", "muted")
-        theme.as_role(leave, "quiet")
+        save = QPushButton(self.tr("Save"))
+        save.setObjectName("tune_preset_keep")
+        cancel = QToolButton()
+        cancel.setAccessibleName(self.tr("Do not save"))
+        cancel.setToolTip(self.tr("Do not save"))
+        theme.set_icon(cancel, "mdi6.close", "muted")
+        theme.as_role(cancel, "quiet")
         row = QHBoxLayout(self.naming)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.TIGHT)
         row.addWidget(self.name, 1)
-        row.addWidget(keep)
-        row.addWidget(leave)
+        row.addWidget(save)
+        row.addWidget(cancel)
         self.name.returnPressed.connect(self._on_name)
-        keep.clicked.connect(self._on_name)
-        leave.clicked.connect(self.naming.hide)
+        save.clicked.connect(self._on_name)
+        cancel.clicked.connect(self.naming.hide)
         self.naming.hide()
 
-    def _words(self) -> dict[str, str]:
+    def _titles(self) -> dict[str, str]:
         """The studio's presets in the person's language."""
         return {
             "As predicted": self.tr("As predicted"),
@@ -243,7 +244,8 @@ class TunePanel(QWidget):
         super().__init__(parent)
         self.undo_scope = TuneUndo(self)
         self.undo_scope.stepped.connect(self._on_stepped)
-        self._edit = ""  # what is being changed, until it has rested for a while
+        # What is being changed, until it has rested for a while.
+        self._edit = ""
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
         self._resting.setInterval(ONE_EDIT_MS)
@@ -257,7 +259,7 @@ class TunePanel(QWidget):
 
     @property
     def tuning(self) -> Tuning:
-        """How everything stands."""
+        """What all sliders say."""
         return self.undo_scope.history.value
 
     def set_tuning(self, tuning: Tuning, name: str = "") -> None:
@@ -332,6 +334,7 @@ class TunePanel(QWidget):
         if tuning == self.tuning:
             self._show()
             return
+        # A slider drawn along gives dozens of values: undo goes back to where it was taken hold of.
         if what and what == self._edit:
             self.undo_scope.history.value = tuning
         else:
@@ -353,6 +356,7 @@ class TunePanel(QWidget):
     def _show(self) -> None:
         tuning, neutral = self.tuning, Tuning()
         for name, row in self.rows.items():
+            # The row that is typed into shows it already, and is left alone.
             if row.value != getattr(tuning, name):
                 row.show_value(getattr(tuning, name))
         for fold, names in self._number_folds:
@@ -433,11 +437,11 @@ class TunePanel(QWidget):
         row.addWidget(self.reset)
         return row
 
-    def _tool(self, name: str, icon: str, words: str, work: Callable[[], object]) -> QToolButton:
+    def _tool(self, name: str, icon: str, text: str, work: Callable[[], object]) -> QToolButton:
         button = QToolButton()
         button.setObjectName(name)
-        button.setToolTip(words)
-        button.setAccessibleName(words)
+        button.setToolTip(text)
+        button.setAccessibleName(text)
         theme.set_icon(button, icon, "muted")
         theme.as_role(button, "quiet")
         button.clicked.connect(lambda: work())
@@ -456,7 +460,7 @@ class TunePanel(QWidget):
         ]  # fmt: skip
 
     def _strengths(self) -> list[Number]:
-        words = {
+        text = {
             "mouth": (self.tr("Mouth"), self.tr("How far the mouth moves")),
             "brows": (self.tr("Brows"), self.tr("How far the brows move")),
             "eyes": (self.tr("Eyes"), self.tr("How far the eyes turn and widen; blinks stay whole")),
@@ -467,7 +471,7 @@ class TunePanel(QWidget):
             "hands": (self.tr("Hands"), self.tr("How far hands and fingers move")),
             "legs": (self.tr("Legs"), self.tr("How far legs and feet swing")),
         }
-        return [Number(name, *words[name], LIMITS[name], 0.05, 1.0) for name in _REGION_ROWS]
+        return [Number(name, *text[name], LIMITS[name], 0.05, 1.0) for name in _REGION_ROWS]
 
     def _life(self) -> list[Number]:
         return [

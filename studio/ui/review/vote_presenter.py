@@ -70,6 +70,7 @@ def save_vote(project: Project, vote: Vote) -> None:
     }
     try:
         path.parent.mkdir(exist_ok=True)
+        # Appended, one line each: a line that is cut off loses only itself.
         with path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(facts, ensure_ascii=False) + "\n")
     except OSError as error:
@@ -89,6 +90,7 @@ def tally(votes: Iterable[Vote], a: RunSelection, b: RunSelection) -> Tally:
     """Count the votes between two, whichever stood as A then."""
     found: Counter[RunSelection | None] = Counter()
     for vote in votes:
+        # Whichever of them was called A that time.
         if {vote.a, vote.b} == {a, b}:
             found[{"a": vote.a, "b": vote.b}.get(vote.better)] += 1
     return Tally(found[a], found[b], found[None])
@@ -166,6 +168,7 @@ class VotePresenter(QObject):
             save_vote(project, vote)
         except StudioError as error:
             model.failed.emit(error)
+        # The one that was liked better stays on the stage.
         if side >= 0:
             model.front = side
         self.end()

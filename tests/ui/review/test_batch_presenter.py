@@ -71,7 +71,7 @@ def test_all_takes_are_exported_and_nothing_is_written_over_unasked(
     names = [f"toy_{number:03d}{suffix}" for number in (1, 2, 3) for suffix in (".arrow", ".bvh")]
     assert sorted(name for name, _, _ in rows) == names
     assert {state for _, state, _ in rows} == {"done"}
-    assert dialog.told.text() == "6 files written and read back."
+    assert dialog.message.text() == "6 files written and read back."
     assert len(bvh.read(out / "toy_002.bvh").motion or ()) == 180
     mine = (out / "toy_001.bvh").read_bytes()
     asked: list[str] = []
@@ -97,10 +97,10 @@ def test_what_is_missing_is_said(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None
     view, presenter = tab
     dialog = _opened(view, presenter)
     dialog.start.click()
-    assert dialog.told.text() == "Choose the sounds first."
+    assert dialog.message.text() == "Choose the sounds first."
     dialog.set_sounds([tmp_path])
     dialog.start.click()
-    assert dialog.told.text() == "Sounds need a run that makes motion of them."
+    assert dialog.message.text() == "Sounds need a run that makes motion of them."
     assert not presenter.batch.busy
 
 
@@ -139,7 +139,7 @@ def test_a_batch_moves_as_the_bar_shows(tab: Tab, session: Session, tmp_path: Pa
                        [shown, RunSelection()])  # fmt: skip
     dialog = _opened(view, presenter)
     assert dialog.chooser.styles.currentText() == "友: 静か"
-    assert dialog.manner.text() == "Liveliness: calm. Take 3 of the dice."
+    assert dialog.run_options.text() == "Liveliness: calm. Take 3 of the dice."
     requests: list[BatchRequest] = []
     dialog.start_requested.disconnect()
     dialog.start_requested.connect(requests.append)
@@ -155,7 +155,7 @@ def test_a_batch_moves_as_the_bar_shows(tab: Tab, session: Session, tmp_path: Pa
     dialog.run.setCurrentIndex(dialog.run.findData("quick_001"))
     dialog.start.click()
     assert requests[-1].selection == RunSelection("quick_001")
-    assert dialog.manner.isHidden()
+    assert dialog.run_options.isHidden()
     dialog.run.setCurrentIndex(0)
     dialog.start.click()
     assert "--seed=2" not in batch_arguments(requests[-1], project.folder, ["toy_001"])
@@ -192,12 +192,12 @@ def test_a_batch_of_the_project_before_is_none_of_the_new_form(
         if folder == before:
             model.open()  # another project
     assert dialog is not None
-    assert dialog.told.text() == "The batch before is ending: press Start again in a moment."
+    assert dialog.message.text() == "The batch before is ending: press Start again in a moment."
     child.say(QueueEvent(("a.bvh",)))
     assert dialog.list.topLevelItemCount() == 0
     assert half_written.exists()
     child.end(None)
-    assert dialog.told.text() == "The batch before has ended."
+    assert dialog.message.text() == "The batch before has ended."
     assert not half_written.exists(), "its half-written files lie in its own folder"
     assert not batch.busy
     dialog.start.click()
@@ -272,7 +272,9 @@ def test_a_folder_of_sounds_with_a_broken_one_and_one_that_is_not_wanted(
         "failed",
         "No sound could be read from broken.mp3. Choose a WAV, FLAC, OGG, MP3 or M4A file.",
     )
-    assert dialog.told.text() == ("2 files written and read back. 1 failed; the list says why. 1 cancelled.")
+    assert dialog.message.text() == (
+        "2 files written and read back. 1 failed; the list says why. 1 cancelled."
+    )
     assert sorted(path.name for path in out.iterdir()) == [
         "a_ 今日_quick_001.arrow", "b_quick_001.arrow"
     ]  # fmt: skip
@@ -290,5 +292,5 @@ def test_cancel_all_ends_it_and_what_was_finished_stays(qtbot: QtBot, tab: Tab, 
     qtbot.waitUntil(lambda: out.is_dir() and any(out.iterdir()))
     dialog.cancel.click()
     _done(qtbot, presenter, dialog)
-    assert dialog.told.text() == "Cancelled. What was finished stays."
+    assert dialog.message.text() == "Cancelled. What was finished stays."
     assert not [path for path in out.iterdir() if path.name.startswith(".")], "nothing half-written"
