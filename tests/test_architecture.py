@@ -37,7 +37,18 @@ MAY_USE: dict[str, set[str]] = {
     "model": set(),
     "metrics": {"motion"},
     "training": {"ipc", "features", "model", "metrics", "project", "dataset", "files", "motion", "take"},
-    "evaluation": {"training", "metrics", "features", "project", "dataset", "files", "motion"},
+    "evaluation": {
+        "training",
+        "metrics",
+        "features",
+        "inference.offline",
+        "inference.live.steps",
+        "project",
+        "dataset",
+        "files",
+        "motion",
+        "sound",
+    },
     "inference": {"training.checkpoint", "features", "model", "motion", "sound", "take"},
     "inference.live": {"capture", "vmc", "playback"},
     "playback": {"vmc", *RECORDED},
@@ -285,7 +296,10 @@ def test_code_in_strings_imports_what_there_is() -> None:
             if not found:
                 continue
             source = found[1] or "studio"
-            text = known[source].read_text(encoding="utf-8") if source in known else ""
+            package = known.get(source, Path("nowhere"))
+            # A package may offer what its files define.
+            files = package.parent.glob("*.py") if package.name == "__init__.py" else [package]
+            text = "\n".join(file.read_text(encoding="utf-8") for file in files if file.is_file())
             inside = [
                 f"{found[1]}.{name}" if found[1] else name
                 for name in re.findall(r"(?<!as )\b(?!as )\w+", found[2] or "")
@@ -473,11 +487,7 @@ def test_a_tabs_model_has_no_widgets_and_its_presenter_only_builds() -> None:
         assert len(presenter.read_text(encoding="utf-8").splitlines()) < 120, presenter
 
 
-CIRCLES_LEFT: frozenset[frozenset[str]] = frozenset(
-    {
-        frozenset({"cli._baselines", "cli._look_aheads", "cli.evaluate"}),
-    }
-)
+CIRCLES_LEFT: frozenset[frozenset[str]] = frozenset()
 """Circles still to be broken: let this list only get shorter."""
 
 

@@ -54,6 +54,7 @@ class Snapshot:
         drift_ppm: how much faster the computer's clock runs than the sound device's.
         disk_free_bytes: room where takes are kept. seconds_left: how long that lasts at this rate.
         problems: health in words, the worst first.
+        troubled: what they are about: "motion", "sound", and "silent" where the microphone gives no sound.
     """
 
     state: RecorderState = RecorderState.IDLE
@@ -97,3 +98,4 @@ class Snapshot:
     disk_free_bytes: int = 0
     seconds_left: float = 0.0
     problems: tuple[Problem, ...] = ()
+    troubled: frozenset[str] = frozenset()

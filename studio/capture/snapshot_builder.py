@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from studio.capture.health import InputStatus, problems
+from studio.capture.health import InputStatus, problems, troubled
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock
 from studio.capture.receiver import ReceiverStats
@@ -122,6 +122,7 @@ def snapshot(
         disk_free_bytes=free_bytes,
         seconds_left=seconds_left,
         problems=(*extra, *problems(status)),
+        troubled=troubled(status),
         **facts_of_motion,
         **facts_of_sound,
     )

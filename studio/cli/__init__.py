@@ -4,16 +4,14 @@ One file per verb in this package offers `add_arguments(parser)` and `run(args, 
 example says more; `run` reports through `out` (studio.cli._output.Output), raises StudioError or
 RequestError, and may give another exit code than 0.
 
-_baselines     Figures of the simple guesses that a run has to beat, and of what was captured, for a table
-               beside them
 _export        What commands that write motion share: their arguments, and how an export is reported
 _live_targets  The VMC targets of a live performance: started, stopped and reported by name while it runs
-_look_aheads   How good a run is at each look-ahead it offers to live use, measured and kept in its report
-_output        What a command prints: sentences for people, JSON lines for programs, and how things are
-               counted
+_measure       What `saia evaluate`, `compare` and `train` share: runs and simple guesses measured, and their
+               table
+_output        What a command prints: sentences for people, JSON lines for programs, and how each outcome
+               ends it
 _project       How commands open a project and read files: what was found damaged is said, and the command
                goes on
-_run           Runs a command: every outcome becomes one sentence and an exit code
 _stdin         Commands on standard input of a running command, and the signals that end it: one reader for
                all verbs
 """
@@ -32,8 +30,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio import __version__, launch
-from studio.cli._output import Output, put
-from studio.cli._run import run_command
+from studio.cli._output import Output, put, run_command
 from studio.errors import RequestError
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output
-from studio.cli._run import as_request
+from studio.cli._output import Output, as_request
 from studio.cli._stdin import CancelRequests
 from studio.errors import RequestError, StudioError
 from studio.export.clip import GenerationOptions

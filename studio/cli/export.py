@@ -19,8 +19,7 @@ from studio.cli._export import (
     run_one,
     run_queue,
 )
-from studio.cli._output import Output
-from studio.cli._run import as_request
+from studio.cli._output import Output, as_request
 from studio.cli._stdin import ends_clean
 from studio.errors import RequestError
 from studio.export.clip import (

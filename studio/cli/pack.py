@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.cli._export import add_force
 from studio.cli._output import Output
 from studio.export.options import check_writable
+from studio.ipc.events import FilesDone, UnfinishedEvent
 
 EXAMPLE = "saia pack MyProject -o MyProject.zip"
 
@@ -31,11 +32,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         from studio.training.run_file import pack_run
 
         path = pack_run(opened(args.project, out).run(args.run), args.out.absolute())
-        out.done(f"{args.run} is in {path}.", files=[path])
+        out.done(FilesDone((str(path),)), f"{args.run} is in {path}.")
         return
     recover_takes(args.project, out)
     for left in left_behind(args.project / "takes"):
         text = f"{left.name} is no take yet; its recording is packed as far as it is."
-        out.warning("unfinished", text, folder=left, what=text)
+        out.warn(UnfinishedEvent(str(left), text), text)
     path = pack(args.project, args.out)
-    out.done(f"Packed into {path}.", files=[path])
+    out.done(FilesDone((str(path),)), f"Packed into {path}.")

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._export import add_tune, tuning_of
-from studio.cli._output import Output, address, counted
+from studio.cli._output import Output, address, as_request, counted
 from studio.cli._project import check_sound, recover_takes
-from studio.cli._run import as_request
 from studio.errors import RequestError
+from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
 
 if TYPE_CHECKING:
     from studio.motion import Motion
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         targets = _start_targets(args, addresses, motion, player)
         player.play()
         if player.problem is not None:
-            out.event("notice", f"{player.problem} Going on without sound.", what=player.problem.what)
+            out.emit(NoticeEvent(player.problem.what), f"{player.problem} Going on without sound.")
         _follow(player, targets, out)
     finally:
         player.close()
@@ -82,12 +82,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         for target in targets:
             target.stop()
     sent, dropped = (sum(getattr(t.state, name) for t in targets) for name in ("sent", "dropped"))
-    out.done(
-        f"Sent {counted(sent, 'frame')}; {dropped} left out.",
-        sent=sent,
-        dropped=dropped,
-        seconds=player.position,
-    )
+    text = f"Sent {counted(sent, 'frame')}; {dropped} left out."
+    out.done(PlayDone(sent, dropped, player.position), text)
 
 
 def _start_targets(
@@ -117,12 +113,12 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
         for problem in [target.state.problem for target in targets]:
             if problem is not None and problem.what not in reported:
                 reported.add(problem.what)
-                out.event("notice", str(problem), what=problem.what, remedy=problem.remedy)
+                out.emit(NoticeEvent(problem.what, problem.remedy), str(problem))
         if time.monotonic() - following >= REPORT_SECONDS:
             following = time.monotonic()
             states = [target.state for target in targets]
-            lights = [str(state.status) for state in states]
-            out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
+            lights = tuple(str(state.status) for state in states)
+            out.emit(PlayStateEvent(player.position, sum(state.sent for state in states), lights))
 
 
 def _project_of(motion: Path) -> Path | None:

@@ -19,9 +19,22 @@ from studio.cli._output import Output, counted, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
 from studio.errors import RequestError
+from studio.ipc.events import (
+    ChosenEvent,
+    CleaningEvent,
+    EpochEvent,
+    ListeningEvent,
+    NoteEvent,
+    OutOfMemoryEvent,
+    PreparingEvent,
+    RecipeEvent,
+    SettingEvent,
+    StartedEvent,
+    StepEvent,
+    TrainDone,
+)
 
 if TYPE_CHECKING:
-    from studio.ipc.events import EpochEvent, StartedEvent, StepEvent
     from studio.project import Project, Run
     from studio.training.events import Event
     from studio.training.loop.run_folder import Board
@@ -71,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
-    out.passing("preparing", "Reading the takes ...")
+    out.pass_by(PreparingEvent(), "Reading the takes ...")
     board = Board() if args.tensorboard else None
     finished = _trained(project, recipe, resume, out, stop, board)
     # Torch takes seconds to load: what was wrong with the request was said before.
@@ -85,20 +98,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     stopped = report.get("status") == "stopped"
     seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
     how = "Stopped" if stopped else "Done"
-    out.done(
-        f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.",
-        run=finished.id,
-        folder=finished.folder,
-        best_epoch=best,
-        stopped=stopped,
-        seconds=seconds,
-        val=report.get("best_val"),
-    )
+    done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.get("best_val"))
+    out.done(done, f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.")
 
 
 def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: StopRequest) -> None:
     """How good the run is at each look-ahead that Live offers, kept in its report."""
-    from studio.cli._look_aheads import after_training
+    from studio.cli._measure import after_training
 
     if finished.has_weights:
         with ends_clean("SIGHUP"):
@@ -108,7 +114,6 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
 def _trained(
     project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
 ) -> Run:
-    from studio.ipc.events import StartedEvent
     from studio.training.loop.train import train
 
     name = ""
@@ -161,12 +166,12 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
     found = recipes.recipes()
     for info in found:
-        out.event("recipe", f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}",
-                  **asdict(info))  # fmt: skip
-    out.event("chosen", f"\nWhat --set can change, and its value in {chosen.name}:", recipe=chosen.name)
+        text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"
+        out.emit(RecipeEvent(**asdict(info)), text)
+    out.emit(ChosenEvent(chosen.name), f"\nWhat --set can change, and its value in {chosen.name}:")
     for key, value in chosen.settings().items():
-        out.event("setting", f"  {key} = {value}", key=key, value=value)
-    out.done(recipes=[info.name for info in found])
+        out.emit(SettingEvent(key, value), f"  {key} = {value}")
+    out.done(TrainDone(recipes=tuple(info.name for info in found)))
 
 
 def _tell(event: Event, out: Output, stop: StopRequest) -> None:
@@ -178,34 +183,21 @@ def _tell(event: Event, out: Output, stop: StopRequest) -> None:
 
 
 def _print(event: Event, out: Output) -> None:
-    from dataclasses import asdict
-
-    from studio.ipc.events import (
-        CleaningEvent,
-        EpochEvent,
-        ListeningEvent,
-        NoteEvent,
-        OutOfMemoryEvent,
-        StartedEvent,
-        StepEvent,
-    )
-
-    if isinstance(event, EpochEvent):
-        out.event("epoch", _epoch_line(event), **event.as_dict())
-    elif isinstance(event, NoteEvent):
-        out.event("note", event.text, text=event.text)
-    elif isinstance(event, StartedEvent):
-        out.event("started", _start_line(event), **asdict(event))
-    elif isinstance(event, CleaningEvent):
-        text = f"Cleaning the sound of {event.take} {event.fraction:4.0%}"
-        out.passing("cleaning", text, **asdict(event))
-    elif isinstance(event, ListeningEvent):
-        text = f"Listening to {event.take}, {event.number} of {event.of}"
-        out.passing("listening", text, **asdict(event))
-    elif isinstance(event, StepEvent):
-        out.passing("step", _step_line(event), **asdict(event))
-    elif isinstance(event, OutOfMemoryEvent):
-        out.event("out_of_memory", "", **asdict(event))
+    match event:
+        case EpochEvent():
+            out.emit(event, _epoch_line(event))
+        case NoteEvent():
+            out.note(event.text)
+        case StartedEvent():
+            out.emit(event, _start_line(event))
+        case CleaningEvent():
+            out.pass_by(event, f"Cleaning the sound of {event.take} {event.fraction:4.0%}")
+        case ListeningEvent():
+            out.pass_by(event, f"Listening to {event.take}, {event.number} of {event.of}")
+        case StepEvent():
+            out.pass_by(event, _step_line(event))
+        case OutOfMemoryEvent():
+            out.emit(event)
 
 
 def _start_line(event: StartedEvent) -> str:

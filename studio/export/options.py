@@ -119,6 +119,11 @@ def writers_named(text: str) -> list[ModuleType]:
     return found
 
 
+def wrong_folder(what: str) -> RequestError:
+    """Files cannot be written where they were asked for."""
+    return RequestError(what, "Choose another folder with -o.", in_window="Choose another folder.")
+
+
 def check_writable(files: Iterable[Path], force: bool, project: Project | None = None) -> None:
     """Refuse before the work begins, not after it.
 
@@ -149,8 +154,3 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
             # In the window a field holds the name, and no option.
             in_window = "Choose another name, or add --force to write over it."
             raise FileThereError(f"{file} is there already.", remedy, file.name, in_window=in_window)
-
-
-def wrong_folder(what: str) -> RequestError:
-    """Files cannot be written into a folder; at a terminal it was given by an option, in the window not."""
-    return RequestError(what, "Choose another folder with -o.", in_window="Choose another folder.")

@@ -93,9 +93,7 @@ class Painter:
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
-        self._scene = (
-            _scene(drawing, avatar) if bodily else None
-        )  # last: nothing may fail once it is open
+        self._scene = _scene(drawing, avatar) if bodily else None  # last: nothing may fail once it is open
 
     def __enter__(self) -> Painter:
         return self

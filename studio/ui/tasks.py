@@ -26,8 +26,7 @@ from studio import launch
 from studio.errors import FileThereError, StudioError
 from studio.files import leftovers
 from studio.ipc.commands import STOP, Command
-from studio.ipc.events import DoneEvent, ErrorEvent
-from studio.ipc.messages import MessageError, decode
+from studio.ipc.events import DoneEvent, ErrorEvent, MessageError, decode
 
 T = TypeVar("T")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studio.cli.evaluate import MAIN, MORE
+from studio.cli._measure import MAIN, MORE
 from studio.metrics import body, spread
 from studio.metrics import face as metrics_face
 from studio.metrics.comparison import all_figures as full

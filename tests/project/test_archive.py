@@ -152,7 +152,7 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.dataset import label_files, relink, suggest
     from studio.formats import _bone_tables, _find, saia_csv
     from studio.playback.layers import presets
-    from studio.project import avatars, files, sounds
+    from studio.project import avatars, contents, sounds
     from studio.take import folder, motion_file
     from studio.training import model_card, preview, run_file
     from studio.training.checkpoint import BEST, LAST
@@ -172,7 +172,13 @@ def test_whatever_the_studio_writes_is_known() -> None:
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
     take = (folder.INFO_FILE, journal_format.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
-        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, tune_presenter.FILE, _bone_tables.FILE),
+        *(
+            contents.PROJECT_FILE,
+            contents.DATASET_FILE,
+            contents.HISTORY_FILE,
+            tune_presenter.FILE,
+            _bone_tables.FILE,
+        ),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
         f"runs/{vote_presenter.FILE}",

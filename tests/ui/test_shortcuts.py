@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from studio.actions import ACTIONS
 from studio.ui import messages
 from studio.ui.curate.view import CurateView
-from studio.ui.live.controls import Controls
+from studio.ui.live.stage_view import Controls
 from studio.ui.main_window import MainWindow
 from studio.ui.record.view import RecordView
 from studio.ui.review.view import ReviewView

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import QObject
 
 from studio.errors import StudioError
-from studio.files import process
+from studio.files import lock
 from studio.ipc.events import ProgressEvent, TrainDone
 from studio.ui import tasks
 from studio.ui.tasks import ChildTask
@@ -187,7 +187,7 @@ def test_a_newer_request_ends_the_one_before_without_a_word(task, qtbot) -> None
     task.stop()
     qtbot.waitUntil(lambda: bool(ends), timeout=20_000)
     assert (ends, reported) == ([1], [TrainDone("stop")])
-    qtbot.waitUntil(lambda: process.began(first) == 0, timeout=20_000)
+    qtbot.waitUntil(lambda: lock.began(first) == 0, timeout=20_000)
 
 
 def test_its_scratch_folder_goes_with_the_child(qtbot, tmp_path) -> None:

@@ -1,4 +1,4 @@
-"""Record: layout and signals, no thought."""
+"""Layout of the Record tab: inputs and health, the figure, shapes and takes, and its keys."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.record.health import HealthCard
-from studio.ui.record.inputs import InputsCard
-from studio.ui.record.slate_bar import SlateBar
-from studio.ui.record.takes_list import TakesCard
+from studio.ui.record.health_view import HealthCard
+from studio.ui.record.inputs_view import InputsCard
+from studio.ui.record.slate_view import SlateBar
+from studio.ui.record.takes_view import TakesCard
 from studio.ui.shortcuts import sequence
 from studio.ui.widgets.card import Card
 from studio.ui.widgets.figure.drawn_face import DrawnFace
@@ -66,7 +66,7 @@ class RecordView(QWidget):
         escape.activated.connect(self.cancel_requested)
         app = QApplication.instance()
         if isinstance(app, QApplication):
-            app.focusChanged.connect(self._on_focus_changed)
+            app.focusChanged.connect(self.follow_focus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self.figure and isinstance(event, QResizeEvent):
@@ -93,10 +93,10 @@ class RecordView(QWidget):
             button.adjustSize()
             button.move((self.figure.width() - button.width()) // 2, button.y())
 
-    def _on_focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
+    def follow_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Leave the space bar to a control that has the focus and a use for it."""
-        takes_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
-        self._space.setEnabled(not isinstance(new, takes_space) or new is self.slate_bar.record)
+        uses_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
+        self._space.setEnabled(not isinstance(new, uses_space) or new is self.slate_bar.record)
 
     def _lay_out(self) -> None:
         side = QWidget()

@@ -12,7 +12,7 @@ from studio.errors import StudioError
 from studio.ipc.events import FilesDone, PieceEvent
 from studio.motion import Motion
 from studio.project import Project
-from studio.project.generated import generated_path
+from studio.project.run import generated_path
 from studio.take.motion_file import write_motion
 from studio.training.run_choice import RunSelection
 from studio.ui.review.generate_task import GenerateTask
