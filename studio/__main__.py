@@ -4,7 +4,8 @@ import sys
 
 from studio import launch
 
-launch.distrust_current_folder()  # first of all: argparse.py may lie there as well
+# First of all: argparse.py may lie there as well.
+launch.distrust_current_folder()
 
 
 def main() -> int:
@@ -13,7 +14,8 @@ def main() -> int:
         from studio.cli import main as run
 
         return run()
-    except KeyboardInterrupt:  # while the command line was still being loaded; from then on it answers itself
+    except KeyboardInterrupt:
+        # While the command line was still being loaded; from then on it answers itself.
         sys.stderr.write("Interrupted. Nothing that was saved is lost.\n")
         return 130
 

@@ -38,7 +38,8 @@ class WallClock:
     def ahead(self) -> float:
         """The difference now, seconds."""
         ahead, narrowest = 0.0, float("inf")
-        for _ in range(_READINGS):  # the one that was held up least counts
+        for _ in range(_READINGS):
+            # The one that was held up least counts.
             before, wall, after = now(), time.time(), now()
             if after - before < narrowest:
                 ahead, narrowest = wall - 0.5 * (before + after), after - before
@@ -93,7 +94,8 @@ def fit(audio_stream_times: ArrayLike, arrival_times: ArrayLike) -> ClockFit:
     if len(x) == 0:
         return ClockFit()
     middle = float(np.median(x))
-    ahead = y - x  # nearly constant, so no digits are lost to large clock values
+    # Nearly constant, so no digits are lost to large clock values.
+    ahead = y - x
     away = x - middle
     level, tilt = float(np.median(ahead)), 0.0
     weights = np.ones(len(x))

@@ -61,7 +61,8 @@ def distrust_current_folder() -> None:
     """
     sys.path[:] = [path for path in sys.path if not _is_current(path)]
     os.environ.update(import_variables())
-    if sys.platform == "win32" and not getattr(sys, "frozen", False):  # a bundle does this in its own way
+    if sys.platform == "win32" and not getattr(sys, "frozen", False):
+        # A bundle does this in its own way.
         import ctypes
 
         os.environ["NODEFAULTCURRENTDIRECTORYINEXEPATH"] = "1"
@@ -98,5 +99,6 @@ def _real(path: str) -> str:
     """A path that can be compared; "" is the current folder."""
     try:
         return os.path.normcase(os.path.realpath(path or os.curdir))
-    except OSError:  # the current folder is gone
+    except OSError:
+        # The current folder is gone.
         return ""

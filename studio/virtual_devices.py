@@ -73,7 +73,8 @@ def virtual_screen() -> Iterator[str]:
     os.close(writer)
     try:
         with os.fdopen(reader) as pipe:
-            number = pipe.readline().strip()  # ends with an empty line when the server dies instead
+            # Ends with an empty line when the server dies instead.
+            number = pipe.readline().strip()
         if not number:
             raise StudioError("The virtual screen did not start.", "Run `Xvfb :99` to see why.")
         yield f":{number}"

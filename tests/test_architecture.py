@@ -25,7 +25,7 @@ MAY_USE: dict[str, set[str]] = {
     "files": set(),
     "ipc": set(),
     "actions": set(),
-    "settings": {"files", "dataset", "take", "sound"},
+    "settings": {"files", "dataset", "take", "sound", "vmc"},
     "motion": set(),
     "sound": {"files"},
     "vmc": {"motion"},
@@ -485,6 +485,34 @@ def test_a_tabs_model_has_no_widgets_and_its_presenter_only_builds() -> None:
                 assert not f"_{module}".endswith("_view"), one
         presenter = modules()[name].with_name("presenter.py")
         assert len(presenter.read_text(encoding="utf-8").splitlines()) < 120, presenter
+
+
+IN_FORM = ("record", "curate", "live")
+"""Tabs that have the one form that DESIGN.md draws; let this list only grow."""
+
+
+@pytest.mark.parametrize("tab", IN_FORM)
+def test_a_tab_has_one_model_one_presenter_and_views_that_know_neither(tab: str) -> None:
+    known = {name: path for name, path in modules().items() if name.startswith(f"ui.{tab}.")}
+    classes = {
+        name: {node.name: node for node in tree_of(path).body if isinstance(node, ast.ClassDef)}
+        for name, path in known.items()
+    }
+    assert f"{tab.title()}Model" in classes[f"ui.{tab}.model"]
+    presenter = classes[f"ui.{tab}.presenter"][f"{tab.title()}Presenter"]
+    methods = {node.name for node in presenter.body if isinstance(node, ast.FunctionDef)}
+    assert {"activate", "deactivate", "close"} <= methods
+    cards = [name for name in known if name.endswith("_presenter")]
+    assert all(any(one.endswith("Presenter") for one in classes[name]) for name in cards)
+    wrong = [
+        str(one)
+        for one in imports()
+        if one.importer in known
+        and one.importer.endswith("view")
+        and (target := own_target(one.imported)) is not None
+        and (target in ("ui.session", "ui.tasks") or target.endswith(("presenter", f"{tab}.model")))
+    ]
+    assert not wrong, "\n".join(wrong)
 
 
 CIRCLES_LEFT: frozenset[frozenset[str]] = frozenset()

@@ -23,6 +23,7 @@ from studio.motion import Motion
 from studio.sound.sound_file import Sound
 from studio.take.folder import next_number
 from studio.take.take import Take
+from studio.vmc import MARIONETTE_PORT
 from studio.vmc.rows import RowBlock
 
 __all__ = ["MAX_PRE_ROLL", "Recorder", "RecorderState", "Snapshot", "recover"]
@@ -82,7 +83,9 @@ class Recorder:
         self._pump.start()
         self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
 
-    def open_motion(self, port: int = 39539, host: str = "127.0.0.1", *, also: Sequence[int] = ()) -> None:
+    def open_motion(
+        self, port: int = MARIONETTE_PORT, host: str = "127.0.0.1", *, also: Sequence[int] = ()
+    ) -> None:
         """Listen for motion on a port, or on several at once; others that were open are closed first.
 
         Args:

@@ -74,13 +74,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     launch.distrust_current_folder()
     args = list(sys.argv[1:] if argv is None else argv)
-    if args[:1] == ["_listen"]:  # the window's own process for motion; a bundle has no other way to start it
+    if args[:1] == ["_listen"]:
+        # The window's own process for motion; a bundle has no other way to start it.
         from studio.capture.listener import main as listen
 
         return listen()
     # Threads that wait for one another by spinning make training many times slower as soon as an avatar
     # program or a stream wants a core too. OpenMP reads this when torch is loaded, so it is said first.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    # Before the verb reads its arguments: a complaint about those is JSON too.
     as_json = "--json" in args
     args = [arg for arg in args if arg != "--json"]
     _make_printable(as_json)
@@ -123,6 +125,7 @@ def verb_module(verb: str) -> ModuleType:
 def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
     """What reads the arguments behind a verb."""
     example = getattr(module, "EXAMPLE", "")
+    # No abbreviations: an option added later would change what an old script means.
     parser = _Parser(
         prog=f"saia {verb}",
         description=f"{VERBS[verb][:1].upper()}{VERBS[verb][1:]}.",
@@ -133,7 +136,8 @@ def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
     module.add_arguments(parser)
     for action in parser._actions:
         if not action.option_strings and action.metavar is None:
-            action.metavar = action.dest.upper()  # complaints and help then name it the same way
+            # Complaints and help then name it the same way.
+            action.metavar = action.dest.upper()
     return parser
 
 
@@ -148,7 +152,8 @@ class _Parser(argparse.ArgumentParser):
         self._parsed = argparse.Namespace() if namespace is None else namespace
         try:
             parsed, unknown = self.parse_known_args(args, self._parsed)
-        except argparse.ArgumentError as error:  # all that the methods below leave: two that exclude another
+        except argparse.ArgumentError as error:
+            # All that the methods below leave: two that exclude another.
             raise self._refused(self._clash(error.argument_name or "")) from error
         if unknown:
             raise self._refused(f"The command does not know {' '.join(unknown)}.")
@@ -211,12 +216,14 @@ def _name(action: argparse.Action) -> str:
 def _open_window(args: list[str]) -> int:
     if args and not Path(args[0]).exists():
         what = f"There is no command and no project called {args[0]}."
+        # One guess: of several a person would have to read all.
         near = get_close_matches(args[0], VERBS, n=1)
         meant = f"Did you mean `saia {near[0]}`? " if near else ""
         raise RequestError(what, f"{meant}Run `saia --help` to see the commands.")
     if len(args) > 1:
         raise RequestError("The window opens one project at a time.", "Name one folder, in quotation marks.")
-    from studio.ui.app import run_window  # the only road from the command line to Qt
+    # The only road from the command line to Qt.
+    from studio.ui.app import run_window
 
     return run_window(args)
 

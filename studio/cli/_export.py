@@ -84,9 +84,11 @@ def range_of(args: argparse.Namespace) -> ExportRange:
     Raises:
         RequestError: it is not possible.
     """
+    # Nothing captures faster than 1000; a slip of the finger would make an enormous file.
     if args.fps and not 1 <= args.fps <= 1000:
         what = "The frame rate must be from 1 to 1000."
         raise RequestError(what, "Leave --fps out to keep the motion's own.")
+    # Written with `not`, so that NaN, which float() reads, is refused as well.
     if not args.start >= 0 or (args.end is not None and not args.end > args.start):
         raise RequestError("The span ends before it begins.", "Choose --to later than --from.")
     return ExportRange(args.part, args.fps, args.start, args.end, tuning_of(args, args.project))
@@ -144,11 +146,13 @@ def render_options_of(args: argparse.Namespace) -> RenderOptions:
     Raises:
         RequestError: it is not possible.
     """
+    # Not two options: every program for films writes sizes like this.
     wide, _, high = args.size.lower().partition("x")
     if not (wide.isdecimal() and high.isdecimal()):
         raise RequestError(f"{args.size} is no size of a picture.", "Write it as 1280x720.")
     if args.avatar is not None and not args.avatar.is_file():
         raise RequestError(f"There is no avatar at {args.avatar}.", "Check how the path is written.")
+    # Numbers besides names: Review hands over the camera as it stands there.
     view = VIEWS.get(args.view) or _view(args.view)
     return RenderOptions(int(wide), int(high), view, args.turn, args.at, args.clear, args.light, args.avatar)
 
@@ -172,9 +176,11 @@ def run_one(entry: Entry, out: Output) -> list[Path]:
         Exception: whatever went wrong, as it was raised: its type decides the exit code.
     """
 
+    # A single file has no list to show, so the events of its entry stay unprinted.
     def on_event(event: ChildEvent) -> None:
         if isinstance(event, ProgressEvent):
-            out.progress(ProgressEvent(event.fraction, event.eta_s))  # a number in a queue says nothing here
+            # A number in a queue says nothing here.
+            out.progress(ProgressEvent(event.fraction, event.eta_s))
 
     queue = Queue([entry], on_event)
     queue.run()
@@ -203,12 +209,14 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
             case _:
                 out.emit(event)
 
+    # Only a window waits for its child; what was begun at a terminal may outlive it.
     requests = CancelRequests(watched=out.as_json)
     queue = Queue(entries, on_event, requests.is_cancelled)
     try:
         queue.run()
     finally:
         requests.close()
+    # Where something was made or cancelled, the command did what was asked as far as it went.
     if queue.failed and not queue.files and not queue.cancelled:
         first = queue.failed[0]
         if len(entries) == 1:

@@ -34,6 +34,7 @@ class Targets:
             StudioError: the address or an option is not possible.
         """
         name, destination = self._read(command)
+        # The same target is started again: two would send to one avatar in turns.
         target = self._targets.get(name) or VmcTarget()
         target.start(destination, self._source())
         self._targets[name] = target
@@ -43,6 +44,7 @@ class Targets:
         target = self._targets.pop(name, None)
         self._statuses.pop(name, None)
         if target is not None:
+            # The fade takes a while, and the performance must not stand still meanwhile.
             target.stop(wait=False)
 
     def wave(self, name: str) -> None:
@@ -77,6 +79,7 @@ class Targets:
                 said.append(StudioError(f"{name} hears again.", "Nothing to do."))
             elif not well and before is TargetStatus.SENDING and state.problem is not None:
                 said.append(state.problem)
+            # A target that has not sent yet has no status that could be lost.
             if state.sent or not well:
                 self._statuses[name] = state.status
         return said
@@ -102,6 +105,7 @@ class Targets:
                 rotations_only=bool(facts.get("rotations_only", False)),
             )
             fps = float(facts.get("fps", 60.0))
+        # Whatever a line holds, the performance goes on.
         except (ValueError, KeyError, TypeError) as error:
             raise RequestError("That target was not understood.", "Write HOST:PORT.") from error
         if options.names not in NAME_SETS or not 1.0 <= fps <= 240.0:

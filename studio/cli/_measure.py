@@ -54,6 +54,7 @@ CAPTURED = "captured"
 def say_learnt(chosen: Run, evaluation_set: EvaluationSet, out: Output) -> None:
     """A note where the run learnt from a take measured on, whatever that take is marked as by now."""
     names = [str(name) for name in (chosen.report or {}).get("train", ())]
+    # A run names parts (Hello_001.2), and a take measured on may be whole by now.
     learnt = {*names, *(_PART.sub("", name) for name in names)}
     measured = [material.selection for material in evaluation_set.material]
     found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
@@ -83,6 +84,7 @@ def measure(
     from studio.inference.offline import load_predictor, sampling_of
     from studio.sound.sound_file import Sound
 
+    # Once for all takes: loading weights takes longer than generating a short take.
     predictor, sampling = load_predictor(chosen.folder), sampling_of(seed, liveliness)
     rate, waiting = predictor.model.recipe.sound.sample_rate, iter(range(len(evaluation_set.material)))
 
@@ -90,6 +92,7 @@ def measure(
         done, of, take = next(waiting), len(evaluation_set.material), material.selection.id
         text = f"{chosen.id} listens to {take} ({done + 1} of {of})"
         out.pass_by(MeasureProgressEvent(done / of, run=chosen.id, take=take, done=done, of=of), text)
+        # A take's own rate need not be the one the model learnt at.
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
         return predictor.generate_samples(sound.mono(), style, sampling)
 
@@ -128,7 +131,9 @@ def baseline_figures(
 
     report = chosen.report or {}
     ids = set(report.get("train", ()))
+    # Where a report names none of the takes there are, all that is marked for training must do.
     named = [(s, t) for s, t in project.selected() if s.id in ids] or list(project.selected("train"))
+    # Before reading: an hour of takes keeps it silent for long.
     out.pass_by(BaselinesEvent(), f"{_WORDS}: reading what {chosen.id} learnt from")
     material, _ = load_usable(named, RIDGE_SOUND)
     if not material:
@@ -213,8 +218,10 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
 
     try:
         store_look_aheads(finished, choose_evaluation_set(project, None, "test", lambda _: None), step)
-    except BrokenPipeError:  # the window died: nobody reads what is said
+    except BrokenPipeError:
+        # The window died: nobody reads what is said.
         silence_stdout()
+    # The run is saved by now, so the exit code stays that of a training that ended well.
     except KeyboardInterrupt:
         _left_out(f"The look-aheads of {finished.id} were not measured", project, finished, out)
     except Exception as error:
@@ -244,6 +251,7 @@ def table(rows: Mapping[str, Mapping[str, float | None]], every: bool = False) -
         rows: figures by the name of the run, the baseline or the take.
         every: all of them, one figure a line.
     """
+    # Thirty figures side by side fit no terminal.
     if every:
         return _tall_table(rows)
     shown = _applying(MAIN, rows)

@@ -15,6 +15,10 @@ from typing import Any, TextIO
 from studio.errors import FileThereError, RequestError, StudioError
 from studio.files.atomic import plain
 from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
+from studio.vmc import MARIONETTE_PORT
+
+DEFAULT_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
+"""Where motion is sent where nobody says: an avatar program on this computer."""
 
 
 def counted(number: int, thing: str) -> str:
@@ -29,8 +33,10 @@ def address(text: str) -> tuple[str, int]:
         RequestError: it is written otherwise, or there is no such port.
     """
     host, _, port = text.rpartition(":")
+    # isdigit alone takes digits of other scripts, which int reads and sockets do not.
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not an address.", "Write HOST:PORT, such as 127.0.0.1:39539.")
+        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {DEFAULT_TARGET}.")
+    # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)
 
 
@@ -53,6 +59,7 @@ class Output:
             text: the sentence for people; nothing is printed for them where empty.
         """
         if self.as_json:
+            # UTF-8 as it is: escaped Japanese names are unreadable in a log.
             put(json.dumps({"event": event.NAME, **plain(_fields(event))}, ensure_ascii=False))
         elif text:
             self._wipe()
@@ -70,8 +77,10 @@ class Output:
         """
         if self.as_json:
             self.emit(event)
+        # In a log a line for every percent would bury the sentences.
         elif sys.stdout.isatty():
             self._wipe()
+            # A line that wraps could not be written over again.
             text = text[: shutil.get_terminal_size().columns - 1]
             self._passing = len(text)
             put(text, end="")
@@ -111,7 +120,8 @@ class Output:
         self._wipe()
         try:
             print(f"{event.what} {event.remedy}{details}", file=sys.stderr, flush=True)
-        except OSError:  # both may go to one full disk; the exit code tells the rest
+        except OSError:
+            # Both may go to one full disk; the exit code tells the rest.
             # Python would try once more when it ends, and then leave with a code of its own, 120.
             _silence(sys.stderr)
 
@@ -121,6 +131,7 @@ def run_command(work: Callable[[], int], out: Output) -> int:
     try:
         return work()
     except StudioError as error:
+        # A wrong request has no traceback worth a file.
         is_request = isinstance(error, RequestError)
         out.error(
             ErrorEvent(
@@ -134,7 +145,8 @@ def run_command(work: Callable[[], int], out: Output) -> int:
     except KeyboardInterrupt as error:
         out.error(ErrorEvent("Interrupted.", str(error) or "Nothing that was saved is lost."))
         return 130
-    except BrokenPipeError:  # the reader left; a second failure at exit would only add noise
+    except BrokenPipeError:
+        # The reader left; a second failure at exit would only add noise.
         silence_stdout()
         return 1
     except Exception as error:
@@ -160,6 +172,7 @@ def _write_log() -> str | None:
 
     try:
         folder = user_log_path("saia-studio", appauthor=False, ensure_exists=True)
+        # One file, written over: people send the newest, and old ones would pile up.
         path = folder / "last-error.log"
         path.write_text(traceback.format_exc(), encoding="utf-8")
     except OSError:
@@ -190,6 +203,7 @@ def silence_stdout() -> None:
 
 
 def _silence(stream: TextIO) -> None:
+    # By descriptor: what libraries print below Python must vanish as well.
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 

@@ -27,6 +27,7 @@ def opened(folder: Path, out: Output, read_only: bool = True) -> Project:
     Raises:
         StudioError: as Project.open.
     """
+    # Before the project is read, so that a recovered take is listed at once.
     recover_takes(folder, out)
     project = Project.open(folder, read_only=read_only)
     _tell_problems(project, out)
@@ -41,7 +42,9 @@ def opened_or_made(folder: Path, out: Output) -> Iterator[Project]:
         StudioError: as Project.open_or_create.
     """
     folder = folder.absolute()
+    # Asked before opening, which makes the project where there is none.
     was_there = is_project(folder)
+    # Folders made on the way go again with the project that holds no take.
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     recover_takes(folder, out)
     project = Project.open_or_create(folder)
@@ -61,10 +64,12 @@ def recover_takes(folder: Path, out: Output) -> None:
     Args:
         folder: a project's folder or its project.json; anything else is passed over.
     """
+    # People name the file project.json as well as its folder.
     folder = folder.parent if folder.name == PROJECT_FILE else folder
     if not is_project(folder):
         return
-    from studio.capture.recovery import recover  # here, since most commands have nothing else from capture
+    # Here, since most commands have nothing else from capture.
+    from studio.capture.recovery import recover
 
     def on_problem(left: Path, error: StudioError) -> None:
         text = f"{left.name} was not recovered. {error.what} {error.remedy}"
@@ -104,6 +109,7 @@ def check_sound(path: Path) -> str:
     """
     from studio.sound.sound_file import sound_info
 
+    # Said by itself: libraries call a folder an unknown format.
     if path.is_dir():
         raise RequestError(f"{path} is a folder.", "Name a sound file.")
     if not path.exists():

@@ -29,10 +29,13 @@ class StdinReader:
 
     def __init__(self, on_line: Callable[[str], None], on_alone: Callable[[], None] | None = None) -> None:
         self._on_line, self._on_alone = on_line, on_alone
-        self._parent = os.getppid()  # asked for while it surely lives
+        # Asked for while it surely lives.
+        self._parent = os.getppid()
         self._closed, self._is_pipe_closed = threading.Event(), False
+        # A daemon: a read that never returns must not keep a finished command alive.
         self._thread = threading.Thread(target=self._read, name="stdin", daemon=True)
-        if sys.stdin is not None:  # None under pythonw and in a bundle without a console
+        if sys.stdin is not None:
+            # None under pythonw and in a bundle without a console.
             self._thread.start()
 
     @property
@@ -55,7 +58,8 @@ class StdinReader:
                 self._on_line(line)
             self._is_pipe_closed = _is_pipe()
         except (OSError, ValueError):
-            pass  # closed under us; Ctrl+C remains, and the parent is watched as after its end
+            # Closed under us; Ctrl+C remains, and the parent is watched as after its end.
+            pass
         if self._on_alone is not None and self._wait_until_alone():
             self._on_alone()
 
@@ -70,6 +74,7 @@ class StdinReader:
 def _is_pipe() -> bool:
     """Whether somebody held the other end; an empty file or /dev/null ends at once and means nothing."""
     try:
+        # A socket too: some programs start their children with one instead of a pipe.
         mode = os.fstat(sys.stdin.fileno()).st_mode
     except (OSError, ValueError):
         return False
@@ -84,6 +89,7 @@ class LiveCommands:
     """The lines of standard input as they come, for a command that asks for them in its own time."""
 
     def __init__(self) -> None:
+        # append and popleft are atomic, so no lock is held while the performance polls.
         self._lines: deque[str] = deque()
         self._arrived = threading.Event()
         self._reader = StdinReader(self._on_line)
@@ -151,6 +157,7 @@ class StopRequest:
     """
 
     def __init__(self, read: bool, watched: bool = False) -> None:
+        # A number, not a flag: the first request ends the training, a second what follows it.
         self._requests = 0
         if read:
             StdinReader(self._on_line, self.request if watched else None)
@@ -169,6 +176,7 @@ class StopRequest:
         return lambda: self._requests > before
 
     def _on_line(self, line: str) -> None:
+        # In any case of letters: people type Stop at a terminal too.
         if commands.read(line.lower()) == STOP:
             self.request()
 
@@ -220,6 +228,7 @@ def _handled(numbers: tuple[signal.Signals, ...], act: Callable[[], None]) -> It
     def on_signal(_number: int, _frame: FrameType | None) -> None:
         act()
 
+    # Tests and scripts call commands on other threads, where signals cannot be set.
     in_main = threading.current_thread() is threading.main_thread()
     before = {number: signal.signal(number, on_signal) for number in numbers if in_main}
     try:

@@ -23,6 +23,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.take.check import check_take
 
     project = opened(args.project, out)
+    # Named twice, a take is checked once; an unknown name fails before the first check.
     takes = [project.take(take_id) for take_id in dict.fromkeys(args.takes)] or list(project.takes)
     reports = {}
     for count, take in enumerate(takes, 1):

@@ -36,16 +36,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.take.cleaned import clean
 
     project = opened(args.project, out, read_only=args.prepare)
+    # Before the work: cleaning takes minutes that would be lost.
     if project.read_only and not args.prepare:
         raise StudioError(project.read_only_reason, project.read_only_remedy)
     way = "" if args.way == "off" else args.way
     ids = _ids(project, args.takes)
+    # By take: parts of one recording share its cleaned sound.
     takes = {project.dataset[name].take: project.take(project.dataset[name].take) for name in ids}
     made = {}
     for number, take in enumerate(takes.values()):
+        # Over all takes: a bar that starts anew for each says nothing about the end.
         report = _Report(out, take.id, number, len(takes))
         made[take.id] = clean(_sound_of(take), way, report)
         out.emit(TakeEvent(take.id, file=str(made[take.id])), f"{take.id}: {_WORDS[args.way]}")
+    # After all sounds are made: one that fails leaves every choice as it was.
     if not args.prepare:
         who = ids[0] if len(ids) == 1 else f"{len(ids)} takes"
         project.edit(
@@ -81,7 +85,8 @@ def _ids(project: Project, names: list[str]) -> list[str]:
     for name in names:
         mine = [s.id for s in project.dataset.selections if name in (s.id, s.take)]
         if not mine:
-            project.take(name)  # says which takes there are
+            # Says which takes there are.
+            project.take(name)
             raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
         ids |= dict.fromkeys(mine)
     return list(ids)

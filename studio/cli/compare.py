@@ -42,7 +42,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.cli._project import opened
 
     project = opened(args.project, out)
+    # All names are looked up before the first run is measured, which takes minutes.
     chosen = [project.run(name) for name in dict.fromkeys(args.runs)]
+    # One set for all: figures on different takes cannot be compared.
     evaluation_set = choose_evaluation_set(project, args.takes, args.split, out.note)
     rows, frames = {}, 0
     for one in chosen:
@@ -52,6 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.emit(MeasuredEvent(one.id, metrics=rows[one.id]))
     _say_different_training(chosen, out)
     trim_cache(project)
+    # Fitted to what the first run learnt from; a note says where the others differ.
     baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], evaluation_set, out)
     captured = captured_figures(evaluation_set)
     seeds = {one.id: seed_of(one) for one in chosen}

@@ -43,9 +43,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if project.read_only and not args.look:
         raise StudioError(project.read_only_reason, project.read_only_remedy)
     cut = Cut(args.pause, args.shortest, args.padding)
+    # Listening is done for all takes before anything is changed.
     found = {s.id: _spans(project, s, cut, out) for s in _selections(project, args.takes)}
+    # One span is the whole take: there is nothing to cut.
     many = {name: spans for name, spans in found.items() if len(spans) > 1}
     if not args.look and many:
+        # All cuts on one dataset, so that one undo takes all of them back.
         dataset = project.dataset
         for name, spans in many.items():
             end = project.take(dataset[name].take).info.duration
@@ -60,7 +63,8 @@ def _selections(project: Project, names: list[str]) -> list[Selection]:
     for name in names:
         mine = [s for s in project.dataset.selections if name in (s.id, s.take)]
         if not mine:
-            project.take(name)  # says which takes there are
+            # Says which takes there are.
+            project.take(name)
             raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
         chosen |= {s.id: s for s in mine}
     return list(chosen.values())

@@ -14,15 +14,16 @@ from pathlib import Path
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
 from studio.ipc.events import DoctorDone, SystemCheckEvent
+from studio.vmc import MARIONETTE_PORT
 
 EXAMPLE = "saia doctor"
 
-VMC_PORT = 39539
 PROBE_TIMEOUT = 120.0
 """Seconds a probe may take; a first import of torch on a cold disk is slow."""
 LEAST_FREE_BYTES = 2 * 2**30
 """An hour of stereo sound at 48 kHz with motion is about 1.5 GB."""
 
+# A picture is drawn and looked at: drivers exist that make a context and draw nothing.
 _OPENGL = """
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
@@ -33,6 +34,7 @@ facts = {name.strip().lower(): value.strip() for name, _, value in (line.partiti
 assert image.std() > 1, "the picture is empty"
 print(facts.get("opengl version string", "?"), "|", facts.get("opengl renderer string", "an unknown device"))
 """
+# Multiplied for real: importing alone does not use the processor's own instructions.
 _TORCH = """
 import torch
 x = torch.ones(64, 64) @ torch.ones(64, 64)
@@ -45,7 +47,10 @@ print(torch.__version__, "|", torch.get_num_threads(), "|", gpu)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--port", type=int, default=VMC_PORT, help="the motion port to look at (default 39539)"
+        "--port",
+        type=int,
+        default=MARIONETTE_PORT,
+        help=f"the motion port to look at (default {MARIONETTE_PORT})",
     )
 
 
@@ -67,6 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check = look()
         checks.append(check)
         out.emit(check, line(check))
+    # The exit code stays 0: the check itself was done, and its findings are not its failure.
     bad = sum(not check.ok for check in checks)
     verdict = "All is well." if not bad else f"{bad} of {len(checks)} need attention."
     out.done(DoctorDone(tuple(checks)), verdict)
@@ -101,7 +107,8 @@ def check_sound_out() -> SystemCheckEvent:
 def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemCheckEvent:
     try:
         import sounddevice
-    except OSError:  # sounddevice's way of saying that PortAudio is not installed
+    except OSError:
+        # Sounddevice's way of saying that PortAudio is not installed.
         return SystemCheckEvent(
             name, False, "The sound library PortAudio is missing.", "Install the package libportaudio2."
         )
@@ -115,6 +122,7 @@ def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemChec
         return SystemCheckEvent(
             name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it."
         )
+    # A studio with many interfaces lists dozens.
     listed = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
     return SystemCheckEvent(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
 
@@ -149,6 +157,7 @@ def check_port(port: int) -> SystemCheckEvent:
         )
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
+            # Bound for a moment, as the receiver would: whether a port is free cannot be asked otherwise.
             probe.bind(("127.0.0.1", port))
         except OSError:
             from studio.errors import port_taken
@@ -193,6 +202,7 @@ def check_disk() -> SystemCheckEvent:
     """Whether an hour of recording fits on the disk of the current folder."""
     from studio.files.atomic import size_text
 
+    # The current folder's disk: no project is named, and most are made where people stand.
     free = shutil.disk_usage(Path.cwd()).free
     room = f"{size_text(free)} are free here"
     if free < LEAST_FREE_BYTES:

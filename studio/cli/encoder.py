@@ -32,6 +32,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.features.encoders import bring, whisper_remedy
     from studio.files.atomic import size_text
 
+    # It comes as a Python package, so there is nothing to fetch.
     if args.encoder == WHISPER:
         raise RequestError("Whisper comes as a package of Python.", whisper_remedy())
     folder = Path(args.encoder).expanduser()
@@ -40,6 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         text = f"{size_text(here)} of {size_text(there)}"
         out.pass_by(DownloadProgressEvent(here / there if there else 0.0, bytes=here, of=there), text)
 
+    # A folder wins over a name on the network that is spelt the same.
     found = bring(folder) if folder.is_dir() else fetch(args.encoder, on_progress)
     how = f'Train with --set form=pretrained --set "encoder={found.name}".'
     out.done(EncoderDone(found.name, str(found.folder), found.digest), f"{found.name} is here. {how}")

@@ -66,12 +66,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
         captured=captured_figures(evaluation_set),
         baselines=baselines,
     )
+    # Before the look-aheads are measured: Ctrl+C there loses nothing of this.
     _keep(chosen, done)
-    if not args.takes and args.split == "test" and args.style is None:  # what Live shows beside its slider
+    # Only figures of the usual takes and style may stand beside Live's slider.
+    if not args.takes and args.split == "test" and args.style is None:
+        # What Live shows beside its slider.
         from studio.evaluation.look_aheads import store_look_aheads
 
         store_look_aheads(chosen, evaluation_set, progress_callback(out))
     trim_cache(project)
+    # The captured motion last: it is what every row above is read against.
     rows = {chosen.id: result.metrics, **baselines, CAPTURED: done.captured}
     if len(result.per_take) > 1:
         rows |= {f"  {take}": figures for take, figures in result.per_take.items()}

@@ -92,7 +92,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_writable(formats.targets(target), args.force, project)
         render_options = render_options_of(args)
         job = SourceJob(sources.named(args.what[0]), ClipCache(), export_range, render_options)
-        out.progress(ProgressEvent())  # a run's weights take seconds to load: say at once that it works
+        # A run's weights take seconds to load: say at once that it works.
+        out.progress(ProgressEvent())
         files = tuple(str(file) for file in run_one(entry_of(job, writer, target), out))
         out.done(FilesDone(files, note=writer.NOTE), f"Exported {', '.join(files)}. {writer.NOTE}")
 

@@ -25,6 +25,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     project = opened(args.project, out, read_only=False)
     takes = {take.id: take for take in project.takes}
+    # Asked before the search: a folder of a million files is read only for what is missing.
     missing = relink.missing_files(project.dataset, takes)
     with as_request():
         search = relink.search(missing, takes, args.folder)
@@ -34,6 +35,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     for one in search.unclear:
         text = f"Several different files fit {one.path}; name the right one like the take."
         out.emit(UnclearEvent(one.take, str(one.path)), text)
+    # Without a find no step of undo is made.
     if search.found:
         paths = [one.path for one in search.found]
         project.edit("Put back missing files", edits.put_back(project.dataset, paths))

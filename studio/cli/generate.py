@@ -64,6 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             _many(args, out, project, generator, export_range)
         else:
             _one(args, out, project, generator, export_range)
+    # After the work, so that what it used counts as newest.
     trim_cache(project)
 
 
@@ -75,6 +76,7 @@ def _one(
     from studio.export.queue import ClipCache, SourceJob, entry_of
 
     audio = args.audio[0]
+    # Into the project's exports: the sound's own folder may be read-only or of another program.
     target = args.out or project.exports_folder / f"{audio.stem}_{generator.run.id}.arrow"
     writer = formats.writer_for(target)
     check_writable(formats.targets(target.absolute()), args.force, project)
@@ -83,6 +85,7 @@ def _one(
     render_options = render_options_of(args)
     cache, generated = ClipCache(), partial(_generated, generator, audio, args.pieces, out)
     job = SourceJob(ExportSource(audio.stem, 1.0, generated), cache, export_range, render_options)
+    # Only now: a request that was refused makes no folder.
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
     files = run_one(entry_of(job, writer, target.absolute()), out)
     motion = job.clip(lambda fraction: None).motion
@@ -105,6 +108,7 @@ def _many(
 
     sounds = sound_files(args.audio)
     folder = args.out or project.exports_folder
+    # Pieces of several sounds in one folder could not be told apart.
     if args.pieces is not None:
         raise RequestError("--pieces is for one sound.", "Leave it out, or name one sound and no --format.")
 

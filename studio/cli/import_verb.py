@@ -43,6 +43,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.formats._bone_tables import read_table
     from studio.formats._find import find_candidates
 
+    # Found before the project is made: a wrong path leaves no empty project behind.
     sources = find_candidates(args.paths)
     corrections = read_table(args.bones) if args.bones else {}
     with opened_or_made(args.project, out) as project:
@@ -72,6 +73,7 @@ def _import_all(
             take = _save(project, imported, source.format)
         except StudioError as error:
             failed.append(error)
+            # With one recording the command fails with this very sentence.
             if len(sources) > 1:
                 out.emit(
                     ProblemEvent(error.what, error.remedy, path, fraction), f"{error.what} {error.remedy}"
@@ -94,6 +96,7 @@ def _save(project: Project, imported: Imported, format_name: str) -> Take:
 
     extra = imported.extra | ({BONES_FROM: str(imported.joints_from)} if imported.joints_from else {})
     slate, _, number = imported.name.rpartition("_")
+    # Recordings named like takes keep their number, so that exported and imported ones agree.
     is_numbered = bool(slate) and number.isdigit() and len(number) >= 3
     info = TakeInfo(
         slate=slate if is_numbered else imported.name,

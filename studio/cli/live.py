@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._live_targets import NAME_SETS, Targets
-from studio.cli._output import Output, address
+from studio.cli._output import DEFAULT_TARGET, Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.vmc.sender import Destination
 
-EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
+EXAMPLE = f"saia live MyProject balanced_001 --to {DEFAULT_TARGET}"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="NAME", help="where --file is heard; none for nowhere")
     parser.add_argument(
         "--to", action="append", metavar="HOST:PORT",
-        help="where an avatar program listens (127.0.0.1:39539); may be repeated; none for nowhere",
+        help=f"where an avatar program listens ({DEFAULT_TARGET}); may be repeated; none for nowhere",
     )  # fmt: skip
     parser.add_argument(
         "--look-ahead", type=int, metavar="MS", help="how far it hears ahead (100, or the nearest)"
@@ -92,12 +92,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     raise_priority(before_all=True)
     project = opened(args.project, out)
     chosen = project.run(args.run)
-    wanted = LiveOptions(
+    options = LiveOptions(
         device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
         style=args.style, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
         gain=not args.no_gain, suppress=args.suppress_noise,
     )  # fmt: skip
-    live = make(chosen.folder, _sounds_of(project, chosen), wanted)
+    live = make(chosen.folder, _sounds_of(project, chosen), options)
     _Stage(args, out, live, addresses).run()
 
 
@@ -218,7 +218,8 @@ class _Stage:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
-        if self._voice != self._live.voice_to:  # the output went away, or came back
+        if self._voice != self._live.voice_to:
+            # The output went away, or came back.
             self._report_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
@@ -268,10 +269,10 @@ def _addresses(args: argparse.Namespace) -> list[str]:
         raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
     if args.to == [NOWHERE]:
         return []
-    wanted = args.to or ["127.0.0.1:39539"]
-    for one in wanted:
+    requested = args.to or [DEFAULT_TARGET]
+    for one in requested:
         address(one)
-    return list(wanted)
+    return list(requested)
 
 
 def _check_voice(args: argparse.Namespace) -> None:

@@ -34,6 +34,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         path = pack_run(opened(args.project, out).run(args.run), args.out.absolute())
         out.done(FilesDone((str(path),)), f"{args.run} is in {path}.")
         return
+    # A recording cut off an hour ago belongs into the zip as a take.
     recover_takes(args.project, out)
     for left in left_behind(args.project / "takes"):
         text = f"{left.name} is no take yet; its recording is packed as far as it is."

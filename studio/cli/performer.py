@@ -6,12 +6,12 @@ import argparse
 import queue
 from pathlib import Path
 
-from studio.cli._output import Output, address, counted
+from studio.cli._output import DEFAULT_TARGET, Output, address, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
 
-EXAMPLE = "saia performer --to 127.0.0.1:39539 --seconds 30"
+EXAMPLE = f"saia performer --to {DEFAULT_TARGET} --seconds 30"
 _LOOK_S = 0.1
 
 
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command's words."""
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--to", metavar="HOST:PORT", help="perform live and send VMC there, such as 127.0.0.1:39539"
+        "--to", metavar="HOST:PORT", help=f"perform live and send VMC there, such as {DEFAULT_TARGET}"
     )
     what.add_argument("--sample", metavar="FOLDER", type=Path, help="make the sample project in a new folder")
     what.add_argument(
@@ -57,6 +57,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
     host, port = address(args.to)
     if args.seed < 0:
         raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
+    # The performance calls from its own thread; printing there could make frames late.
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     broadcast = Broadcast(
         host, port, args.fps, _device(args.device), args.seed, not args.unbundled, args.jitter, args.loss,
@@ -71,6 +72,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
                 while not lines.empty():
                     text = lines.get()
                     out.emit(LineEvent(text, round(broadcast.position, 3)), f"  {text}")
+                # A problem lasts for many looks and is said once.
                 if broadcast.problem != reported:
                     reported = broadcast.problem
                     out.emit(ProblemEvent(reported), reported)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._export import add_tune, tuning_of
-from studio.cli._output import Output, address, as_request, counted
+from studio.cli._output import DEFAULT_TARGET, Output, address, as_request, counted
 from studio.cli._project import check_sound, recover_takes
 from studio.errors import RequestError
 from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--to",
         action="append",
         metavar="HOST:PORT",
-        help="where it listens (127.0.0.1:39539); may be repeated",
+        help=f"where it listens ({DEFAULT_TARGET}); may be repeated",
     )
     parser.add_argument("--fps", type=float, default=60.0, help="frames per second (60)")
     parser.add_argument(
@@ -53,7 +53,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
-    addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
+    # Read before anything is opened: a typing error costs no second of waiting.
+    addresses = [address(text) for text in args.to or [DEFAULT_TARGET]]
     if args.audio is not None:
         check_sound(args.audio)
     project = _project_of(args.motion)
@@ -77,6 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         _follow(player, targets, out)
     finally:
         player.close()
+        # All fades begin together, then each is waited for.
         for target in targets:
             target.stop(wait=False)
         for target in targets:
@@ -108,7 +110,9 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
     following = time.monotonic()
     going = True
     while going:
-        going = player.playing  # one look more after the end: a short play may be over before the first
+        # One look more after the end: a short play may be over before the first.
+        going = player.playing
+        # Often enough for problems; the sending has a thread of its own.
         time.sleep(0.05)
         for problem in [target.state.problem for target in targets]:
             if problem is not None and problem.what not in reported:

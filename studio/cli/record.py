@@ -13,6 +13,7 @@ from studio.cli._output import Output, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 from studio.ipc.events import ProblemEvent, RecordDone, RecordStateEvent, RollingEvent
+from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
     from studio.capture.cut_off import CutOff
@@ -35,7 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--slate", required=True, help="what the take is called")
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
-    parser.add_argument("--port", default="39539", help="where VMC motion comes in (39539), or none")
+    parser.add_argument(
+        "--port", default=str(MARIONETTE_PORT), help=f"where VMC motion comes in ({MARIONETTE_PORT}), or none"
+    )
     parser.add_argument("--host", default="127.0.0.1", help="0.0.0.0 hears other computers too")
     parser.add_argument(
         "--device",
@@ -69,6 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from studio.capture.recorder import Recorder
     from studio.cli._project import opened_or_made
 
+    # Opened while recording, so that no other window changes the project meanwhile.
     with opened_or_made(args.project, out) as project:
         recorder = Recorder(project.takes_folder)
         try:
@@ -92,10 +96,12 @@ def _record(
     recorder: Recorder, args: argparse.Namespace, port: int | None, out: Output
 ) -> tuple[Take, Snapshot]:
     if port is not None:
+        # Motion first: a port in use is refused before the microphone's light goes on.
         recorder.open_motion(port, args.host)
     if args.device != "none":
         recorder.open_audio(args.device or None)
         _wait_for_sound(recorder)
+    # Before the recording starts, so that no Ctrl+C falls between the two.
     with stop_requests() as stop:
         recorder.start(args.slate)
         begun = recorder.snapshot()
@@ -103,6 +109,7 @@ def _record(
         text = f"Recording {args.slate}: {where}, {begun.device or 'no sound'}. Ctrl+C ends it."
         out.emit(RollingEvent(begun.port, begun.device), text)
         _follow(recorder, args.seconds, stop, out)
+        # Taken before stop: these are the counters of the recording under way.
         last = recorder.snapshot()
         return recorder.stop(), last
 
@@ -114,7 +121,8 @@ def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, ou
         now = recorder.snapshot()
         if seconds is not None and now.elapsed >= seconds:
             return
-        ended = now.state != "rolling"  # by itself: the disk takes no more
+        # By itself: the disk takes no more.
+        ended = now.state != "rolling"
         if ended or now.elapsed - reported_at >= _TELL_S:
             reported_at = now.elapsed
             _tell(now, reported, out)

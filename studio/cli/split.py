@@ -39,6 +39,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if not any([*wanted.values(), args.lock, args.unlock]):
         raise RequestError("No take was named.", "Name takes after --train, --val or --test.")
     project = opened(args.project, out, read_only=False)
+    # Locks first: --unlock lets the same command move a take out of the test split.
     project.edit("Split takes", _with_splits(_with_locks(project, args), project, wanted))
     dataset = project.dataset
     splits = {split: tuple(s.id for s in dataset.of_split(split)) for split in ("train", "val", "test")}
@@ -66,6 +67,7 @@ def _with_splits(dataset: Dataset, project: Project, wanted: dict[str, list[str]
     for split, names in wanted.items():
         ids = [one for name in names for one in _ids(project, name)]
         for one in ids:
+            # The order of options must not decide where a take ends up.
             if placed.setdefault(one, split) != split:
                 raise RequestError(f"{one} was named for two splits.", "Name each take once.")
             if dataset[one].locked and split != "test":
@@ -79,6 +81,7 @@ def _ids(project: Project, name: str) -> list[str]:
     """The selections a person means by a name: one of that name, or all of a take."""
     ids = [s.id for s in project.dataset.selections if name in (s.id, s.take)]
     if not ids:
-        project.take(name)  # says which takes there are
+        # Says which takes there are.
+        project.take(name)
         raise RequestError(f"{name} was taken out of the project's choices.", "Undo that in Curate first.")
     return ids

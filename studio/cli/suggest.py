@@ -36,6 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     errors = measured(project, chosen, out) if chosen else {}
     reports = {} if args.only_run else _checked(project, out)
     durations = {take.id: take.info.duration for take in project.takes}
+    # Ranked together: the worst comes first, whichever way it was found.
     found = suggest(project.dataset, durations, reports, errors, chosen.id if chosen else "")
     for one in found[: max(args.most, 0)]:
         out.emit(SuggestionEvent(**asdict(one)), _line(one))
@@ -55,6 +56,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     from studio.metrics.scores import frame_errors
     from studio.sound.sound_file import Sound
 
+    # What is used for nothing spoils nothing.
     used = [s.id for s, _ in project.selected() if s.split]
     evaluation_set = choose_evaluation_set(project, used or None, "train", out.note)
     predictor = load_predictor(chosen.folder)
@@ -70,6 +72,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     }
     errors = {name: (times + start[name], error) for name, (times, error) in frame_errors(pairs).items()}
     spans = worst_spans(errors)
+    # Kept beside the weights: Curate shows it without measuring again.
     keep_worst(chosen.folder, spans)
     return spans
 

@@ -98,5 +98,6 @@ def _has_microphone() -> bool:
         "import sounddevice, sys; "
         "sys.exit(not any(d['max_input_channels'] > 0 for d in sounddevice.query_devices()))"
     )
+    # In a child: asked here, PortAudio would keep its list without the virtual device.
     command, variables = launch.python("-c", code), launch.environment()
     return subprocess.run(command, capture_output=True, env=variables, check=False).returncode == 0

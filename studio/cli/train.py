@@ -83,6 +83,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
+    # A person at a terminal has Ctrl+C; reading there would swallow what they type next.
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
     board = Board() if args.tensorboard else None
@@ -90,6 +91,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     # Torch takes seconds to load: what was wrong with the request was said before.
     from studio.training.loop.setup import is_first_process
 
+    # Under torchrun every process comes here; one of them speaks.
     if not is_first_process():
         return
     _measure_look_aheads(project, finished, out, stop)
@@ -129,7 +131,8 @@ def _trained(
         with ends_clean("SIGHUP"):
             return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
     except KeyboardInterrupt as error:
-        again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
+        # Double marks mean the same everywhere.
+        again = f'saia train "{project.folder}" --resume {name}'
         raise KeyboardInterrupt(f"`{again}` goes on where it was." if name else "") from error
     finally:
         if board is not None:
@@ -177,7 +180,8 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 def _tell(event: Event, out: Output, stop: StopRequest) -> None:
     try:
         _print(event, out)
-    except BrokenPipeError:  # the window died: what was learnt is kept, nobody reads what is said
+    except BrokenPipeError:
+        # The window died: what was learnt is kept, nobody reads what is said.
         silence_stdout()
         stop.request()
 

@@ -22,6 +22,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.project.archive import unpack
     from studio.training.run_file import is_run_file
 
+    # By content: people rename files on their way from one computer to another.
     if args.zip.is_file() and is_run_file(args.zip):
         _bring_in(args, out)
         return

@@ -68,6 +68,7 @@ class Generator:
     """
 
     def __init__(self, run: Run, options: GenerationOptions) -> None:
+        # Here, not with the first sound: a queue would fail file by file.
         if not run.has_weights:
             what = f"{run.id} has no trained weights yet."
             raise RequestError(what, "Train it first, or choose another run.")
@@ -122,6 +123,7 @@ def take_clip(selection: Selection, take: Take, folder: Path) -> ExportClip:
     from studio.take.motion_file import load_motion
 
     start, end = selection.span(take.info.duration)
+    # Cut like the sound below, so that both begin at the same moment.
     motion = load_motion(take, selection.offset, (start, end))
     audio = clean(take.audio_path, selection.clean) if take.audio_path is not None else None
     if audio is not None and (start > 0 or end < take.info.audio_seconds):

@@ -105,6 +105,7 @@ def writers_named(text: str) -> list[ModuleType]:
     from studio import formats
 
     writers = formats.writers()
+    # People know formats by the ending of their files rather than by our names.
     endings = {formats.written_suffix(module).lstrip("."): module for module in writers.values()}
     found: list[ModuleType] = []
     for name in filter(None, (part.strip().lower().lstrip(".") for part in text.split(","))):
@@ -112,6 +113,7 @@ def writers_named(text: str) -> list[ModuleType]:
         if module is None:
             what = f"There is no format {name} to write."
             raise RequestError(what, f"Choose from: {', '.join(sorted(writers))}.")
+        # `vrma,VRMA` names one file.
         if module not in found:
             found.append(module)
     if not found:

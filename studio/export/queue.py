@@ -75,9 +75,11 @@ class Queue:
     ) -> None:
         self._entries, self._on_event, self._is_cancelled = list(entries), on_event, is_cancelled
         self._whole = sum(entry.weight for entry in entries) or 1.0
-        self._before = 0.0  # weight of the entries that are over
+        # Weight of the entries that are over.
+        self._before = 0.0
         self._began, self._last = time.monotonic(), 0.0
-        self._left_out = 0.0  # weight of those that took no time
+        # Weight of those that took no time.
+        self._left_out = 0.0
         self.files: list[Path] = []
         self.failed: list[Failure] = []
         self.cancelled: list[str] = []
@@ -162,7 +164,8 @@ class SourceJob:
             raise self._error
         try:
             return self._cache.clip(self.source, report)
-        except Cancelled:  # of one format; the next may still be requested
+        except Cancelled:
+            # Of one format; the next may still be requested.
             raise
         except StudioError as error:
             self._error = error
@@ -198,7 +201,8 @@ class ClipCache:
     def clip(self, source: ExportSource, report: Report) -> ExportClip:
         """The clip of a source, read or generated unless it is the one that was asked for last."""
         if self._source is not source or self._clip is None:
-            self._source, self._clip = source, None  # freed first: two hours of motion may not fit
+            # Freed first: two hours of motion may not fit.
+            self._source, self._clip = source, None
             self._clip = source.clip(report)
         return self._clip
 
@@ -265,7 +269,8 @@ def distinct(names: Sequence[str]) -> list[str]:
     for name in names:
         base = chosen = safe_name(name)
         number = 1
-        while chosen.casefold() in used:  # Windows and macOS take Talk and talk for one file
+        while chosen.casefold() in used:
+            # Windows and macOS take Talk and talk for one file.
             number += 1
             chosen = f"{base}_{number}"
         used.add(chosen.casefold())
@@ -290,7 +295,8 @@ def write_clip(
     if motion is None and module.SUFFIX != ".wav":
         raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
     draws = getattr(module, "DRAWS", False)
-    if draws:  # a film has frames of its own, and a still none
+    if draws:
+        # A film has frames of its own, and a still none.
         export_range, fps = replace(export_range, fps=0.0), export_range.fps
     ranged = export_range.motion(motion, name) if motion is not None and len(motion) else motion
     audio = export_range.sound(clip.audio, scratch) if clip.audio is not None else None

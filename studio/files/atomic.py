@@ -27,7 +27,8 @@ _MARGIN_BYTES, _MARGIN = 512 << 20, 0.05
 """What is left free of a disk at least: bytes, or a share of a small disk."""
 _BOMB_BYTES, _BOMB_TIMES = 1 << 30, 100
 """Sound and motion never get so much smaller by packing; an hour of digital silence might."""
-_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows knows no quota
+# Windows knows no quota.
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "KB"))
 """Decimal, as disks are sold and as file managers show them."""
 _RESERVED = {"con", "prn", "aux", "nul", *(f"com{i}" for i in range(10)), *(f"lpt{i}" for i in range(10))}
@@ -45,8 +46,10 @@ def written(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         with disk_faults(beside):
             yield beside
+        # Flushed before the rename: some file systems put the new name on the disk before the bytes.
         with beside.open("rb+") as file:
             os.fsync(file.fileno())
+        # The only step that others see; up to here the old file is whole.
         beside.replace(path)
     except OSError as error:
         raise cannot_write(path, error) from error
@@ -91,6 +94,7 @@ def _fault(path: Path) -> OSError | None:
 
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file in one piece, readable by people."""
+    # Indented: people mend these files by hand, and diffs of them stay readable.
     text = json.dumps(content, ensure_ascii=False, indent=1)
     with written(path) as beside:
         beside.write_text(text + "\n", encoding="utf-8")
@@ -106,7 +110,8 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     if isinstance(value, Path):
         return str(value)
-    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:  # numpy and torch scalars
+    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:
+        # Numpy and torch scalars.
         value = value.item()
     if hasattr(value, "tolist"):
         return plain(value.tolist())
@@ -123,6 +128,7 @@ def read_json(path: Path) -> dict[str, Any]:
         FileNotFoundError: there is none.
     """
     try:
+        # -sig: Windows editors put a byte order mark before what they save.
         content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise damaged(path) from error
@@ -134,6 +140,7 @@ def read_json(path: Path) -> dict[str, Any]:
 def check_version(path: Path, content: dict[str, Any], newest: int) -> None:
     """Raise NewerVersionError for a later version, StudioError where the version makes no sense."""
     version = content.get("version", 1)
+    # True counts as 1 in Python and is no version.
     if isinstance(version, bool) or not isinstance(version, int):
         raise damaged(path)
     if version > newest:
@@ -161,7 +168,8 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
     """What to say of a file that could not be written."""
     reason = error.strerror or type(error).__name__
     if error.errno is not None and (is_full(error) or error.errno == errno.EFBIG):
-        reason = os.strerror(error.errno)  # a library may have put its own words around it
+        # A library may have put its own words around it.
+        reason = os.strerror(error.errno)
     if is_full(error):
         remedy = f"Free some space on the disk of {path.parent}."
     elif error.errno == errno.EFBIG:
@@ -178,6 +186,7 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
 def set_aside(path: Path) -> Path:
     """Rename a damaged file so that nothing in it is lost; gives its new path, `<name>.damaged-N`."""
     number = 1
+    # Counted up: a second damaged file must not take the place of the first.
     while (kept := path.with_name(f"{path.name}.damaged-{number}")).exists():
         number += 1
     path.rename(kept)
@@ -186,10 +195,12 @@ def set_aside(path: Path) -> Path:
 
 def safe_name(name: str) -> str:
     """A file or folder name that every system accepts, close to what was asked; Japanese and spaces stay."""
+    # macOS hands out names in pieces (NFD), and one name would be two on Linux.
     text = unicodedata.normalize("NFC", name)
     text = "".join("_" if c in '<>:"/\\|?*' or unicodedata.category(c).startswith("C") else c for c in text)
     text = text.strip(" .")[:80].rstrip(" .")
-    if text.startswith("-"):  # a command would take it for one of its options
+    if text.startswith("-"):
+        # A command would take it for one of its options.
         text = f"_{text[1:]}"
     if not text or text.split(".")[0].lower() in _RESERVED:
         text = f"take_{text}".rstrip("_")
@@ -231,7 +242,8 @@ def size_text(size: float) -> str:
     """A number of bytes as people read it: "5 bytes", "740 KB", "5.9 MB", "12 GB"."""
     for scale, unit in _UNITS:
         value = size / scale
-        if value >= 0.9995:  # from here on the next smaller unit would be rounded up to 1000
+        if value >= 0.9995:
+            # From here on the next smaller unit would be rounded up to 1000.
             return f"{value:.1f} {unit}" if value < 9.95 else f"{value:.0f} {unit}"
     return "1 byte" if round(size) == 1 else f"{size:.0f} bytes"
 

@@ -43,6 +43,7 @@ def trim(folder: Path, most_bytes: float) -> int:
     Returns:
         Bytes that were removed.
     """
+    # Oldest first: what is used rarely is made again most cheaply.
     found = sorted(_files(folder))
     weight, removed = sum(size for _, size, _ in found), 0
     for _, size, path in found:
@@ -51,8 +52,10 @@ def trim(folder: Path, most_bytes: float) -> int:
         try:
             path.unlink()
         except FileNotFoundError:
-            pass  # another process was quicker
-        except OSError:  # in use on Windows, or not ours to remove
+            # Another process was quicker.
+            pass
+        except OSError:
+            # In use on Windows, or not ours to remove.
             continue
         removed += size
     return removed
@@ -67,10 +70,12 @@ def _files(folder: Path) -> Iterator[tuple[float, int, Path]]:
         return
     for entry in entries:
         with suppress(OSError):
+            # Links are not followed: what lies elsewhere is not ours to remove.
             if entry.is_dir(follow_symlinks=False):
                 yield from _files(Path(entry.path))
                 continue
             stat = entry.stat(follow_symlinks=False)
+            # Many disks are mounted without times of access, where writing must do.
             last = max(stat.st_mtime, stat.st_atime)
             if entry.name.endswith(UNFINISHED) and now - last < _LEFT_BEHIND_AFTER_SECONDS:
                 continue
@@ -134,7 +139,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays in a .npz by name, or that of a .npy under ""; empty where it is missing or damaged."""
     try:
         with path.open("rb") as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of heads that look like those of old versions
+            # Of heads that look like those of old versions.
+            warnings.simplefilter("ignore")
             found = np.load(file, allow_pickle=False)
             if isinstance(found, np.ndarray):
                 return {"": found}
@@ -157,6 +163,7 @@ def _places(sound: Path, name: str) -> tuple[Path, Path]:
 def _can_write(folder: Path) -> bool:
     try:
         folder.mkdir(exist_ok=True)
+        # Tried for real: os.access tells nothing of network drives and full quotas.
         probe = folder / ".probe"
         probe.touch()
         probe.unlink()

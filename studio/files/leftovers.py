@@ -57,6 +57,7 @@ def sweep(folder: Path, *, within: bool = False) -> None:
         within: in the folders directly within, too.
     """
     for entry in _entries(folder):
+        # The whole name: a person's own file that merely begins alike is not touched.
         found = _NAME.fullmatch(entry.name)
         if found is None:
             if within and entry.is_dir(follow_symlinks=False):
@@ -94,15 +95,18 @@ def _entries(folder: Path) -> list[os.DirEntry[str]]:
 
 def _is_left(entry: os.DirEntry[str], host: str, pid: str, began: str) -> bool:
     """Whether what a name says is dead, and what it wrote is ours to remove."""
+    # In a shared temporary folder another user's files are left alone.
     facts = entry.stat(follow_symlinks=False)
     if sys.platform != "win32" and facts.st_uid != os.getuid():
         return False
+    # On a network drive the number of a process says nothing about another computer.
     if host != _host():
         return time.time() - facts.st_mtime > _FOREIGN_S
     if not lock.is_alive(int(pid)):
         return True
     now = lock.began(int(pid))
-    return bool(now and int(began) and now != int(began))  # the number was given again
+    # The number was given again.
+    return bool(now and int(began) and now != int(began))
 
 
 @lru_cache(maxsize=2)

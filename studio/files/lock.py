@@ -15,7 +15,8 @@ from contextlib import suppress
 from pathlib import Path
 
 LOCK_FILE = ".lock"
-_FAR = 1 << 30  # Windows locks bytes against reading too; this one is far behind the number we show
+# Windows locks bytes against reading too; this one is far behind the number we show.
+_FAR = 1 << 30
 
 
 class ProjectLock:
@@ -38,7 +39,9 @@ _held: weakref.WeakValueDictionary[Path, ProjectLock] = weakref.WeakValueDiction
 
 def acquire(folder: Path) -> ProjectLock | None:
     """The lock of a project, or None where another process holds it or the folder cannot be written."""
+    # Through links: two ways to one folder are one project.
     folder = folder.resolve()
+    # flock would refuse a second handle of the same process, which only wants to share.
     if (held := _held.get(folder)) is not None:
         return held
     try:
@@ -66,7 +69,8 @@ def is_held(folder: Path) -> bool:
     try:
         return not _lock(descriptor)
     finally:
-        os.close(descriptor)  # which also lets go of it
+        # Closing also releases what the probe itself has just locked.
+        os.close(descriptor)
 
 
 def holder(folder: Path) -> int | None:
@@ -100,9 +104,11 @@ else:
             os.kill(pid, 0)
         except ProcessLookupError:
             return False
-        except OverflowError:  # no number of a process
+        except OverflowError:
+            # Larger than any process number can be.
             return False
-        except PermissionError:  # somebody else's
+        except PermissionError:
+            # It lives and is another user's.
             return True
         return True
 

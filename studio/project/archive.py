@@ -59,11 +59,13 @@ def pack(project: Path, target: Path) -> Path:
     if target.resolve().is_relative_to(project.resolve()):
         raise RequestError(f"{target.name} would lie inside the project.", "Choose a place outside of it.")
     with (
+        # Fast rather than small: a project is mostly sound, of which little can be packed away.
         atomic.written(target) as beside,
         zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as file,
     ):
         for path in sorted(project.rglob("*")):
             inside = path.relative_to(project)
+            # A link may lead to anything on this computer, which is not to travel.
             if path.is_file() and not path.is_symlink() and not any(p.startswith(".") for p in inside.parts):
                 file.write(path, inside.as_posix())
     return target
@@ -84,6 +86,7 @@ def unpack(source: Path, folder: Path) -> Unpacked:
         StudioError: the folder cannot be written.
     """
     folder = folder.absolute()
+    # Never into a folder with files: unpacking must not mix with a person's own.
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise RequestError(f"{folder.name} is not an empty folder.", "Choose an empty or a new folder.")
     packed = open_packed(source)
@@ -120,7 +123,8 @@ class PackedFile(io.BufferedReader):
         """Go to a place; BadZipFile where there is none."""
         try:
             return super().seek(target, whence)
-        except OSError as error:  # a place before the beginning, or behind what any file can have
+        except OSError as error:
+            # A place before the beginning, or behind what any file can have.
             raise _NoSuchPlaceError(*error.args) from error
 
 
@@ -163,6 +167,7 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
     RequestError unless they are a project's, lie inside of it, and fit into the room. Nothing is written yet.
     """
     listed = [member for member in file.infolist() if not member.is_dir()]
+    # Before any loop over them: a list of names must not keep anybody waiting.
     if len(file.infolist()) > MOST_FILES:
         raise RequestError(f"{source.name} holds more than {MOST_FILES:,} files.", _OTHER)
     for member in listed:
@@ -174,6 +179,7 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
         raise RequestError(f"There is no project in {source.name}.", _OTHER)
     _must_not_clash(members, source)
     needed = sum(member.file_size for member in members)
+    # By what it announces, before a byte is unpacked.
     if atomic.is_bomb(needed, source.stat().st_size):
         raise RequestError(f"{source.name} is made to fill the disk.", _OTHER)
     if needed > room - len(members) * _BLOCK:
@@ -210,7 +216,8 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         plain = target.open("xb")
-    except (FileExistsError, NotADirectoryError) as error:  # names that differ in upper and lower case alone
+    except (FileExistsError, NotADirectoryError) as error:
+        # Names that differ in upper and lower case alone.
         what = f"{source.name} holds two files that this disk takes for one: {member.filename}."
         raise RequestError(what, "Unpack it where it was packed, and rename one of them.") from error
     except OSError as error:

@@ -20,7 +20,8 @@ def kept(project: Path) -> tuple[Path, ...]:
         found = [path for path in (project / FOLDER).iterdir() if path.suffix.lower() == SUFFIX]
         return tuple(sorted(path for path in found if path.is_file() and not path.name.startswith(".")))
     except OSError:
-        return ()  # there is none, or it may not be read
+        # There is none, or it may not be read.
+        return ()
 
 
 def chosen(project: Path) -> Path | None:
@@ -38,6 +39,7 @@ def choose(project: Path, avatar: Path | None) -> None:
     Raises:
         StudioError: the folder cannot be written.
     """
+    # The name alone: a project has no paths that end when it is moved.
     name = avatar.name if avatar is not None else None
     atomic.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, "avatar": name})
 
@@ -52,9 +54,11 @@ def adopt(project: Path, source: Path) -> Path:
         StudioError: it cannot be read, or the folder cannot be written.
     """
     stem, number = atomic.safe_name(source.stem), 1
+    # Chosen again from the project's own folder, it stays the one file.
     if source.parent == project / FOLDER:
         return source
     while (target := project / FOLDER / f"{stem}{'' if number == 1 else f' {number}'}{SUFFIX}").exists():
+        # Compared by content: avatars of one name come in many versions.
         if filecmp.cmp(source, target, shallow=False):
             return target
         number += 1

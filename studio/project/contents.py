@@ -48,12 +48,14 @@ _CURVES = re.compile(r"events\.out\.tfevents\.\d+\.(.+\.)?\d+")
 def is_known(path: PurePosixPath) -> bool:
     """Whether a path inside a project, with slashes, is one that a project may hold."""
     *folders, name = path.parts
+    # Damaged files that were set aside travel with the rest: somebody may still repair them.
     name = _SET_ASIDE.sub("", name)
     ending = PurePosixPath(name).suffix.lower()
     if not folders:
         return name in _TOP
     if any(part.startswith(".") for part in path.parts):
-        return False  # what the studio makes again, or keeps for this computer alone
+        # What the studio makes again, or keeps for this computer alone.
+        return False
     if folders[0] == "exports":
         return ending in _EXPORTS
     if folders[0] == "runs" and folders[2:3] == ["tensorboard"]:
@@ -68,6 +70,7 @@ def is_project(folder: Path) -> bool:
     """Whether a folder holds a project, even one whose project.json is lost."""
     if (folder / PROJECT_FILE).is_file():
         return True
+    # project.json is set aside where it is damaged; the takes beside it are still a project.
     kept = any(folder.glob(f"{PROJECT_FILE}.damaged-*")) if folder.is_dir() else False
     return kept or ((folder / "takes").is_dir() and (folder / DATASET_FILE).is_file())
 
@@ -81,4 +84,5 @@ def write_project_file(folder: Path, name: str) -> None:
 
 def fingerprint(plain: dict[str, Any]) -> int:
     """A number that changes with the content of dataset.json, so that an undo history knows its own."""
+    # Sorted keys: the same choices give the same number, in whatever order they were made.
     return crc32(json.dumps(plain, ensure_ascii=False, sort_keys=True).encode())

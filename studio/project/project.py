@@ -96,7 +96,8 @@ class Project:
             what = f"There is no project at {folder}."
             raise RequestError(what, "Choose a folder with a project.json, or create a project there.")
         project = cls(folder, None if read_only else lock.acquire(folder), read_only)
-        if not project.read_only:  # a command that has nothing to write would leave them
+        if not project.read_only:
+            # A command that has nothing to write would leave them.
             leftovers.sweep(folder)
             leftovers.sweep(project.runs_folder, within=True)
         project._load_project_file()
@@ -118,15 +119,19 @@ class Project:
     @property
     def read_only_reason(self) -> str:
         """Why, in one sentence; "" where it can be changed."""
-        return self._why_read_only[0]
+        return self._why_read_only()[0]
+
+    @property
+    def read_only_in_window(self) -> str:
+        """As `read_only_reason`, for performers, to whom the number of a process tells nothing."""
+        return self._why_read_only(with_process=False)[0]
 
     @property
     def read_only_remedy(self) -> str:
         """What to do about it, in one sentence; "" where it can be changed."""
-        return self._why_read_only[1]
+        return self._why_read_only()[1]
 
-    @property
-    def _why_read_only(self) -> tuple[str, str]:
+    def _why_read_only(self, with_process: bool = True) -> tuple[str, str]:
         if not self.read_only:
             return "", ""
         elsewhere = "Change it there, or close it there and open it here again."
@@ -134,7 +139,7 @@ class Project:
             return f"{self.name} was opened for looking only.", "Open it again to change it."
         if lock.is_held(self.folder):
             pid = lock.holder(self.folder)
-            process = f" (process {pid})" if pid is not None else ""
+            process = f" (process {pid})" if pid is not None and with_process else ""
             return f"{self.name} is open in another window{process}.", elsewhere
         remedy = f"Copy the folder to a place of your own, or allow writing in {self.folder}."
         return f"The folder of {self.name} cannot be written.", remedy
@@ -344,7 +349,7 @@ class Project:
 
     def _must_be_writable(self) -> None:
         if self.read_only:
-            raise StudioError(*self._why_read_only)
+            raise StudioError(*self._why_read_only())
 
     def _load_project_file(self) -> None:
         path = self.folder / PROJECT_FILE

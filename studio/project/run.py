@@ -51,6 +51,7 @@ class Run:
         status = "done" if report is not None else "stopped" if weights else "unfinished"
         if report is not None and isinstance(report.get("status"), str):
             status = report["status"]
+            # A killed training cannot write that it ended; whether its process lives tells.
             if status == "running" and not _goes_on(report):
                 status = "interrupted"
         return cls(folder.name, folder, re.sub(r"_\d+$", "", folder.name), report, status)
@@ -70,7 +71,8 @@ class Run:
         for line in lines:
             try:
                 event = json.loads(line)
-            except (ValueError, RecursionError):  # the latter: brackets nested deeper than Python reads
+            except (ValueError, RecursionError):
+                # The latter: brackets nested deeper than Python reads.
                 continue
             if isinstance(event, dict) and _is_epoch(event):
                 events.append(event)
@@ -150,6 +152,7 @@ def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
     Returns:
         Another name once sound, weights or words change.
     """
+    # By size and time, not by content: hashing an hour of sound would delay every look.
     stat = sound.stat()
     weights = run.folder / "best.safetensors"
     made = weights.stat().st_mtime_ns if weights.is_file() else 0

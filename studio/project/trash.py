@@ -29,7 +29,8 @@ def put_run_away(run: Path) -> Path:
     try:
         trash.mkdir(parents=True, exist_ok=True)
         run.rename(target)
-        target.touch()  # when it was removed, for `thin_out`
+        # When it was removed, for `thin_out`.
+        target.touch()
     except OSError as error:
         raise atomic.cannot_write(run, error) from error
     return target

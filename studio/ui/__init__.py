@@ -1,29 +1,26 @@
 """The window: the only Qt in the house.
 
 app                Builds everything once and hands it over
-avatar_store       The performer's own avatar: one for all rooms, opened on the pool, kept in the project
+avatar_store       The performer's own avatar: one for all tabs, opened on the pool, kept in the project
 bone_table         Which joint of an imported skeleton is which bone: what was guessed, put right by a
                    person in a table
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
-imports            Dropped and chosen files: what they are, and bringing them into the open project by a
-                   child process
-live/              Live: speak, and the avatar moves now
-main_window        The frame around the five rooms: tabs, status, menus, keys, drag and drop
+imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
+                   unpacked; by child processes
+live/              The Live tab: the microphone or a file moves the avatar, now
+main_window        The frame around the five tabs: tabs, status, menus, keys, drag and drop
 menus              The menus and their keys
 messages           The only place that shows an error: a sentence and what to do, over the strip beside the
                    tabs
-packing            A project as one file, to take elsewhere; and such a file made a project again. Children
-                   do the work
 record/            The Record tab: capture, meters, health, takes of today
 review/            The Review tab: predicted and captured motion in time with sound, sending, exporting
 session            What the whole window shares: the open project, the settings, and word of what changed
-shortcuts          The dialog that lists every key
+shortcuts          Keys of the actions as Qt knows them, and the dialog that lists every key
 status_strip       The facts at the right of the tab bar: motion, sound, room on the disk, work going on
-stylesheet         The style sheet's text; @tokens are filled in by studio.ui.theme
-tabs               The five rooms: which there are, and how each is built when it is first needed
+tabs               The five tabs: which there are, and how each is built when it is first needed
 tasks              Work off the GUI thread: a pool for what takes seconds, child processes for all that
                    takes longer
-theme              The one theme: colours, spacing, type and icons of the whole window
+theme              The one theme: colours, spacing, type, icons and style sheet of the whole window
 tour/              The tour: the whole job through the real window, every step verified by its effect
 train/             The Train tab: data, presets, curves, runs
 undo               Undo by tab: what it would take back there, and the message that always says what it did

@@ -1,4 +1,4 @@
-"""The performer's own avatar: one for all rooms, opened on the pool, kept in the project."""
+"""The performer's own avatar: one for all tabs, opened on the pool, kept in the project."""
 
 from __future__ import annotations
 
@@ -8,20 +8,39 @@ from pathlib import Path
 from typing import Protocol
 
 import shiboken6
-from PySide6.QtCore import QObject, Qt, Signal, SignalInstance
+from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio import formats
 from studio.errors import StudioError
 from studio.motion.avatar import Avatar
-from studio.project import avatars
+from studio.project import Project, avatars
+from studio.settings import Settings
 from studio.ui import messages, tasks
-from studio.ui.session import Session
 from studio.ui.widgets.avatar_button import AvatarButton
 
 
+class AvatarSession(Protocol):
+    """What is needed of the session, which is built with a store and so cannot be imported here."""
+
+    project: Project | None
+    settings: Settings
+    avatars: AvatarStore
+
+    @property
+    def project_opened(self) -> SignalInstance:
+        """Another project is open."""
+
+    @property
+    def avatar_dropped(self) -> SignalInstance:
+        """A .vrm was dropped on the window; carries its path."""
+
+    def change_settings(self, **values: object) -> None:
+        """Change preferences by field name."""
+
+
 class AvatarView(Protocol):
-    """A picture that can wear an avatar.
+    """A picture that can show an avatar.
 
     Attributes:
         avatar: the button that chooses one.
@@ -34,7 +53,7 @@ class AvatarView(Protocol):
         """The avatar is left away from now on, since drawing it takes too long."""
 
     def set_avatar(self, avatar: Avatar | None) -> None:
-        """Wear it, and name it on the button; None for the stick figure."""
+        """Show it, and name it on the button; None for the stick figure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,35 +66,33 @@ class _Opened:
 
 
 class AvatarStore(QObject):
-    """What is worn in the open project, the same in every room; get the session's by `AvatarStore.of`.
+    """The avatar of the open project, the same in every tab; the session has the only one.
+
+    Args:
+        session: the open project.
+        parent: as everywhere in Qt.
 
     Signals:
-        changed: another avatar is worn, none, or the one before still, since another could not be opened.
+        changed: another avatar is shown, none, or the one before still, since another could not be opened.
         opening: an avatar of this name is being opened.
     """
 
     changed = Signal()
     opening = Signal(str)
 
-    def __init__(self, session: Session) -> None:
-        super().__init__(session)
+    def __init__(self, session: AvatarSession, parent: QObject) -> None:
+        super().__init__(parent)
         self._session = session
         self.avatar: Avatar | None = None
         self.path: Path | None = None
         """Where the file of the avatar lies in the project."""
-        self._reading = tasks.LatestTask(self)  # the newest wish wins
-        session.avatar_dropped.connect(lambda path: self.wear(Path(str(path))))
+        self._reading = tasks.LatestTask(self)
+        session.avatar_dropped.connect(lambda path: self.choose(Path(str(path))))
         session.project_opened.connect(self._on_project)
         self._on_project()
 
-    @classmethod
-    def of(cls, session: Session) -> AvatarStore:
-        """The wardrobe of a session, made when it is first asked for."""
-        found = session.findChild(cls, options=Qt.FindChildOption.FindDirectChildrenOnly)
-        return found if isinstance(found, cls) else cls(session)
-
-    def wear(self, path: Path | None, asking: QWidget | None = None) -> None:
-        """Wear an avatar from anywhere, or none, and remember it in the project.
+    def choose(self, path: Path | None, asking: QWidget | None = None) -> None:
+        """Show an avatar from anywhere, or none, and remember it in the project.
 
         Args:
             path: its file; None for the stick figure.
@@ -85,7 +102,7 @@ class AvatarStore(QObject):
         if project is None:
             return
         if path is None:
-            self._take_off()
+            self._clear()
             with suppress(StudioError):  # a folder that is only looked at: off for now
                 if not project.read_only:
                     avatars.choose(project.folder, None)
@@ -115,30 +132,30 @@ class AvatarStore(QObject):
         self.opening.emit(path.stem)
 
         def loaded(found: _Opened) -> None:
-            self._put_on(found, None if quiet else path)
+            self._show(found, None if quiet else path)
             if found.unkept is not None:
-                _say(asking, found.unkept)
+                _show_error(asking, found.unkept)
 
         def failed(error: BaseException) -> None:
             self.changed.emit()
-            _say(asking, error)
+            _show_error(asking, error)
 
         self._reading.run(lambda: _opened(path, folder, keep), loaded, failed)
 
-    def _put_on(self, found: _Opened, source: Path | None) -> None:
+    def _show(self, found: _Opened, source: Path | None) -> None:
         self.avatar, self.path = found.avatar, found.path
         if source is not None:
             recent = self._session.settings.with_recent_avatar(source).recent_avatars
             self._session.change_settings(recent_avatars=recent)
         self.changed.emit()
 
-    def _take_off(self) -> None:
+    def _clear(self) -> None:
         self._reading.drop()
         self.avatar = self.path = None
         self.changed.emit()
 
     def _on_project(self) -> None:
-        self._take_off()
+        self._clear()
         project = self._session.project
         chosen = avatars.chosen(project.folder) if project is not None else None
         if project is not None and chosen is not None:
@@ -146,47 +163,46 @@ class AvatarStore(QObject):
 
 
 class Avatars(QObject):
-    """Thought of an avatar button: dresses its picture in what the wardrobe holds."""
+    """Presenter of an avatar button: shows its picture as the avatar that the store holds."""
 
-    def __init__(self, wearer: AvatarView, session: Session) -> None:
-        super().__init__(wearer.avatar)
-        self._wearer, self._session = wearer, session
-        self._wardrobe = AvatarStore.of(session)
-        button = wearer.avatar
-        button.wanted.connect(lambda path: self._wardrobe.wear(path, wearer.avatar))
+    def __init__(self, view: AvatarView, session: AvatarSession) -> None:
+        super().__init__(view.avatar)
+        self._view, self._session, self._store = view, session, session.avatars
+        button = view.avatar
+        button.wanted.connect(lambda path: self._store.choose(path, view.avatar))
         button.browse_requested.connect(self._browse)
         button.menu_opening.connect(self._show_choices)
-        wearer.avatar_too_slow.connect(self._on_too_slow)
-        self._wardrobe.changed.connect(self._dress)
-        self._wardrobe.opening.connect(button.show_busy)
-        self._dress()
+        view.avatar_too_slow.connect(self._on_too_slow)
+        self._store.changed.connect(self._show)
+        self._store.opening.connect(button.show_busy)
+        self._show()
 
     @property
     def worn(self) -> Path | None:
-        """The file of the avatar that is worn."""
-        return self._wardrobe.path
+        """The file of the avatar that is shown."""
+        return self._store.path
 
-    def _dress(self) -> None:
-        self._wearer.set_avatar(self._wardrobe.avatar)
+    def _show(self) -> None:
+        self._view.set_avatar(self._store.avatar)
 
     def _show_choices(self) -> None:
-        self._wearer.avatar.show_choices(*self._wardrobe.choices(), self._wardrobe.path)
+        self._view.avatar.show_choices(*self._store.choices(), self._store.path)
 
     def _browse(self) -> None:
         recent = self._session.settings.recent_avatars
         start = str(Path(recent[0]).parent) if recent else str(Path.home())
         title, kinds = self.tr("Open a VRM avatar"), self.tr("VRM avatars (*.vrm)")
-        name, _ = QFileDialog.getOpenFileName(self._wearer.avatar, title, start, kinds)
+        name, _ = QFileDialog.getOpenFileName(self._view.avatar, title, start, kinds)
         if name:
-            self._wardrobe.wear(Path(name), self._wearer.avatar)
+            self._store.choose(Path(name), self._view.avatar)
 
     def _on_too_slow(self) -> None:
         what = self.tr("This computer draws the avatar too slowly.")
         instead = self.tr("The stick figure with its proportions is shown instead.")
-        messages.show_note(self._wearer.avatar, f"{what} {instead}")
+        messages.show_note(self._view.avatar, f"{what} {instead}")
 
 
-def _say(asking: QWidget | None, error: BaseException) -> None:
+def _show_error(asking: QWidget | None, error: BaseException) -> None:
     """Show an error where somebody asked, as long as that is there."""
     there = asking is not None and shiboken6.isValid(asking)
     messages.show_error(asking if there else None, error)

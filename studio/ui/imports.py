@@ -1,20 +1,31 @@
-"""Dropped and chosen files: what they are, and bringing them into the open project by a child process."""
+"""Files that come in or go out: dropped and chosen ones imported, projects packed and unpacked."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio.errors import StudioError
-from studio.ipc.events import BonesEvent, ChildEvent, ImportDone, ProblemEvent, TakeEvent
+from studio.files.atomic import safe_name
+from studio.ipc.events import (
+    BonesEvent,
+    ChildEvent,
+    DoneEvent,
+    ImportDone,
+    ProblemEvent,
+    TakeEvent,
+    UnpackDone,
+)
 from studio.ui import messages
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
 from studio.ui.messages import counted
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 
 SOUNDS = frozenset(
     {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
@@ -92,17 +103,17 @@ class Importer(QObject):
         self._skeleton: ImportedSkeleton | None = None
         """One whose bones were guessed, or could not be: what the person may correct."""
         self.bones = BoneTablePresenter(session, window)
-        self._job = Job(self)
-        self._job.told.connect(self._on_event)
-        self._job.done.connect(self._on_done)
-        self._job.failed.connect(self._on_failed)
-        self._job.ended.connect(self._on_ended)
-        session.import_cancelled.connect(self._job.cancel)
+        self._task = ChildTask(self)
+        self._task.told.connect(self._on_event)
+        self._task.done.connect(self._on_done)
+        self._task.failed.connect(self._on_failed)
+        self._task.ended.connect(self._on_ended)
+        session.import_cancelled.connect(self._task.cancel)
 
     @property
     def running(self) -> bool:
         """Whether a batch is being imported."""
-        return self._job.running
+        return self._task.running
 
     def start(self, paths: tuple[Path, ...]) -> None:
         """Import paths, or say why not."""
@@ -110,19 +121,19 @@ class Importer(QObject):
         if project is None:
             what = self.tr("There is no project to import into.")
             messages.show_error(self._window, StudioError(what, self.tr("Open or make a project first.")))
-        elif self._job.running:
+        elif self._task.running:
             what = self.tr("Another import is still going on.")
             messages.show_error(self._window, StudioError(what, self.tr("Drop these files when it is done.")))
         else:
             self._folder = project.folder
             self._refused.clear()
             self._skeleton = None
-            self._tell(self.tr("Importing…"), None)
-            self._job.start(["import", str(project.folder), *map(str, paths)])
+            self._show_status(self.tr("Importing…"), None)
+            self._task.start(["import", str(project.folder), *map(str, paths)])
 
     def close(self) -> None:
         """End the child; what it has saved stays."""
-        self._job.close()
+        self._task.close()
 
     def _on_event(self, event: ChildEvent) -> None:
         match event:
@@ -130,9 +141,9 @@ class Importer(QObject):
                 self._skeleton = ImportedSkeleton.of_event(event)
             case ProblemEvent():
                 self._refused.append((event.what, event.remedy))
-                self._tell(self.tr("Importing…"), event.fraction)
+                self._show_status(self.tr("Importing…"), event.fraction)
             case TakeEvent():
-                self._tell(self.tr("Imported {0}").format(event.take), event.fraction)
+                self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)
 
     def _on_done(self, done: ImportDone) -> None:
         project = self._session.project
@@ -141,25 +152,25 @@ class Importer(QObject):
         count = len(done.takes)
         if self._refused:
             what, remedy = self._refused[0]
-            told = self._told(count)
+            text = self._text(count)
             one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
             left = counted(len(self._refused), one, many)
-            messages.show_failure(self._window, f"{told} {left}", f"{what} {remedy}")
+            messages.show_failure(self._window, f"{text} {left}", f"{what} {remedy}")
             self._offer_bones()
             return
         show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
-        said = self._told(count)
+        text = self._text(count)
         if self._skeleton is None:
-            messages.show_note(self._window, said, "", show)
+            messages.show_note(self._window, text, "", show)
             return
         guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
-        messages.show_note(self._window, said, guess, (self.tr("Check the bones"), self._show_bones))
+        messages.show_note(self._window, text, guess, (self.tr("Check the bones"), self._show_bones))
 
-    def _told(self, count: int) -> str:
+    def _text(self, count: int) -> str:
         return counted(count, self.tr("1 take imported."), self.tr("{0} takes imported."))
 
-    def _on_failed(self, what: str, remedy: str) -> None:
-        messages.show_failure(self._window, what, remedy)
+    def _on_failed(self, error: StudioError) -> None:
+        messages.show_error(self._window, error)
         self._offer_bones()
 
     def _offer_bones(self) -> None:
@@ -172,12 +183,128 @@ class Importer(QObject):
             self.bones.ask(self._skeleton)
 
     def _on_ended(self) -> None:
-        self._tell("", None)
+        self._show_status("", None)
         # A cancelled or failed batch keeps the takes it had finished.
         project = self._session.project
         if project is not None and project.folder == self._folder:
             self._session.refresh_takes()
 
-    def _tell(self, sentence: str, fraction: float | None) -> None:
+    def _show_status(self, sentence: str, fraction: float | None) -> None:
         self._session.status_changed.emit("job", sentence, "")
         self._session.import_progress.emit(sentence, fraction)
+
+
+SUFFIX = ".zip"
+
+
+class PackTask(QObject):
+    """Runs `saia pack` and `saia unpack`, one at a time.
+
+    Args:
+        session: with the project to pack.
+        window: shows what came of it.
+        open_project: opens what was unpacked.
+    """
+
+    def __init__(self, session: Session, window: QWidget, open_project: Callable[[Path], object]) -> None:
+        super().__init__(window)
+        self._session, self._window, self._open_project = session, window, open_project
+        self._target = Path()
+        self._unpacks = False
+        self._task = ChildTask(self)
+        self._task.done.connect(self._on_done)
+        self._task.failed.connect(lambda error: messages.show_error(self._window, error))
+        self._task.ended.connect(lambda: self._show_status(""))
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being packed or unpacked."""
+        return self._task.running
+
+    def ask_pack(self) -> None:
+        """Ask where the packed project shall lie, and pack it there."""
+        project = self._session.project
+        if project is not None:
+            place = project.folder.parent / f"{safe_name(project.name)}{SUFFIX}"
+            title, kinds = self.tr("Pack the project"), self.tr("Packed project (*.zip)")
+            found, _ = QFileDialog.getSaveFileName(self._window, title, str(place), kinds)
+            if found:
+                self.pack(Path(found))
+
+    def ask_unpack(self) -> None:
+        """Ask for a packed project, and open it."""
+        title, kinds = self.tr("Open a packed project"), self.tr("Packed project (*.zip)")
+        found, _ = QFileDialog.getOpenFileName(self._window, title, str(self._home()), kinds)
+        if found:
+            self.ask_place(Path(found))
+
+    def ask_place(self, packed: Path) -> None:
+        """Ask where a packed project shall become a folder, and open it there."""
+        title = self.tr("Unpack {0}: choose a new folder").format(packed.name)
+        place = free_folder(self._home(), packed.stem)
+        kinds = self.tr("Project folder (*)")
+        found, _ = QFileDialog.getSaveFileName(self._window, title, str(place), kinds)
+        if found:
+            self.unpack(packed, Path(found))
+
+    def pack(self, target: Path) -> None:
+        """Pack the open project into a zip."""
+        project = self._session.project
+        if project is None or self._is_busy():
+            return
+        self._target = target if target.suffix.lower() == SUFFIX else target.with_name(target.name + SUFFIX)
+        self._unpacks = False
+        self._show_status(self.tr("Packing {0}…").format(project.name))
+        self._task.start(["pack", str(project.folder), "-o", str(self._target)])
+
+    def unpack(self, packed: Path, folder: Path) -> None:
+        """Make a project folder of a zip, and open it."""
+        if self._is_busy():
+            return
+        self._target, self._unpacks = folder, True
+        self._show_status(self.tr("Unpacking {0}…").format(packed.name))
+        self._task.start(["unpack", str(packed), str(folder)])
+
+    def close(self) -> None:
+        """End the child; a half-made file goes with it."""
+        self._task.close()
+
+    def _is_busy(self) -> bool:
+        if self._task.running:
+            what = self.tr("Something is still being packed.")
+            messages.show_error(self._window, StudioError(what, self.tr("Wait until it is done.")))
+        return self._task.running
+
+    def _on_done(self, done: DoneEvent) -> None:
+        target = self._target
+        if self._unpacks:
+            if self._session.rolling:
+                messages.show_note(self._window, self.tr("Unpacked into {0}.").format(target.name))
+            else:
+                self._open_project(target)
+            if isinstance(done, UnpackDone) and done.left_out:
+                one = self.tr("{0} file of the zip is part of no project and was left out.")
+                many = self.tr("{0} files of the zip are part of no project and were left out.")
+                messages.show_note(self._window, counted(done.left_out, one, many))
+            return
+
+        def show_it() -> None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(target.parent)))
+
+        text = self.tr("The whole project is in {0}.").format(target.name)
+        messages.show_note(self._window, text, "", (self.tr("Show the folder"), show_it))
+
+    def _home(self) -> Path:
+        recent = self._session.settings.recent_projects
+        return Path(recent[0]).parent if recent else Path.home()
+
+    def _show_status(self, sentence: str) -> None:
+        self._session.status_changed.emit("job", sentence, "")
+
+
+def free_folder(place: Path, name: str) -> Path:
+    """A folder of this name that is not there yet, or of this name with a number."""
+    folder, number = place / name, 2
+    while folder.exists():
+        folder, number = place / f"{name} {number}", number + 1
+    return folder

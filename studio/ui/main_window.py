@@ -32,9 +32,8 @@ from studio.errors import StudioError
 from studio.paths import resource
 from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
-from studio.ui.imports import Importer, sort_drop
+from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
-from studio.ui.packing import PackTask
 from studio.ui.session import Session
 from studio.ui.shortcuts import ShortcutsDialog, sequence
 from studio.ui.status_strip import StatusStrip
@@ -307,6 +306,7 @@ class MainWindow(QMainWindow):
         session.project_opened.connect(self._on_project_opened)
         session.status_changed.connect(self.status.show_fact)
         session.tab_requested.connect(self.show_room)
+        session.review_requested.connect(self._on_review_requested)
         session.import_requested.connect(self._on_import_requested)
         session.rolling_changed.connect(self._on_rolling_changed)
         self.status.clicked.connect(self._on_status_clicked)
@@ -379,6 +379,11 @@ class MainWindow(QMainWindow):
             self.show_room("record")
             return
         self.room("record")[1].toggle()  # type: ignore[attr-defined]
+
+    def _on_review_requested(self, run: str) -> None:
+        # Review may not have been built yet, and would not hear the signal itself.
+        self.room("review")[1].show_run(run)  # type: ignore[attr-defined]
+        self.show_room("review")
 
     def _on_status_clicked(self, key: str) -> None:
         home = {

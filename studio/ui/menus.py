@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QMenu, QMessageBox, QWi
 
 from studio import __version__, actions
 from studio.ui import messages, tabs, theme, undo
-from studio.ui.packing import PackTask
+from studio.ui.imports import PackTask
 from studio.ui.session import Session
 from studio.ui.shortcuts import translated
 from studio.ui.undo import UndoScope

@@ -61,9 +61,9 @@ class Toast(QFrame):
     It stays as long as the mouse or the keyboard is on it. F6 goes to it, Esc takes it away from there.
     """
 
-    def __init__(self, window: QWidget) -> None:
+    def __init__(self, window: QWidget, error_ms: int = ERROR_MS) -> None:
         super().__init__(window)
-        self._window = window
+        self._window, self._error_ms = window, error_ms
         self.setObjectName("toast")
         self._icon = QLabel()
         self.text = QLabel(wordWrap=True)
@@ -82,15 +82,15 @@ class Toast(QFrame):
         theme.set_icon(close, "mdi6.close", "muted")
         close.setAccessibleName(_tr("Dismiss message"))
         close.clicked.connect(self.hide)
-        words = QVBoxLayout()
-        words.setSpacing(2)
-        words.addWidget(self.text)
-        words.addWidget(self.remedy)
+        texts = QVBoxLayout()
+        texts.setSpacing(2)
+        texts.addWidget(self.text)
+        texts.addWidget(self.remedy)
         row = QHBoxLayout(self)
         row.setContentsMargins(14, 5, 8, 5)
         row.setSpacing(12)
         row.addWidget(self._icon)
-        row.addLayout(words, 1)
+        row.addLayout(texts, 1)
         row.addWidget(self.action)
         row.addWidget(close)
         self._timer = QTimer(self)
@@ -138,18 +138,18 @@ class Toast(QFrame):
         if action is not None:
             self.action.setText(action[0])
         self._on_action = action[1] if action else None
-        self._forget_until()
+        self._clear_until()
         if until is not None:
             self._until = until
             until.connect(self._withdraw_action)
         self.show()
         self.raise_()
         self._place()
-        words = f"{text} {remedy}".strip()
-        self.setAccessibleName(words)
-        QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(self, words))
+        whole = f"{text} {remedy}".strip()
+        self.setAccessibleName(whole)
+        QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(self, whole))
         self.bad = bad
-        self._timer.start(NOTE_MS if kind == "note" else ERROR_MS)
+        self._timer.start(NOTE_MS if kind == "note" else self._error_ms)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
@@ -189,11 +189,11 @@ class Toast(QFrame):
     def _withdraw_action(self) -> None:
         self.action.hide()
         self._on_action = None
-        self._forget_until()
+        self._clear_until()
         if self.isVisible():
             self._place()
 
-    def _forget_until(self) -> None:
+    def _clear_until(self) -> None:
         until, self._until = self._until, None
         if until is not None:
             with suppress(RuntimeError):  # the tab it came from is gone

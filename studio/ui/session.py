@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from studio.errors import StudioError
+from studio.ui.avatar_store import AvatarStore
 
 if TYPE_CHECKING:
     from studio.dataset.dataset import Dataset
@@ -53,6 +53,7 @@ class Session(QObject):
         import_cancelled: end the import that is going on.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
+        review_requested: show a run in Review, by its id.
     """
 
     project_opened = Signal()
@@ -73,6 +74,7 @@ class Session(QObject):
     import_cancelled = Signal()
     import_progress = Signal(str, object)
     tab_requested = Signal(str)
+    review_requested = Signal(str)
 
     def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -84,14 +86,13 @@ class Session(QObject):
         self.project: Project | None = None
         self.rolling = False
         self._known_takes: set[str] = set()
-        self.wanted_run = ""
-        """A run that Review should show when it comes up next."""
+        self.avatars = AvatarStore(self, self)
+        """The performer's own avatar, one for all tabs."""
 
     @property
     def locked_reason(self) -> str:
         """Why the open project is only to look at, in one sentence; "" where it can be changed."""
-        reason = self.project.read_only_reason if self.project is not None else ""
-        return re.sub(r" \(process \d+\)\.$", ".", reason)  # a number tells a performer nothing
+        return self.project.read_only_in_window if self.project is not None else ""
 
     def open_project(self, folder: Path) -> Project:
         """Open a project folder and tell everyone; the one open before is left.

@@ -13,7 +13,7 @@ from studio.errors import StudioError
 from studio.ipc.events import ChildEvent, DoctorDone, DoneEvent, SystemCheckEvent, TakeEvent
 from studio.ui import messages, tasks
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 from studio.ui.welcome_view import WelcomePage
 
 if TYPE_CHECKING:
@@ -21,18 +21,19 @@ if TYPE_CHECKING:
 
 
 class StartPresenter(QObject):
-    """Thought behind the welcome page and the File menu."""
+    """Presenter of the welcome page, and what the File menu does with projects."""
 
     def __init__(self, page: WelcomePage, session: Session, window: QWidget) -> None:
         super().__init__(window)
         self._page = page
         self._session = session
         self._window = window
-        self._report: tuple[SystemCheckEvent, ...] = ()
+        self.checks: tuple[SystemCheckEvent, ...] = ()
+        """What was found out about this machine."""
         self._checked = False
-        self._sample = Job(self)
+        self._sample = ChildTask(self)
         self._sample_folder = Path()
-        self._doctor = Job(self)
+        self._doctor = ChildTask(self)
         self._connect()
         self.refresh()
 
@@ -51,7 +52,7 @@ class StartPresenter(QObject):
     def open_project(self, folder: Path) -> None:
         """Open a project folder, or say why not; what was found damaged in it is told."""
         try:
-            self._tell_problems(self._session.open_project(folder))
+            self._show_problems(self._session.open_project(folder))
         except StudioError as error:
             messages.show_error(self._window, error)
         self.refresh()
@@ -108,7 +109,7 @@ class StartPresenter(QObject):
         page.report_requested.connect(self.copy_report)
         self._sample.told.connect(self._on_sample_event)
         self._sample.done.connect(self._on_sample_done)
-        self._sample.failed.connect(self._on_sample_failed)
+        self._sample.failed.connect(lambda error: messages.show_error(self._window, error))
         self._sample.ended.connect(lambda: self._page.show_progress("", None))
         self._doctor.done.connect(self._on_checked)
         self._doctor.failed.connect(self._on_check_failed)
@@ -117,7 +118,7 @@ class StartPresenter(QObject):
         recent = self._session.settings.recent_projects
         return Path(recent[0]).parent if recent else Path.home()
 
-    def _tell_problems(self, project: Project) -> None:
+    def _show_problems(self, project: Project) -> None:
         """One message for what was found while opening, and for what is recovered."""
         if project.problems:
             what, remedy = project.problems[0]
@@ -133,8 +134,8 @@ class StartPresenter(QObject):
             )
 
     def _on_forget(self, folder: Path) -> None:
-        kept = self._session.settings.without_recent(folder).recent_projects
-        self._session.change_settings(recent_projects=kept)
+        left = self._session.settings.without_recent(folder).recent_projects
+        self._session.change_settings(recent_projects=left)
         self.refresh()
 
     def _on_sample_event(self, event: ChildEvent) -> None:
@@ -145,22 +146,19 @@ class StartPresenter(QObject):
     def _on_sample_done(self, _done: DoneEvent) -> None:
         self.open_project(self._sample_folder)
 
-    def _on_sample_failed(self, what: str, remedy: str) -> None:
-        messages.show_failure(self._window, what, remedy)
-
     def _on_checked(self, done: DoctorDone) -> None:
-        self._report = done.checks
-        self._page.show_checks(self._report)
+        self.checks = done.checks
+        self._page.show_checks(self.checks)
 
-    def _on_check_failed(self, what: str, remedy: str) -> None:
-        self._page.show_checks((SystemCheckEvent(what=what, remedy=remedy),))
+    def _on_check_failed(self, error: StudioError) -> None:
+        self._page.show_checks((SystemCheckEvent(what=error.what, remedy=error.remedy),))
 
     def copy_report(self) -> None:
         """Put what `saia doctor` says on the clipboard, for a report."""
         tasks.run(_diagnostics, self._on_report, owner=self)
 
     def _on_report(self, head: str) -> None:
-        lines = (f"[{'ok' if check.ok else '!!'}] {check.name}: {check.what}" for check in self._report)
+        lines = (f"[{'ok' if check.ok else '!!'}] {check.name}: {check.what}" for check in self.checks)
         QApplication.clipboard().setText("\n".join((head, *lines)))
         messages.show_note(self._window, self.tr("The report is on the clipboard."))
 

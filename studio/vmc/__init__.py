@@ -14,3 +14,7 @@ udp       UDP datagrams with their arrival times: ports with room to wait in, st
           can
 watch     Statistics of frames: rate, jitter, losses, and whether anything moves. Pure
 """
+
+# Here, where importing costs nothing: settings and every command's help name a port.
+MARIONETTE_PORT, PERFORMER_PORT = 39539, 39540
+"""Where avatars listen, and where programs listen that pass motion on. Source: the VMC protocol."""

@@ -2,7 +2,8 @@
 
 Every bench_<name>.py beside this offers `run() -> dict[str, Any]` with figures whose names carry their
 units. Each runs in a process of its own; what it gives is printed and kept in results/<name>.json with
-the machine it was measured on. Nothing is asserted on the clock.
+the machine it was measured on. Nothing is asserted on the clock. `house --at COMMIT` counts that commit
+beside the working tree.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ def main(words: list[str]) -> int:
     """Run the benchmarks named, or all; exit code 1 where one failed."""
     if words[:1] == ["--one"]:
         return run_one(words[1], Path(words[2]))
+    if "--at" in words:  # of `house`: another commit, counted beside this one
+        at = words.index("--at")
+        os.environ["SAIA_BENCH_AT"] = words[at + 1] if at + 1 < len(words) else "HEAD"
+        del words[at : at + 2]
     known = sorted(path.stem.removeprefix("bench_") for path in HERE.glob("bench_*.py"))
     unknown = [word for word in words if word not in known]
     if unknown:
@@ -99,7 +104,14 @@ def plain(value: Any) -> Any:
 
 
 def table(figures: dict[str, Any], indent: str = "  ") -> str:
-    """Figures under one another, names on the left."""
+    """Figures under one another, names on the left; groups of the same names stand beside one another."""
+    groups = [value for value in figures.values() if isinstance(value, dict)]
+    if len(groups) == len(figures) > 1 and all(group.keys() == groups[0].keys() for group in groups):
+        width = max(map(len, groups[0]))
+        lines = [indent + " " * width + "".join(f"{name:>12}" for name in figures)]
+        lines += [f"{indent}{name:<{width}}" + "".join(f"{group[name]!s:>12}" for group in groups)
+                  for name in groups[0]]  # fmt: skip
+        return "\n".join(lines)
     width = max((len(name) for name, value in figures.items() if not isinstance(value, dict)), default=0)
     lines = []
     for name, value in figures.items():

@@ -46,7 +46,7 @@ def _measure(folder: Path) -> dict[str, Any]:
     from studio.motion.skeleton import Skeleton
     from studio.ui import theme
     from studio.ui.widgets.figure.figure import StickFigure
-    from studio.ui.widgets.shape_meters import ShapeMeters
+    from studio.ui.widgets.meters import ShapeMeters
 
     app = QApplication.instance() or QApplication([])
     assert isinstance(app, QApplication)

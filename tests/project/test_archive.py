@@ -158,12 +158,12 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.training.checkpoint import BEST, LAST
     from studio.training.loop import run_folder
     from studio.ui.review import tune_presenter, vote_presenter
-    from studio.ui.train import run_reading
+    from studio.ui.train import run_facts
 
     audio = {f"audio{suffix}" for suffix in (*folder.SOUND_SUFFIXES, *saia_csv.SOUND_SUFFIXES)}
     run = (
         run_folder.RECIPE_FILE, run_folder.METRICS_FILE, run_folder.REPORT_FILE, BEST, LAST,
-        model_card.CARD_FILE, model_card.LICENCE_FILE, model_card.EVALUATION_FILE, run_reading.NOTE_FILE,
+        model_card.CARD_FILE, model_card.LICENCE_FILE, model_card.EVALUATION_FILE, run_facts.NOTE_FILE,
         suggest.WORST_FILE,
         f"{preview.FOLDER}/{preview.FACTS}", f"{preview.FOLDER}/{preview.BEST}{motion_file.SUFFIX}",
         f"{run_folder.FOLDER}/events.out.tfevents.1763.host.4711.0",

@@ -4,6 +4,8 @@ import gc
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,6 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from studio.errors import StudioError
-from studio.files import lock
 from studio.project import Project
 from studio.ui import app as application
 from studio.ui import messages, tabs, tasks, theme
@@ -240,13 +241,12 @@ def test_sounds_dropped_in_review_go_to_review(open_window, project_folder: Path
     heard = []
     window.session.sounds_dropped.connect(heard.append)
     window.session.batch_dropped.connect(heard.append)
-    window._active = "review"  # the room itself is tested in its own folder
+    window.show_room("review")
     window.take_paths((tmp_path / "voice.wav",))
     folder = tmp_path / "voices"
     folder.mkdir()
     (folder / "a.wav").touch()
     window.take_paths((folder,))
-    window._active = "record"
     assert heard == [(tmp_path / "voice.wav",), folder]
 
 
@@ -299,13 +299,25 @@ def test_status_facts_come_and_go(open_window, project_folder: Path) -> None:
     assert not fact.isVisible()
 
 
-def test_a_second_window_says_in_every_tab_that_it_only_looks(
-    open_window, project_folder: Path, monkeypatch
-) -> None:
-    with monkeypatch.context() as elsewhere:  # as another process that has it open makes it look
-        elsewhere.setattr(lock, "acquire", lambda _: None)
-        elsewhere.setattr(lock, "is_held", lambda _: True)
-        elsewhere.setattr(lock, "holder", lambda _: 4711)
+@contextmanager
+def open_elsewhere(folder: Path) -> Iterator[None]:
+    """Another process has a project open."""
+    code = (
+        "from pathlib import Path\n"
+        "from studio.project import Project\n"
+        f"project = Project.open(Path({str(folder)!r}))\n"
+        "print('open', flush=True)\n"
+        "input()\n"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], text=True, **pipes) as other:
+        assert other.stdout.readline() == "open\n"
+        yield
+        other.communicate("\n", timeout=60)
+
+
+def test_a_second_window_says_in_every_tab_that_it_only_looks(open_window, project_folder: Path) -> None:
+    with open_elsewhere(project_folder):
         window = open_window(str(project_folder))
         told = window.status.facts["locked"]
         for name in tabs.NAMES:
@@ -336,7 +348,7 @@ def test_light_colours_are_kept(open_window, qapp: QApplication) -> None:
 def test_the_welcome_page_checks_the_machine(open_window, qtbot) -> None:
     window = open_window()
     window.start.check_machine()
-    qtbot.waitUntil(lambda: len(window.start._report) > 3, timeout=120_000)
+    qtbot.waitUntil(lambda: len(window.start.checks) > 3, timeout=120_000)
     words = " ".join(one.text() for one in window.welcome.findChildren(QLabel) if one.isVisible())
     assert "Looking at this machine" not in words
     window.start.copy_report()

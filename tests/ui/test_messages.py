@@ -120,8 +120,8 @@ def test_an_action_runs_once_and_closes_the_message(window) -> None:
     assert toast.pos() != QPoint(0, 0)
 
 
-def test_an_error_goes_by_itself_later_than_a_note(window, qtbot, monkeypatch) -> None:
-    monkeypatch.setattr(messages, "ERROR_MS", 50)
+def test_an_error_goes_by_itself_later_than_a_note(window, qtbot) -> None:
+    messages.Toast(window, error_ms=50)
     messages.show_error(window, StudioError("Port 39539 is already in use.", "Choose another port."))
     toast = toast_of(window)
     qtbot.waitUntil(lambda: not toast.isVisible(), timeout=30_000)

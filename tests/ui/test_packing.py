@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.ui.packing import PackTask, free_folder
+from studio.ui.imports import PackTask, free_folder
 from studio.ui.session import Session
 
 

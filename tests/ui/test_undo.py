@@ -23,7 +23,6 @@ from studio.ui import messages, tasks
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
 from studio.ui.review.tune_view import TunePanel
-from studio.ui.tasks import Job
 
 Key, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 NONE = Qt.KeyboardModifier.NoModifier
@@ -285,7 +284,7 @@ def test_undo_in_train_brings_runs_back_and_takes_set_aside(
     view.findChild(QPushButton, "set_validation").click()
     (chosen,) = (one["id"] for one in choices(edited) if one["split"] == "val")
     assert told(window) == (f"{chosen} is kept for validation.", "Undo")
-    presenter._removing.remove(folder, "Removed quick_001.")  # type: ignore[attr-defined]
+    presenter.model.trash.remove(folder, "Removed quick_001.")  # type: ignore[attr-defined]
     aside = f"Set {chosen} aside for validation"
     for key, undone, runs, kept, left in (
         (Key.Key_Z, "Undone: Remove quick_001", 1, 1, aside),
@@ -427,12 +426,13 @@ def test_a_run_that_is_trained_on_is_not_undone_away(open_window: Open, edited: 
     def runs() -> list[str]:
         return [run.id for run in project.runs]
 
-    presenter._keeping._on_arrived(folder, "mine.saiarun is quick_001 now.")  # type: ignore[attr-defined]
+    presenter.model.add_run(folder, "mine.saiarun is quick_001 now.")  # type: ignore[attr-defined]
     assert told(window) == ("mine.saiarun is quick_001 now.", "Undo")
     back_and_forth(qtbot, window, "Import quick_001", [], ["quick_001"], runs)
     toast_of(window).action.click()
-    presenter._job, presenter._folder = Job(presenter), folder  # type: ignore[attr-defined]
+    training = presenter.model.training  # type: ignore[attr-defined]
+    training.running, training.folder = True, folder
     press(qtbot, window)
     assert told(window) == ("quick_001 is being trained.", "")
     assert runs() == ["quick_001"]
-    presenter._job = None  # type: ignore[attr-defined]
+    training.running = False

@@ -254,7 +254,8 @@ class VirtualDeviceEvent(NoteEvent):
     VERBS = ("tour",)
 
     display: str = ""
-    PULSE_SERVER: str = ""  # the key is the variable that leads programs to the server
+    # The key is the variable that leads programs to the server.
+    PULSE_SERVER: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The take shown, heard and seen: what plays, where the playhead goes by keys, and what is repeated."""
+"""Presenter of the take shown: what plays, where the playhead goes by keys, and what is repeated."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from PySide6.QtCore import QObject
 
 from studio.motion import Motion, Pose, rotation
 from studio.ui import undo
-from studio.ui.curate.findings import placed
+from studio.ui.curate.checks import placed
 from studio.ui.curate.model import CurateModel
-from studio.ui.curate.playing import LoadedTake
+from studio.ui.curate.playback import LoadedTake
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
 from studio.ui.widgets.timeline.content import Mark, Span

@@ -15,13 +15,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.actions import ACTIONS
 from studio.ui import theme
-from studio.ui.curate.cleaning_view import CleanButton
 from studio.ui.curate.labels_view import WordBar
-from studio.ui.curate.trimming_view import CutQuestion
+from studio.ui.curate.tools_view import CleanButton, CutQuestion
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.correlation_plot import CorrelationButton
+from studio.ui.widgets.plots import CorrelationButton
 from studio.ui.widgets.timeline.time_view import clock
 from studio.ui.widgets.timeline.timeline import Timeline
 
@@ -59,7 +59,7 @@ class Bench(Card):
         self.timeline = Timeline()
         self.words = WordBar()
         self.question = CutQuestion()
-        self.clean = CleanButton()
+        self.clean = CleanButton(_key("compare_cleaning"))
         self._duration = 0.0
         self.body.addLayout(self._build_transport())
         self.body.addWidget(self.timeline, 1)
@@ -90,7 +90,9 @@ class Bench(Card):
             self.tr("Spectrogram") if fraction is None else self.tr("Measuring {0}").format(f"{fraction:.0%}")
         )
         self.picture.setText(text)
-        self.picture.setToolTip(self.tr("Show which pitches sound in place of the waveform (P)"))
+        self.picture.setToolTip(
+            self.tr("Show which pitches sound in place of the waveform ({0})").format(_key("sound_picture"))
+        )
         self.picture.setAccessibleName(self.tr("Spectrogram"))
 
     def show_history(self, undo: str, redo: str) -> None:
@@ -163,14 +165,16 @@ class Bench(Card):
         self.start = self._tool("mdi6.skip-previous", self.tr("Go to the start (Home)"), "go_start_button")
         self.play = QPushButton()
         self.play.setObjectName("play_button")
-        self.play.setToolTip(self.tr("Play and pause (Space)"))
+        self.play.setToolTip(self.tr("Play and pause ({0})").format(_key("play")))
         self.play.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.play.setMinimumWidth(96)
         self.play.clicked.connect(self.play_requested)
         theme.as_role(self.play, "primary")
         self.show_playing(False)
         self.loop = self._tool(
-            "mdi6.repeat", self.tr("Repeat the selected span, or the take (L)"), "loop_button"
+            "mdi6.repeat",
+            self.tr("Repeat the selected span, or the take ({0})").format(_key("loop")),
+            "loop_button",
         )
         self.loop.setCheckable(True)
         self.loop.clicked.connect(self.loop_requested)
@@ -222,12 +226,14 @@ class Bench(Card):
         self.trim = self._verb(
             self.tr("Trim to selection"), "mdi6.content-cut", "trim_button", self.trim_requested
         )
-        self.trim.setToolTip(self.tr("Use only the selected span. I and O set the ends at the playhead."))
+        trim_tip = self.tr("Use only the selected span. {0} and {1} set the ends at the playhead.")
+        self.trim.setToolTip(trim_tip.format(_key("in_point"), _key("out_point")))
         self.untrim = self._verb(self.tr("Use all"), "mdi6.arrow-expand-horizontal", "untrim_button",
                                  self.untrim_requested)  # fmt: skip
         self.untrim.setToolTip(self.tr("Use the whole take again, with nothing left out"))
         self.exclude = self._verb(self.tr("Exclude"), "mdi6.eraser", "exclude_button", self.exclude_requested)
-        self.exclude.setToolTip(self.tr("Leave the selected span out of training, or use it again (X)"))
+        exclude_tip = self.tr("Leave the selected span out of training, or use it again ({0})")
+        self.exclude.setToolTip(exclude_tip.format(_key("exclude")))
         self.pauses = self._verb(
             self.tr("Split at pauses"),
             "mdi6.view-split-vertical",
@@ -308,3 +314,8 @@ def _quiet(button: QToolButton) -> QToolButton:
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     theme.as_role(button, "quiet")
     return button
+
+
+def _key(action: str) -> str:
+    """The key of an action, for a tooltip."""
+    return ACTIONS[action].keys[0]

@@ -25,8 +25,8 @@ from PySide6.QtWidgets import (
 
 from studio.dataset.dataset import Selection
 from studio.ui import theme
-from studio.ui.curate.findings import Findings
 from studio.ui.curate.labels_view import template
+from studio.ui.curate.suggestions_view import Findings
 from studio.ui.curate.take_table import TakeRow, split_title
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.timeline.time_view import clock
@@ -369,7 +369,8 @@ class Inspector(Card):
         """Other takes are about to be shown: what was typed about these ones is theirs."""
         if self._keeping or not self.note.isEnabled() or not self._rows:
             return
-        self._keeping = True  # each of these ends in another show_rows
+        # Each of these ends in another show_rows.
+        self._keeping = True
         self._on_name("performer")
         self._on_name("emotion")
         self._on_tags()

@@ -151,7 +151,7 @@ class LabelPresenter(QObject):
             remedies.append(counted(late, one, many))
         if not missing:
             remedies.append(self.tr("All of its labels are there already."))
-        self._model.say(said, " ".join([*remedies, self._outside(missing)]).strip(), since=before)
+        self._model.show_message(said, " ".join([*remedies, self._outside(missing)]).strip(), since=before)
 
     def _outside(self, labels: Sequence[Label]) -> str:
         """Says that labels lie where the take is trimmed away; "" where none does."""
@@ -190,7 +190,7 @@ class LabelPresenter(QObject):
         else:
             one, many = self.tr("1 label written to {1}."), self.tr("{0} labels written to {1}.")
             said = counted(len(row.selection.labels), one, many, path.name)
-            self._model.say(said, self._outside(row.selection.labels))
+            self._model.show_message(said, self._outside(row.selection.labels))
 
     def _add(self, label: Label) -> None:
         self._on_edited(LabelEdit(None, label))
@@ -211,9 +211,9 @@ class LabelPresenter(QObject):
         self.show()
 
 
-def with_ending(path: Path, wanted: str) -> Path:
+def with_ending(path: Path, suffix: str) -> Path:
     """A path that ends as the chosen kind does, unless its own ending names another kind plainly."""
     own = path.suffix.lower()
-    if own == wanted.lower() or (own in SUFFIXES and wanted == ".txt"):
+    if own == suffix.lower() or (own in SUFFIXES and suffix == ".txt"):
         return path
-    return path.with_suffix(wanted) if own in SUFFIXES else path.with_name(path.name + wanted)
+    return path.with_suffix(suffix) if own in SUFFIXES else path.with_name(path.name + suffix)

@@ -1,4 +1,4 @@
-"""Choosing takes, and what is done to one or many at once: split, stars, words, removal, the data card."""
+"""Presenters of library and inspector: takes are chosen, changed, split and removed; and of the data card."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from studio.files.atomic import safe_name
 from studio.ipc.events import CheckedEvent, ChildEvent, DoneEvent, ReadEvent
 from studio.take.take import Take
 from studio.ui import messages
-from studio.ui.curate.inspector_view import tags_of
+from studio.ui.curate.checks import all_marks, placed
+from studio.ui.curate.inspector_view import Inspector, tags_of
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.model import CHOICES, CurateModel
 from studio.ui.curate.take_table import TakeRow
 from studio.ui.curate.view import CurateView
 from studio.ui.messages import counted
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 
 
 class LibraryPresenter(QObject):
@@ -58,7 +59,8 @@ class LibraryPresenter(QObject):
         library.show_rows(rows)
         if rows and not library.current:
             library.select([rows[0].id])
-        if self._model.row is None:  # the one that was shown is gone, or another project is open
+        if self._model.row is None:
+            # The one that was shown is gone, or another project is open.
             self._model.show(library.current)
 
     def _on_text_edited(self, selection_id: str, column: str, text: str) -> None:
@@ -81,9 +83,9 @@ class LibraryPresenter(QObject):
 
         before = self._model.dataset
         if self._model.edit(self.tr("Split for me"), divided):
-            self._model.say(self._told_split(useless), since=before)
+            self._model.show_message(self._split_text(useless), since=before)
 
-    def _told_split(self, useless: Sequence[str]) -> str:
+    def _split_text(self, useless: Sequence[str]) -> str:
         """How many takes do what; those that training has no use for are named as such."""
         whole = {row.id for row in self._model.rows if _whole(row)}
         used = {s: [x.id for x in self._model.dataset.of_split(s)] for s in ("train", "val", "test")}
@@ -139,12 +141,13 @@ class LibraryPresenter(QObject):
             project.remove_takes(list(dict.fromkeys(unused)), parts)
             self._session.dataset_changed.emit()
         except StudioError as error:
-            self._session.takes_changed.emit()  # some may be gone
+            # Some may be gone.
+            self._session.takes_changed.emit()
             messages.show_error(self._view, error)
             return
         self._session.takes_changed.emit()
         what = counted(len(rows), self.tr("1 take removed."), self.tr("{0} takes removed."))
-        self._model.say(what, since=data)
+        self._model.show_message(what, since=data)
 
 
 class DataCardPresenter(QObject):
@@ -154,11 +157,11 @@ class DataCardPresenter(QObject):
         super().__init__(library)
         self._library, self._session = library, session
         self._path = Path()
-        self._job = Job(self)
+        self._job = ChildTask(self)
         self._job.told.connect(self._on_event)
         self._job.done.connect(self._on_done)
-        self._job.failed.connect(lambda what, remedy: messages.show_failure(library, what, remedy))
-        self._job.ended.connect(lambda: self._tell(""))
+        self._job.failed.connect(lambda error: messages.show_error(library, error))
+        self._job.ended.connect(lambda: self._show_status(""))
         library.card_requested.connect(self._ask)
 
     @property
@@ -176,7 +179,7 @@ class DataCardPresenter(QObject):
         if project is None or self._job.running:
             return
         self._path = path if path.suffix.lower() in (".html", ".htm") else path.with_name(path.name + ".html")
-        self._tell(self.tr("Counting for the data card…"))
+        self._show_status(self.tr("Counting for the data card…"))
         self._job.start(["card", str(project.folder), "-o", str(self._path)])
 
     def _ask(self) -> None:
@@ -192,7 +195,7 @@ class DataCardPresenter(QObject):
 
     def _on_event(self, event: ChildEvent) -> None:
         if isinstance(event, CheckedEvent | ReadEvent):
-            self._tell(self.tr("Counting for the data card… {0}").format(f"{event.fraction:.0%}"))
+            self._show_status(self.tr("Counting for the data card… {0}").format(f"{event.fraction:.0%}"))
 
     def _on_done(self, _done: DoneEvent) -> None:
         path = self._path
@@ -203,7 +206,7 @@ class DataCardPresenter(QObject):
         show = (self.tr("Open"), show_it)
         messages.show_note(self._library, self.tr("The data card is in {0}.").format(path.name), "", show)
 
-    def _tell(self, sentence: str) -> None:
+    def _show_status(self, sentence: str) -> None:
         self._session.status_changed.emit("job", sentence, "")
 
 
@@ -215,3 +218,33 @@ def _whole(row: TakeRow) -> bool:
 def _judges(row: TakeRow) -> bool:
     """Whether a take is good enough to judge a training by."""
     return _whole(row) and row.grade != "D"
+
+
+class InspectorPresenter(QObject):
+    """Keeps the inspector at the selected rows."""
+
+    def __init__(self, inspector: Inspector, model: CurateModel, _session: Session) -> None:
+        super().__init__(inspector)
+        self._inspector, self._model = inspector, model
+        model.rows_changed.connect(lambda: inspector.set_editable(model.editable))
+        model.chosen_changed.connect(self._show)
+        model.graded.connect(self._show)
+        inspector.choice_changed.connect(model.choose)
+        inspector.findings.chosen.connect(model.go_to)
+        inspector.findings.exclude_requested.connect(
+            lambda mark: model.exclude((mark.t, mark.t + mark.duration))
+        )
+
+    def _show(self) -> None:
+        rows = self._model.chosen_rows
+        names = sorted({s.performer for s in self._model.dataset.selections if s.performer})
+        self._inspector.show_rows(rows, names)
+        findings = self._inspector.findings
+        row = rows[0] if len(rows) == 1 else None
+        if row is None or row.take is None:
+            findings.show_marks((), (), self.tr("Select one take to see its checks.") if rows else "")
+        elif row.report is None:
+            findings.show_marks((), (), self.tr("Being checked…"))
+        else:
+            sentence = self.tr("Nothing is wrong with this take.")
+            findings.show_marks(all_marks(row.report), placed(row.report), sentence)

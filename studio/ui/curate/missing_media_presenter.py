@@ -1,4 +1,4 @@
-"""Takes whose sound, motion or folder is missing: shown as such, looked for in a folder, put back."""
+"""Presenter of takes whose sound, motion or folder is missing: marked, looked for in a folder, put back."""
 
 from __future__ import annotations
 
@@ -25,63 +25,63 @@ class MissingMediaPresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         self.missing: tuple[Missing, ...] = ()
-        self.looking = False
+        self.searching = False
         """Whether a folder is being looked through."""
         self._put_back: tuple[str, ...] = ()
-        session.project_opened.connect(self.look)
-        session.takes_changed.connect(self.look)
+        session.project_opened.connect(self.refresh)
+        session.takes_changed.connect(self.refresh)
         session.dataset_changed.connect(self._on_edited)
         view.library.find_requested.connect(lambda: self.ask(self.missing))
         view.inspector.find_requested.connect(self._ask_for)
-        self.look()
+        self.refresh()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Look on the disk for what should be there."""
         project = self._session.project
         if project is None:
-            self._tell(())
+            self._show(())
         else:
             self._put_back = project.dataset.found
             takes = {take.id: take for take in project.takes}
             work = partial(relink.missing_files, project.dataset, takes)
-            tasks.run(work, partial(self._on_looked, project.folder), lambda _: None, self)
+            tasks.run(work, partial(self._on_listed, project.folder), lambda _: None, self)
 
-    def ask(self, wanted: tuple[Missing, ...]) -> None:
+    def ask(self, missing: tuple[Missing, ...]) -> None:
         """Ask for the folder to look through."""
-        if not wanted:
-            self._model.say(self.tr("No file of any take is missing."))
+        if not missing:
+            self._model.show_message(self.tr("No file of any take is missing."))
             return
-        title = self.tr("Where may the files of {0} be?").format(_named(wanted))
+        title = self.tr("Where may the files of {0} be?").format(_named(missing))
         found = QFileDialog.getExistingDirectory(self._view, title, str(Path.home()))
         if found:
-            self.find(Path(found), wanted)
+            self.find(Path(found), missing)
 
-    def find(self, folder: Path, wanted: tuple[Missing, ...] | None = None) -> None:
+    def find(self, folder: Path, missing: tuple[Missing, ...] | None = None) -> None:
         """Look through a folder for what is missing (all of it where nothing is named) and put it back."""
         project = self._session.project
-        if project is None or self.looking:
+        if project is None or self.searching:
             return
-        self.looking = True
+        self.searching = True
         takes = {take.id: take for take in project.takes}
         self._session.status_changed.emit("job", self.tr("Looking for missing files…"), "")
-        work = partial(_find, project.folder, wanted or self.missing, takes, folder)
-        tasks.run(work, partial(self._on_found, wanted or self.missing), self._on_failed, self)
+        work = partial(_find, project.folder, missing or self.missing, takes, folder)
+        tasks.run(work, partial(self._on_found, missing or self.missing), self._on_failed, self)
 
     def _on_edited(self) -> None:
         """Undo and redo may have moved files."""
         if self._model.dataset.found != self._put_back:
-            self._model.playing.forget()
-            self.look()
+            self._model.playing.invalidate()
+            self.refresh()
 
     def _ask_for(self, takes: tuple[str, ...]) -> None:
         self.ask(tuple(one for one in self.missing if one.take in takes))
 
-    def _on_looked(self, folder: Path, missing: tuple[Missing, ...]) -> None:
+    def _on_listed(self, folder: Path, missing: tuple[Missing, ...]) -> None:
         project = self._session.project
         if project is not None and project.folder == folder:
-            self._tell(missing)
+            self._show(missing)
 
-    def _tell(self, missing: tuple[Missing, ...]) -> None:
+    def _show(self, missing: tuple[Missing, ...]) -> None:
         self.missing = missing
         names: dict[str, tuple[str, ...]] = {}
         for one in missing:
@@ -89,7 +89,7 @@ class MissingMediaPresenter(QObject):
         self._view.library.show_missing(names)
         self._view.inspector.show_missing(names)
 
-    def _on_found(self, wanted: tuple[Missing, ...], search: Search) -> None:
+    def _on_found(self, missing: tuple[Missing, ...], search: Search) -> None:
         self._end()
         project = self._session.project
         if project is None:
@@ -100,17 +100,17 @@ class MissingMediaPresenter(QObject):
             paths = [one.path for one in search.found]
             self._model.edit(name, lambda data: edits.put_back(data, paths))
             self._session.refresh_takes()
-            self._model.playing.forget()
+            self._model.playing.invalidate()
             takes = {one.take for one in search.found}
             self._model.grading.ask_again(take for take in project.takes if take.id in takes)
-        count, left = len(search.found), len(wanted) - len(search.found)
-        said = self.tr("{0} of {1} missing files were found and put back.").format(count, len(wanted))
+        count, left = len(search.found), len(missing) - len(search.found)
+        text = self.tr("{0} of {1} missing files were found and put back.").format(count, len(missing))
         remedy = self.tr("Look in another folder for the others.") if left else ""
         if search.unclear:
             remedy = self.tr("Several different files fit {0}: name the right one like the take.").format(
                 _named(search.unclear)
             )
-        self._model.say(said, remedy, since=before)
+        self._model.show_message(text, remedy, since=before)
 
     def _on_failed(self, error: BaseException) -> None:
         self._end()
@@ -118,13 +118,13 @@ class MissingMediaPresenter(QObject):
         self._model.fail(error)
 
     def _end(self) -> None:
-        self.looking = False
+        self.searching = False
         self._session.status_changed.emit("job", "", "")
 
 
-def _find(project: Path, wanted: tuple[Missing, ...], takes: Mapping[str, Take], folder: Path) -> Search:
+def _find(project: Path, missing: tuple[Missing, ...], takes: Mapping[str, Take], folder: Path) -> Search:
     """Runs on the thread pool."""
-    search = relink.search(wanted, takes, folder)
+    search = relink.search(missing, takes, folder)
     for one, source in search.found.items():
         relink.put_back(project, one, source)
     return search

@@ -9,8 +9,8 @@ from PySide6.QtCore import QT_TRANSLATE_NOOP, QCoreApplication, QObject, Signal
 
 from studio.dataset import Dataset, Label, edits
 from studio.errors import StudioError
-from studio.ui.curate.grading import GradingQueue
-from studio.ui.curate.playing import LoadedTake, TakePlayer
+from studio.ui.curate.checks import GradingQueue
+from studio.ui.curate.playback import LoadedTake, TakePlayer
 from studio.ui.curate.take_table import TakeRow, rows_of
 from studio.ui.session import Session
 from studio.ui.undo import DatasetUndo
@@ -27,7 +27,7 @@ class CurateModel(QObject):
     """The only thing that the tab's cards share; it has no widgets.
 
     Signals:
-        project_changed: another project is open, whose rows come next; what was found before is forgotten.
+        project_changed: another project is open, whose rows come next; what was found before is discarded.
         rows_changed: takes or choices are others now.
         graded: checks came in; only the reports of `rows` are others.
         leaving: another selection is about to be shown; `row` is still the one before.
@@ -43,7 +43,7 @@ class CurateModel(QObject):
         select_requested, reveal_requested: id of a selection to show; revealing finds hidden ones too.
         flash_requested: ids of selections to light up.
         align_requested: "mouth" or "clap": the selected takes are to be aligned by it.
-        told: (sentence, remedy, whether the choices are others since): something went by itself.
+        message_requested: (sentence, remedy, whether the choices are others since) to be shown.
         failed: a StudioError that somebody should see.
     """
 
@@ -64,7 +64,7 @@ class CurateModel(QObject):
     reveal_requested = Signal(str)
     flash_requested = Signal(object)
     align_requested = Signal(str)
-    told = Signal(str, str, bool)
+    message_requested = Signal(str, str, bool)
     failed = Signal(object)
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
@@ -146,7 +146,7 @@ class CurateModel(QObject):
     def open(self) -> None:
         """Show the project that is open now, and nothing of the one before."""
         self.grading.clear()
-        self.playing.forget()
+        self.playing.invalidate()
         self.project_changed.emit()
         self._shown = ""
         self.refresh()
@@ -169,12 +169,14 @@ class CurateModel(QObject):
     def show(self, selection_id: str) -> None:
         """Show another selection, "" for none."""
         before = self.row
-        self.leaving.emit()  # while `row` is still the one that what waits is about
+        # While `row` is still the one that what waits is about.
+        self.leaving.emit()
         self._shown = selection_id
         row = self.row
         take = row.take if row else None
         now = self.playing.take
         if now is not None and take is not None and now.take == take and before is not None:
+            # Another selection of the take that is open already: nothing has to be read.
             self.part_shown.emit()
             self._show_choices()
             self.playing.seek(row.span[0] if row else 0.0)
@@ -205,14 +207,14 @@ class CurateModel(QObject):
         self.offset = offset
         self.offset_changed.emit(offset)
 
-    def say(self, sentence: str, remedy: str = "", since: Dataset | None = None) -> None:
-        """Tell something that goes by itself.
+    def show_message(self, sentence: str, remedy: str = "", since: Dataset | None = None) -> None:
+        """Show a message that goes by itself.
 
         Args:
-            sentence, remedy: what is told.
-            since: the choices before what is told of; where they are others now, Undo is offered.
+            sentence, remedy: the message.
+            since: the choices before what it is about; where they are others now, Undo is offered.
         """
-        self.told.emit(sentence, remedy, since is not None and since != self.dataset)
+        self.message_requested.emit(sentence, remedy, since is not None and since != self.dataset)
 
     def fail(self, error: BaseException) -> None:
         """Show what went wrong, once the tab is seen."""

@@ -1,4 +1,4 @@
-"""The Curate tab: its model, its cards, and what it tells people in words."""
+"""Presenter of the Curate tab: builds its model and its cards, and shows what the model has to say."""
 
 from __future__ import annotations
 
@@ -6,17 +6,15 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.ui import messages, undo
 from studio.ui.bone_table import BoneTablePresenter
-from studio.ui.curate.aligning_presenter import AlignmentPresenter
+from studio.ui.curate.alignment_presenter import AlignmentPresenter
 from studio.ui.curate.bench_presenter import BenchPresenter
-from studio.ui.curate.cleaning_presenter import CleaningPresenter
-from studio.ui.curate.inspector_presenter import InspectorPresenter
 from studio.ui.curate.labels_presenter import LabelPresenter
-from studio.ui.curate.library_presenter import DataCardPresenter, LibraryPresenter
+from studio.ui.curate.library_presenter import DataCardPresenter, InspectorPresenter, LibraryPresenter
 from studio.ui.curate.missing_media_presenter import MissingMediaPresenter
 from studio.ui.curate.model import CurateModel
 from studio.ui.curate.suggestions_presenter import SuggestionsPresenter
 from studio.ui.curate.timeline_presenter import CurvesPresenter, SoundPicturePresenter
-from studio.ui.curate.trimming_presenter import CutPresenter, TrimPresenter
+from studio.ui.curate.tools_presenter import CleaningPresenter, CutPresenter, TrimPresenter
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
 
@@ -31,7 +29,7 @@ class CuratePresenter(QObject):
         self._view, self._session = view, session
         model = self.model = CurateModel(session, self)
         self.undo_scope = model.undo_scope
-        model.told.connect(self._on_told)
+        model.message_requested.connect(self._show_message)
         model.failed.connect(lambda error: messages.show_error(view, error))
         model.rows_changed.connect(lambda: view.show_empty(not model.rows))
         # These come first: what may be typed must be known, and which row is shown, before others show it.
@@ -70,7 +68,7 @@ class CuratePresenter(QObject):
         self.model.close()
         self.bench.close()
 
-    def _on_told(self, sentence: str, remedy: str, changed: bool) -> None:
+    def _show_message(self, sentence: str, remedy: str, changed: bool) -> None:
         if changed:
             undo.tell_change(self._view, self.undo_scope, sentence, remedy)
         else:

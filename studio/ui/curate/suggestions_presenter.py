@@ -1,4 +1,4 @@
-"""What to fix, kept up to date with checks, choices and runs; and what its buttons do."""
+"""Presenter of what to fix: up to date with checks, choices and runs."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from studio.dataset import Dataset, edits
 from studio.dataset.suggest import Suggestion, WorstSpan, kept_worst, suggest
 from studio.ipc.events import ChildEvent, MeasuredEvent, SuggestDone
 from studio.ui import messages
-from studio.ui.curate.findings import title
+from studio.ui.curate.checks import title
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.model import CurateModel
 from studio.ui.session import Session
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 from studio.ui.widgets.timeline.content import Mark
 
 WAIT_MS = 100
+"""Changes in quick succession are ranked once; ranking reads all reports."""
 
 
 class SuggestionsPresenter(QObject):
@@ -27,11 +28,11 @@ class SuggestionsPresenter(QObject):
         self._list = library.suggestions
         self._errors: dict[str, tuple[WorstSpan, ...]] = {}
         self._run = ""
-        self._going: Suggestion | None = None
-        self._job = Job(self)
+        self._target: Suggestion | None = None
+        self._job = ChildTask(self)
         self._job.told.connect(self._on_event)
         self._job.done.connect(self._on_measured)
-        self._job.failed.connect(lambda what, remedy: messages.show_failure(library, what, remedy))
+        self._job.failed.connect(lambda error: messages.show_error(library, error))
         self._job.ended.connect(self._show_runs)
         self._wait = QTimer(self)
         self._wait.setSingleShot(True)
@@ -66,17 +67,17 @@ class SuggestionsPresenter(QObject):
 
     def go(self, one: Suggestion) -> None:
         """Show the take and the moment of a suggestion."""
-        self._going = one
+        self._target = one
         self._library.reveal(one.selection)
         self._arrive()
 
     def _arrive(self) -> None:
         """Once the take is there, mark the span on its timeline."""
-        one, row, loaded = self._going, self._model.row, self._model.playing.take
+        one, row, loaded = self._target, self._model.row, self._model.playing.take
         if one is None or row is None or loaded is None or row.id != one.selection:
             return
         if row.take is not None and loaded.take.id == row.take.id:
-            self._going = None
+            self._target = None
             start, end = one.span or (row.span[0], row.span[0])
             severity = "bad" if one.weight >= 0.7 else "warn"
             self._model.go_to(Mark(start, end - start, severity, title(one.kind), one.what))
@@ -93,15 +94,14 @@ class SuggestionsPresenter(QObject):
     # -- a trained run -------------------------------------------------------------------------
 
     def _on_project_opened(self) -> None:
-        self._errors, self._run, self._going = {}, "", None
+        self._errors, self._run, self._target = {}, "", None
         project = self._session.project
         for run in reversed(project.runs if project else ()):
-            kept = kept_worst(run.folder)
-            if kept is not None:
-                self._errors, self._run = kept, run.id
+            saved = kept_worst(run.folder)
+            if saved is not None:
+                self._errors, self._run = saved, run.id
                 break
-        if self._job.running:
-            self._job.cancel()
+        self._job.drop()
         self._show_runs()
         self._wait.start()
 
@@ -123,14 +123,14 @@ class SuggestionsPresenter(QObject):
             self._list.compare.setText(self.tr("Comparing… {0}").format(f"{event.fraction:.0%}"))
 
     def _on_measured(self, done: SuggestDone) -> None:
-        self.hold_against(self._run, _spans(done))
+        self.show_errors_of(self._run, _spans(done))
 
-    def hold_against(self, run: str, errors: dict[str, tuple[WorstSpan, ...]]) -> None:
+    def show_errors_of(self, run: str, errors: dict[str, tuple[WorstSpan, ...]]) -> None:
         """List the spans, by take, where a run is furthest from what was captured."""
         self._run, self._errors = run, errors
         count = sum(len(spans) for spans in self._errors.values())
         sentence = self.tr("{0} spans stand out of the run's errors.")
-        self._model.say(sentence.format(count) if count != 1 else self.tr("One span stands out."))
+        self._model.show_message(sentence.format(count) if count != 1 else self.tr("One span stands out."))
         self.show()
 
 

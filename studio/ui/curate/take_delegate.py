@@ -133,7 +133,8 @@ class TakeDelegate(QStyledItemDelegate):
         """Paint one cell."""
         row = index.data(ROW_ROLE)
         self._paint_cell(painter, option, index, row)
-        if isinstance(row, TakeRow) and row.id in self.flashed:  # over everything: the row may be selected
+        if isinstance(row, TakeRow) and row.id in self.flashed:
+            # Over everything: the row may be selected.
             light = theme.colour("accent")
             light.setAlpha(FLASH_ALPHA)
             painter.fillRect(option.rect, light)
@@ -212,7 +213,8 @@ def _paint_name(painter: QPainter, box: QRectF, row: TakeRow, index: Index) -> i
     painter.setFont(theme.ui_font())
     painter.setPen(theme.colour("bad" if missing else "text" if row.selection.split else "muted"))
     short = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideMiddle, int(box.width()))
-    painter.drawText(box, _LEFT, short)  # takes of a slate differ at their end
+    # Takes of a slate differ at their end.
+    painter.drawText(box, _LEFT, short)
     return painter.fontMetrics().horizontalAdvance(index.data())
 
 
@@ -286,5 +288,6 @@ def _chip(painter: QPainter, box: QRectF, text: str, colour: QColor) -> None:
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(fill)
     painter.drawRoundedRect(chip, 9, 9)
-    painter.setPen(theme.colour("text"))  # data colours are too pale to read on a light ground
+    # Data colours are too pale to read on a light ground.
+    painter.setPen(theme.colour("text"))
     painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, text)

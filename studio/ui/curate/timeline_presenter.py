@@ -16,7 +16,7 @@ from studio.sound.spectrogram import Part, Spectrogram, Stopped, spectrogram
 from studio.ui import tasks
 from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.model import CurateModel
-from studio.ui.curate.playing import LoadedTake
+from studio.ui.curate.playback import LoadedTake
 from studio.ui.session import Session
 from studio.ui.widgets.timeline.content import PeakSource
 
@@ -38,29 +38,32 @@ class Tiles(QObject):
     def __init__(self, found: Spectrogram, pool: QThreadPool, parent: QObject) -> None:
         super().__init__(parent)
         self.found, self._pool = found, pool
-        self._asked: dict[int, tasks.Task] = {}
+        self._measuring: dict[int, tasks.Task] = {}
         self.top_db: float = found.top_db
         self.pitches_hz: NDArray[np.float64] = found.pitches_hz
 
     def part(self, start: float, end: float, count: int) -> Part:
         """What can be drawn now of start..end seconds; what is missing is being measured from here on."""
         part = self.found.part(start, end, count)
-        for index in set(self._asked) - set(part.finer):
-            self._asked.pop(index).forget()  # nobody looks there any more
+        for index in set(self._measuring) - set(part.finer):
+            # Nobody looks there any more.
+            self._measuring.pop(index).forget()
         for index in part.finer:
-            if index not in self._asked:
+            if index not in self._measuring:
                 done = partial(self._on_tile, index)
-                self._asked[index] = tasks.run(partial(self._measure, index), done, None, self, self._pool)
+                self._measuring[index] = tasks.run(
+                    partial(self._measure, index), done, None, self, self._pool
+                )
         return part
 
     def _measure(self, index: int) -> None:
         """Runs on a thread of the pool, maybe after whoever asked has scrolled on."""
-        if index in self._asked:
+        if index in self._measuring:
             self.found.measure_tile(index)
 
     def _on_tile(self, index: int, _nothing: None) -> None:
-        self._asked.pop(index, None)
-        if not self._asked:
+        self._measuring.pop(index, None)
+        if not self._measuring:
             self.finer.emit()
 
 
@@ -77,7 +80,8 @@ class SoundPicturePresenter(QObject):
         super().__init__(bench)
         self._bench, self._session = bench, session
         self._pool = QThreadPool(self)
-        self._pool.setMaxThreadCount(1)  # whoever opens a project of long takes keeps a core for playing
+        # Whoever opens a project of long takes keeps a core for playing.
+        self._pool.setMaxThreadCount(1)
         self._sound: Path | None = None
         self._task: tasks.Task | None = None
         self._tiles: Tiles | None = None
@@ -221,12 +225,12 @@ class CurvesPresenter(QObject):
         self._bench.timeline.set_curves(drawn)
 
 
-def _measure(sound: Path, stop: threading.Event, told: Callable[[float], None]) -> Spectrogram | None:
+def _measure(sound: Path, stop: threading.Event, report: Callable[[float], None]) -> Spectrogram | None:
     """Runs on a thread of the pool."""
 
     def on_progress(fraction: float) -> bool:
         if not stop.is_set():
-            told(fraction)
+            report(fraction)
         return not stop.is_set()
 
     try:

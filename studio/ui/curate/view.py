@@ -1,8 +1,8 @@
-"""The Curate tab: library, figure, inspector, and one timeline below. Layout and keys, no thought."""
+"""Layout of the Curate tab: library, figure, inspector, and one timeline below; and its keys."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt, Signal
@@ -33,13 +33,10 @@ _SHIFT, _CTRL, _ALT = (
 )  # fmt: skip
 
 _GOING = frozenset({"step_back", "step_forward", "first_frame", "last_frame"})
-_LETTERS = frozenset(
-    {"play", "in_point", "out_point", "loop", "exclude", "zoom_fit", "compare_cleaning", "sound_picture"}
-)
 
 
 class CurateView(QWidget):
-    """Everything in the room.
+    """Everything in the tab.
 
     Signals:
         step_requested: (frames, whether to select on the way).
@@ -48,7 +45,7 @@ class CurateView(QWidget):
         word_pressed, word_released: a key 1..9 went down or up.
         delete_requested: the label or span that is selected is to go.
         menu_chosen: (what, value) from the context menu.
-        record_requested: the Record room is wanted.
+        record_requested: a take is to be recorded.
     """
 
     step_requested = Signal(int, bool)
@@ -67,9 +64,21 @@ class CurateView(QWidget):
         self.stage = Pane("curate_stage", "", empty, "mdi6.human", "figure")
         self.inspector = Inspector()
         self.bench = Bench()
+        bench, mark = self.bench, self.mark_requested
+        # These work while a number box has the keyboard too, which has no use for letters.
+        self._letters: dict[str, Callable[[], object]] = {
+            "play": bench.play_requested.emit,
+            "in_point": lambda: mark.emit("in"),
+            "out_point": lambda: mark.emit("out"),
+            "loop": bench.loop.click,
+            "exclude": bench.exclude.click,
+            "compare_cleaning": bench.clean.compared.emit,
+            "sound_picture": bench.picture.click,
+            "zoom_fit": bench.timeline.fit,
+        }
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._stack = QStackedLayout(self)
-        self._stack.addWidget(self._build_room())
+        self._stack.addWidget(self._build_page())
         self._stack.addWidget(self._build_empty())
         for control in (*self.findChildren(QAbstractButton), *self.findChildren(QAbstractSpinBox)):
             control.installEventFilter(self)
@@ -83,12 +92,12 @@ class CurateView(QWidget):
             action = pressed(event, "curate")
             if isinstance(watched, QAbstractButton) and action in _GOING:
                 return self._handle(event)
-            if isinstance(watched, QAbstractSpinBox) and action in _LETTERS and not event.modifiers():
+            if isinstance(watched, QAbstractSpinBox) and action in self._letters and not event.modifiers():
                 return self._handle(event)
         return super().eventFilter(watched, event)
 
     def show_empty(self, empty: bool) -> None:
-        """Show what goes here and the buttons that bring it, or the room itself."""
+        """Show what goes here and the buttons that bring it, or the page itself."""
         self._stack.setCurrentIndex(1 if empty else 0)
 
     def show_menu(self, place: QPoint, performers: Sequence[str], locked: bool, editable: bool) -> None:
@@ -122,7 +131,7 @@ class CurateView(QWidget):
         menu.popup(place)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Keys that nothing else in the room wanted."""
+        """Keys that nothing else in the tab used."""
         if not self._handle(event):
             super().keyPressEvent(event)
 
@@ -153,22 +162,10 @@ class CurateView(QWidget):
 
     def _handle_letter(self, action: str) -> bool:
         bench = self.bench
-        if action == "play":
-            bench.play_requested.emit()
-        elif action in ("in_point", "out_point"):
-            self.mark_requested.emit("in" if action == "in_point" else "out")
-        elif action == "loop":
-            bench.loop.click()
-        elif action == "compare_cleaning":
-            bench.clean.compared.emit()
-        elif action == "sound_picture":
-            bench.picture.click()
-        elif action == "exclude":
-            bench.exclude.click()
+        if action in self._letters:
+            self._letters[action]()
         elif action in ("zoom_in", "zoom_out"):
             bench.timeline.zoom(2.0 if action == "zoom_out" else 0.5)
-        elif action == "zoom_fit":
-            bench.timeline.fit()
         elif action == "remove_marked":
             self.delete_requested.emit()
         else:
@@ -183,7 +180,7 @@ class CurateView(QWidget):
     def _on_offer(self, what: str, value: object, _checked: bool = False) -> None:
         self.menu_chosen.emit(what, value)
 
-    def _build_room(self) -> QWidget:
+    def _build_page(self) -> QWidget:
         stage = Card()
         stage.layout().setContentsMargins(1, 1, 1, 1)  # type: ignore[union-attr]
         stage.body.addWidget(self.stage)

@@ -2,15 +2,13 @@
 
 latency_presenter     Presenters of the latency card and of the delayed voice
 latency_view          How late the avatar is, what to type into OBS, the delayed voice, the look-ahead slider
-microphone_presenter  Presenter of the list of sources: microphones, and a sound file instead
 model                 What the tab knows: the performance, its last state, the run and the sound
 presenter             Presenter of the tab: builds its model and its cards, asks before it is closed
 send_presenter        Presenter of the Send panel: which targets the child sends to
-source_presenter      Presenters of the performer card and of its presets; Start and Stop
+source_presenter      Presenters of the performer card: run and Start; microphones and files; presets
 source_view           Who performs and what is heard: a run, its style and layers, a microphone or a file
 stage_presenter       Presenters of the stage and of the status under it
 stage_view            The performer as it is sent, and mute, freeze and neutral
-state                 What the child that performs says of itself, as plain values
 task                  The child process that performs
 view                  Layout of the tab
 """

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import QObject
 
 from studio.ipc.commands import Command
 from studio.ipc.events import LiveStateEvent
 from studio.ui import tasks
-from studio.ui.live.latency_view import NOBODY, SYSTEM, LatencyCard, VoiceRow
+from studio.ui.live.latency_view import NOBODY, SYSTEM, LatencyCard, LookAheadOption, VoiceRow
 from studio.ui.live.model import LiveModel
-from studio.ui.live.state import LookAheadOption, look_aheads_of
 from studio.ui.session import Session
+
+if TYPE_CHECKING:
+    from studio.project import Run
 
 DEFAULT_MS = 100
 """The look-ahead that `saia live` uses where none is chosen."""
@@ -65,7 +69,8 @@ class DelayedVoicePresenter(QObject):
     def __init__(self, row: VoiceRow, model: LiveModel, session: Session) -> None:
         super().__init__(row)
         self._row, self._model, self._session = row, model, session
-        self._in_use = ""  # where the performance says the voice goes, "" before it does
+        # Where the performance says the voice goes, "" before it does.
+        self._in_use = ""
         self._names: tuple[str, ...] = ()
         row.chosen.connect(self._on_chosen)
         session.microphones_listed.connect(self.refresh)
@@ -107,3 +112,18 @@ class DelayedVoicePresenter(QObject):
     def _on_chosen(self, value: str) -> None:
         self._session.change_settings(live_voice="" if value == NOBODY else value)
         self._model.task.tell(Command("voice-to", value))
+
+
+def look_aheads_of(run: Run) -> tuple[LookAheadOption, ...]:
+    """The look-aheads a run's report tells of, the shortest first; empty where it tells of none."""
+    found = (run.report or {}).get("look_aheads")
+    made = []
+    for one in found if isinstance(found, list) else ():
+        try:
+            figures = [
+                None if one.get(name) is None else float(one[name]) for name in ("rmse", "pearson_mouth")
+            ]
+            made.append(LookAheadOption(int(one["ms"]), float(one["reach_ms"]), *figures))
+        except (AttributeError, KeyError, TypeError, ValueError):
+            continue
+    return tuple(sorted(made, key=lambda one: one.ms))

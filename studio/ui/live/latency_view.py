@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
 from studio.ui import messages, theme
-from studio.ui.live.state import LookAheadOption
 from studio.ui.widgets.card import Card, label
 
 TRANSPORT_MS = 25
 """What sound and poses take through this computer, besides the look-ahead."""
 NOBODY, SYSTEM = "none", "default"
 """Outputs of the delayed voice that are no device of the list."""
+
+
+@dataclass(frozen=True)
+class LookAheadOption:
+    """One of the look-aheads a run offers.
+
+    Args:
+        ms: what it is called.
+        reach_ms: how much sound after a pose's moment goes into it.
+        rmse, pearson_mouth: measured on takes it had not learnt from; None where nobody did.
+    """
+
+    ms: int
+    reach_ms: float
+    rmse: float | None = None
+    pearson_mouth: float | None = None
 
 
 class LatencyCard(Card):
@@ -108,6 +124,7 @@ class LatencyCard(Card):
             widget.setVisible(several)
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(len(self._offered) - 1, 0))
+            # This run may not offer the one that was chosen for another.
             nearest = [abs(one.ms - chosen_ms) for one in self._offered]
             self.slider.setValue(nearest.index(min(nearest)) if nearest else 0)
         self._show_quality()

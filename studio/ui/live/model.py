@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from studio.errors import StudioError
 from studio.ipc.commands import Command, switch
 from studio.ipc.events import (
     ChannelsEvent,
     ChildEvent,
     LiveStateEvent,
+    LiveTarget,
     LookAheadEvent,
     NoticeEvent,
     PoseEvent,
     ReadyEvent,
+    Rows,
     VoiceEvent,
 )
+from studio.motion import Pose, Skeleton
+from studio.project import Run
 from studio.training.run_choice import RunSelection, newest
-from studio.ui.live.state import Ready
 from studio.ui.live.task import LiveTask
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
+from studio.vmc.sender import TargetState, TargetStatus
 
 if TYPE_CHECKING:
     from studio.project import Run
@@ -125,6 +133,7 @@ class LiveModel(QObject):
     def refresh(self) -> None:
         """Choose the newest run where the one chosen is gone."""
         runs = self.runs
+        # While it performs, what performs stays chosen.
         if runs and self.run is None and not self.task.running:
             self.selection, self.look_ahead_ms = RunSelection(newest(runs).id), None
         self.runs_changed.emit()
@@ -132,7 +141,8 @@ class LiveModel(QObject):
     def choose_run(self, selection: RunSelection) -> None:
         """Perform with this run from the next start on."""
         if selection.run != self.selection.run:
-            self.look_ahead_ms = None  # another run offers others
+            # Another run offers others.
+            self.look_ahead_ms = None
         self.selection = selection
         self.run_chosen.emit()
 
@@ -170,6 +180,7 @@ class LiveModel(QObject):
             case ReadyEvent():
                 self.ready = Ready.of(event)
                 self.ready_changed.emit()
+                # It was started with poses, which nobody sees now.
                 if not self.active:
                     self.task.tell(switch("poses", False))
             case ChannelsEvent() if self.ready is not None:
@@ -209,3 +220,68 @@ class PendingSwitches:
     def clear(self) -> None:
         """Nobody is there any more to answer."""
         self._pressed.clear()
+
+
+@dataclass(frozen=True)
+class Ready:
+    """What is known once, when it begins.
+
+    Args:
+        source: the microphone or file that is heard.
+        look_aheads: those offered, milliseconds, the shortest first.
+        look_ahead_ms, reach_ms: the one in use.
+        shape_names, bone_names: channels of the poses.
+        positions: where bones rest (J, 3).
+    """
+
+    source: str
+    look_aheads: tuple[int, ...]
+    look_ahead_ms: int
+    reach_ms: float
+    shape_names: tuple[str, ...]
+    bone_names: tuple[str, ...]
+    positions: np.ndarray
+
+    @classmethod
+    def of(cls, event: ReadyEvent) -> Ready:
+        """From what the child said."""
+        return cls(
+            event.source, event.look_aheads, event.look_ahead_ms, event.reach_ms,
+            event.shape_names, event.bone_names, _rows(event.positions, 3),
+        )  # fmt: skip
+
+    def of_channels(self, event: ChannelsEvent) -> Ready:
+        """The same with other channels: layers leave some out."""
+        return replace(
+            self,
+            shape_names=event.shape_names,
+            bone_names=event.bone_names,
+            positions=_rows(event.positions, 3),
+        )
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """The bones as they rest."""
+        return Skeleton.humanoid(self.bone_names, self.positions)
+
+    def pose(self, event: PoseEvent) -> Pose | None:
+        """A pose of these channels; None where it has others."""
+        rotations, shapes = _rows(event.rotations, 4), np.asarray(event.shapes, dtype=np.float32)
+        if len(rotations) != len(self.bone_names) or len(shapes) != len(self.shape_names):
+            return None
+        positions = self.positions.copy()
+        moved = _rows(event.positions, 3)
+        positions[: len(moved)] = moved
+        root = (np.asarray(row, dtype=np.float32) for row in (event.root_position, event.root_rotation))
+        return Pose(shapes, positions, rotations, *root)
+
+
+def target_state(target: LiveTarget) -> TargetState:
+    """Status of a target, from what the child said."""
+    problem = StudioError(target.what, target.remedy) if target.what else None
+    return TargetState(TargetStatus(target.light), target.sent, target.dropped, problem)
+
+
+def _rows(rows: Rows, width: int) -> np.ndarray:
+    """Rows as an array (N, width), that of no rows too."""
+    return np.asarray(rows, dtype=np.float32).reshape(-1, width)

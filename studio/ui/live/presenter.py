@@ -7,10 +7,9 @@ from PySide6.QtCore import QObject, QTimer
 from studio.ui import messages
 from studio.ui.avatar_store import Avatars
 from studio.ui.live.latency_presenter import DelayedVoicePresenter, LatencyPresenter
-from studio.ui.live.microphone_presenter import MicrophonePresenter
 from studio.ui.live.model import LiveModel
 from studio.ui.live.send_presenter import LiveSendPresenter
-from studio.ui.live.source_presenter import LiveSourcePresenter, LiveTuningPresenter
+from studio.ui.live.source_presenter import LiveSourcePresenter, LiveTuningPresenter, MicrophonePresenter
 from studio.ui.live.stage_presenter import LiveStagePresenter, StatusPresenter
 from studio.ui.live.view import LiveView
 from studio.ui.session import Session

@@ -12,8 +12,7 @@ from studio.ipc.commands import Command
 from studio.ipc.events import LiveStateEvent
 from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks, theme
-from studio.ui.live.model import LiveModel
-from studio.ui.live.state import target_state
+from studio.ui.live.model import LiveModel, target_state
 from studio.ui.session import Session
 from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
 from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
@@ -38,7 +37,8 @@ class LiveSendPresenter(QObject):
         panel.set_options(settings.send_fps, settings.send_names)
         for address in kept_targets(settings):
             panel.add_target(address)
-        panel.rows[0].set_sending(True)  # going live is meant for an avatar
+        # Going live is meant for an avatar.
+        panel.rows[0].set_sending(True)
         self._label(panel.rows[0], True)
         _rename(panel)
         model.ready_changed.connect(self._on_ready)
@@ -130,6 +130,7 @@ class LiveSendPresenter(QObject):
 
     def _unsend(self, row: TargetRow) -> None:
         name = self._names.pop(row, None)
+        # Two rows may name one target: it goes on for the other.
         if name is not None and name not in self._names.values():
             self._counts.pop(name, None)
             self._task.tell(Command("unsend", name))
@@ -138,6 +139,7 @@ class LiveSendPresenter(QObject):
         if row in self._names:
             self._task.tell(Command("wave", self._names[row]))
             return
+        # Nothing is live: a target of its own waves, and is stopped when it has.
         target, where = VmcTarget(), self._panel.destination(row)
         self._waves.append(target)
 

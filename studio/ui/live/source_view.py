@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.widgets.card import Card, label
-from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.ui.widgets.meters import LevelMeterBar
 from studio.ui.widgets.run_chooser import RunChooser
 
 FILE = "\0file"
@@ -90,9 +90,9 @@ class LiveSourceCard(Card):
         """Whether noise is to be taken out."""
         return self.noise.isChecked()
 
-    def show_runs(self, choices: Sequence[RunChoice], wanted: RunSelection) -> None:
+    def show_runs(self, choices: Sequence[RunChoice], selection: RunSelection) -> None:
         """Fill the run chooser."""
-        self.run.show_runs(choices, wanted)
+        self.run.show_runs(choices, selection)
         self._show_style()
 
     def show_devices(self, names: Sequence[str], chosen: str, known: bool = True) -> None:
@@ -253,6 +253,6 @@ class LiveSourceCard(Card):
     def _show_gone(self) -> None:
         """Say that the chosen microphone is not there, where it is chosen."""
         gone = bool(self._missing) and self.device == self._missing
-        told = self.tr("{0} is not found: plug it in and look again, or choose another.")
-        self.gone.setText(told.format(self._missing) if gone else "")
+        text = self.tr("{0} is not found: plug it in and look again, or choose another.")
+        self.gone.setText(text.format(self._missing) if gone else "")
         self.gone.setVisible(gone)

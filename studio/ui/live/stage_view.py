@@ -40,7 +40,7 @@ class LiveStage(QWidget):
         self.avatar.raise_()
 
     def set_avatar(self, avatar: Avatar | None) -> None:
-        """Wear an avatar; None for the stick figure."""
+        """Show an avatar; None for the stick figure."""
         self.avatar.show_avatar(avatar)
         self.pane.set_avatar(avatar)
         if not self._performs:

@@ -91,10 +91,11 @@ class LiveTask(QObject):
         self._silence.stop()
         self._enter(Phase.STOPPING)
         if starting:
-            # It loads torch and reads no command before it is ready; there is nothing yet to end well.
+            # Nothing is sent before it is ready, so that nothing has to be ended well.
             self._child.cancel()
         else:
-            self._child.stop()  # the avatar fades to its rest pose
+            # The avatar fades to its rest pose.
+            self._child.stop()
             self._force.start()
 
     def force(self) -> None:
@@ -113,6 +114,7 @@ class LiveTask(QObject):
         if isinstance(event, ReadyEvent) and self.phase == Phase.STARTING:
             self._enter(Phase.LIVE)
         if self.phase == Phase.LIVE:
+            # Started anew by each event: it fires where none came for so long.
             self._silence.start()
         self.told.emit(event)
 

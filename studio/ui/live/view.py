@@ -10,8 +10,8 @@ from studio.ui.live.latency_view import LatencyCard
 from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.stage_view import Controls, LiveStage
 from studio.ui.widgets.card import Card, EmptyState, Picture, columns, label, rows
+from studio.ui.widgets.meters import ShapeMeters
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
-from studio.ui.widgets.shape_meters import ShapeMeters
 
 
 class LiveView(QWidget):

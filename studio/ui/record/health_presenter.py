@@ -63,6 +63,7 @@ def findings(
     rows += [
         (_named(what, snap.device), remedy, "warn")
         for what, remedy in snap.problems
+        # The recorder may tell of the same.
         if (what, remedy) not in problems.values()
     ]
     if snap.motion_alive and "motion" not in problems and "motion" not in snap.troubled:
@@ -100,6 +101,7 @@ def strip_sound(snap: Snapshot) -> tuple[str, str]:
 
 def _named(what: str, device: str | None) -> str:
     """A sentence about a device that has no name of its own, in the words of the list of microphones."""
+    # The sound system's word for it says nothing to a performer; the list of microphones has this one.
     return what.replace(device, _tr("System's microphone")) if device in NAMELESS else what
 
 

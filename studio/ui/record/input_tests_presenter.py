@@ -63,14 +63,16 @@ class LevelTestPresenter(QObject):
             self._clock.stop()
             return
         self._stats, self._fresh = input_tests.LevelStats(), True
-        self._model.clear_clip()  # only what clips from now on counts
+        # Only what clips from now on counts.
+        self._model.clear_clip()
         self._clock.begin()
 
     def follow(self, snap: Snapshot) -> None:
         """Count one reading of the meter."""
         if not self.running or not snap.audio_alive:
             return
-        if self._fresh:  # this snapshot may be older than the lamp that was put out
+        if self._fresh:
+            # This snapshot may be older than the lamp that was put out.
             self._fresh = snap.clipped
             return
         self._stats = self._stats.with_look(snap.peak_dbfs, snap.rms_dbfs, snap.clipped)
@@ -164,7 +166,8 @@ def sync_text(snap: Snapshot) -> tuple[str, str]:
     """How far sound and motion are apart as far as their clocks tell, and its health."""
     if snap.offset_ms is None or not snap.motion_alive:
         return _tr("needs sound and motion"), ""
-    early = -snap.offset_ms  # sound that is handed over late is late, as the sync test counts it
+    # Sound that is handed over late is late, as the sync test counts it.
+    early = -snap.offset_ms
     words = {"good": _tr("in sync"), "warn": _tr("corrected"), "bad": _tr("far off, corrected")}
     health = input_tests.grade(early)
     return f"{round(early):+d} ms  {words[health]}", health

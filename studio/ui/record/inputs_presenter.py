@@ -177,7 +177,8 @@ class InputsPresenter(QObject):
 
         def failed(error: BaseException) -> None:
             self._note("sound", error)
-            if refresh or asked:  # who waits for the list goes on with what it has
+            if refresh or asked:
+                # Who waits for the list goes on with what it has.
                 self._session.microphones_listed.emit()
 
         self._model.in_order(lambda: input_devices(refresh), done, failed)
@@ -214,7 +215,8 @@ class InputsPresenter(QObject):
             try:
                 recorder.open_motion(port, host, also=also)
             except StudioError:
-                recorder.close_motion()  # not the one before: the card names the port that was asked for
+                # Not the one before: the card names the port that was asked for.
+                recorder.close_motion()
                 raise
 
         self._open("motion", work, again)

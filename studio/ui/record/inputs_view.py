@@ -24,11 +24,12 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.widgets.card import Card, Picture, label
-from studio.ui.widgets.level_meter import LevelMeterBar
+from studio.ui.widgets.meters import LevelMeterBar
+from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
-PORTS = (39539, 39540)
+PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
 
@@ -358,7 +359,8 @@ def own_address() -> str:
     """The address other devices of the network reach this computer by; "" where there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(("192.0.2.1", 9))  # UDP: nothing is sent, only the way out is chosen
+            # UDP: nothing is sent, only the way out is chosen.
+            probe.connect(("192.0.2.1", 9))
             return str(probe.getsockname()[0])
         except OSError:
             return ""

@@ -99,13 +99,15 @@ class RecordModel(QObject):
         self.countdown = Countdown(self)
         self.practice = PracticeTask(self)
         self.player = SavedTakePlayer(session, self)
-        self._practised = False  # the take that rolls was begun with the practice performer
+        # The take that rolls was begun with the practice performer.
+        self._practised = False
         self._ticks = 0
         # One thread: an input must be closed before it is opened anew, and open before a take begins.
         self._in_order = QThreadPool(self)
         self._in_order.setMaxThreadCount(1)
         self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)  # a coarse one strays by 5 %: the figure stutters
+        # Qt lets a coarse timer stray by a twentieth, which would be seen in the figure.
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(HIDDEN_MS)
         self._timer.timeout.connect(self._poll)
         self.countdown.ended.connect(self._start)
@@ -199,11 +201,13 @@ class RecordModel(QObject):
         if project.read_only:
             self.failed.emit(StudioError(self._session.locked_reason, project.read_only_remedy))
             return
-        if not project.folder.is_dir():  # a take would make an empty shell of a project in its place
+        if not project.folder.is_dir():
+            # A take would make an empty shell of a project in its place.
             what = self.tr("The folder of {0} is gone.").format(project.name)
             self.failed.emit(StudioError(what, self.tr("Open the project where it is now.")))
             return
-        self.player.stop()  # a take that is played would be recorded once more
+        # A take that is played would be recorded once more.
+        self.player.stop()
         self.about_to_roll.emit()
         self.countdown.start(self._session.settings.countdown)
 
@@ -214,6 +218,7 @@ class RecordModel(QObject):
             return
         self.busy = "starting"
         slate, number, pre_roll = self.slate, self.number, self._session.settings.pre_roll
+        # It may be stopped while the take rolls, and was seen in it all the same.
         self._practised = self.practice.on
         self.in_order(
             lambda: recorder.start(slate, number, pre_roll=pre_roll),
@@ -351,6 +356,7 @@ class RecordModel(QObject):
 
     def _on_not_recovered(self, project: Project, error: BaseException) -> None:
         self.failed.emit(error)
+        # What cannot be recovered keeps nobody from recording.
         self.use_recovered(project, ())
 
     def _detach(self) -> Recorder | None:
@@ -365,7 +371,9 @@ class RecordModel(QObject):
             return
         snap = recorder.snapshot()
         if self._session.rolling and not self.busy and snap.state != RecorderState.ROLLING:
-            self._stop()  # the recorder ended the take by itself, and says why
+            # The recorder ended the take by itself, and says why.
+            self._stop()
+        # PortAudio lists devices anew by starting over, which would silence a take that is played.
         self.may_refresh = self.active and self.player.current is None
         self._ticks += 1
         if not self.active or self._ticks % SLOW_EVERY == 0:

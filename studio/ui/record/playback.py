@@ -73,6 +73,7 @@ class SavedTakePlayer(QObject):
 
     def stop(self) -> None:
         """Stop playing."""
+        # One that is still being read must not begin to play.
         self._opening.drop()
         if self._playback is not None:
             playback, self._playback = self._playback, None

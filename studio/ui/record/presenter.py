@@ -43,7 +43,8 @@ class RecordPresenter(QObject):
     def activate(self) -> None:
         """The tab is shown."""
         self.model.activate()
-        self._view.figure.setFocus(Qt.FocusReason.OtherFocusReason)  # so that the space bar is free
+        # So that the space bar is free.
+        self._view.figure.setFocus(Qt.FocusReason.OtherFocusReason)
         self.takes.refresh()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
@@ -69,7 +70,8 @@ class RecordPresenter(QObject):
         ):
             return False
         try:
-            model.finish()  # nothing where it was stopped while the question was shown
+            # Nothing where it was stopped while the question was shown.
+            model.finish()
         except StudioError as error:
             model.fail(error)
             return False

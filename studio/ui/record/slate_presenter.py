@@ -78,6 +78,7 @@ class SlatePresenter(QObject):
 
 def is_low(snap: Snapshot) -> bool:
     """Whether the disk holds less than half an hour at this rate, or less than a gigabyte."""
-    if snap.disk_free_bytes <= 0:  # nobody has looked yet
+    if snap.disk_free_bytes <= 0:
+        # Nobody has looked yet.
         return False
     return 0 < snap.seconds_left < LOW_DISK_S or snap.disk_free_bytes < LOW_DISK_BYTES

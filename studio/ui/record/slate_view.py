@@ -117,7 +117,8 @@ class SlateBar(Card):
         self.record.setIconSize(theme.icon_size(big=True))
         self.record.setMinimumWidth(190)
         for box in (self.countdown, self.pre_roll):
-            box.setMinimumWidth(110)  # in the smallest window they would lie over the button
+            # In the smallest window they would lie over the button.
+            box.setMinimumWidth(110)
         theme.as_role(self.record, "record")
         self.record.clicked.connect(self._on_clicked)
         self.countdown.setObjectName("countdown")
@@ -137,7 +138,8 @@ class SlateBar(Card):
         return row
 
     def _on_clicked(self) -> None:
-        self.record.setChecked(not self.record.isChecked())  # the presenter says what it became
+        # The presenter says what it became.
+        self.record.setChecked(not self.record.isChecked())
         self.record_clicked.emit()
 
 

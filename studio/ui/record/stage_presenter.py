@@ -64,6 +64,7 @@ class WorldJoints:
         """Skeleton and Unity-space joints (J, 3), or None where there are too few bones for a figure."""
         if len(bone_names) < 2 or len(pose.rotations) != len(bone_names):
             return None
+        # Poses come sixty times a second with the same bones: only the first of them makes a skeleton.
         if self._skeleton is None or bone_names != self._names:
             self._names = bone_names
             self._skeleton = Skeleton.humanoid(bone_names, pose.positions)

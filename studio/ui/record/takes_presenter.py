@@ -57,7 +57,8 @@ class TakesPresenter(QObject):
         """List today's takes and have new ones checked."""
         takes = self._todays()
         self._card.show_lines([self._line(take) for take in takes])
-        if not self._session.rolling:  # a check reads the disk; a recording has it to itself
+        if not self._session.rolling:
+            # A check reads the disk; a recording has it to itself.
             for take in takes:
                 self._check(take)
 
@@ -67,7 +68,8 @@ class TakesPresenter(QObject):
         take, cut = saved.take, saved.cut
         if take.info.duration > 0:
             self._show_saved(take, saved.moved_ms)
-        if cut is not None:  # in the place of the note: this is what has to be read
+        if cut is not None:
+            # In the place of the note: this is what has to be read.
             messages.show_failure(self._card, cut.what, cut.remedy)
 
     def _show_saved(self, take: Take, moved_ms: float) -> None:
@@ -94,7 +96,8 @@ class TakesPresenter(QObject):
             damage = " ".join(take.info.extra.get("damage", "") for take in takes).strip()
             show = messages.show_warning if damage else messages.show_note
             show(self._card, text, damage or self.tr("It is among your takes."))
-        for name, error in failed[:1]:  # one message at a time: the next opening tells of the rest
+        for name, error in failed[:1]:
+            # One message at a time: the next opening tells of the rest.
             text = self.tr("{0} was not recovered. {1}").format(name, error.what)
             messages.show_failure(self._card, text, error.remedy)
 
@@ -127,6 +130,7 @@ class TakesPresenter(QObject):
     def _check(self, take: Take) -> None:
         if take.folder in self._checking:
             return
+        # At once and not when the report is there: lists are shown anew while it is being checked.
         self._checking.add(take.folder)
 
         def done(verdict: Verdict) -> None:

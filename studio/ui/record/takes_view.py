@@ -185,8 +185,8 @@ class TakesCard(Card):
 
     def show_lines(self, lines: list[TakeLine]) -> None:
         """Show takes, the newest first; rows that stay keep their place and what is typed in them."""
-        wanted = {line.id for line in lines[:SHOWN]}
-        for gone in [take_id for take_id in self._rows if take_id not in wanted]:
+        listed = {line.id for line in lines[:SHOWN]}
+        for gone in [take_id for take_id in self._rows if take_id not in listed]:
             row = self._rows.pop(gone)
             self._column.removeWidget(row)
             row.deleteLater()

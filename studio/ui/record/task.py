@@ -95,7 +95,8 @@ class PracticeTask(QObject):
             self.problem = event.what
 
     def _on_failed(self, error: BaseException) -> None:
-        if self._on:  # one that was stopped may die as it likes
+        if self._on:
+            # One that was stopped may die as it likes.
             self.failed.emit(error)
 
     def _on_ended(self) -> None:

@@ -25,9 +25,9 @@ from studio.ui.record.slate_view import SlateBar
 from studio.ui.record.takes_view import TakesCard
 from studio.ui.shortcuts import sequence
 from studio.ui.widgets.card import Card
-from studio.ui.widgets.figure.drawn_face import DrawnFace
 from studio.ui.widgets.figure.figure import StickFigure
-from studio.ui.widgets.shape_meters import ShapeMeters
+from studio.ui.widgets.figure.sketch import DrawnFace
+from studio.ui.widgets.meters import ShapeMeters
 
 FACE = QSize(116, 116)
 
@@ -60,6 +60,7 @@ class RecordView(QWidget):
         self.figure.installEventFilter(self)
         self.slate_bar.record_clicked.connect(self.record_requested)
         self._space = QShortcut(sequence("record_here"), self)
+        # A key that is held down must not start and stop takes in turn.
         self._space.setAutoRepeat(False)
         self._space.activated.connect(self.record_requested)
         escape = QShortcut(sequence("cancel_countdown"), self)

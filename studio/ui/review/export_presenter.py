@@ -17,7 +17,6 @@ from studio.motion import Motion
 from studio.motion.motion import only_part
 from studio.take.motion_file import write_motion
 from studio.ui import messages, theme
-from studio.ui.avatar_store import AvatarStore
 from studio.ui.review.export_view import ExportOptions, ExportRequest
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
@@ -117,7 +116,7 @@ class ExportPresenter(QObject):
             whole,
             player.position,
             (orbit.azimuth, orbit.elevation, orbit.zoom),
-            AvatarStore.of(self._session).path,
+            self._session.avatars.path,
         )
 
     def _on_export(self, request: ExportRequest) -> None:

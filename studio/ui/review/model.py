@@ -109,6 +109,7 @@ class ReviewModel(QObject):
         super().__init__(parent)
         self._session = session
         self._loading = tasks.LatestTask(self)
+        self._requested_run = ""
         self.sounds: dict[Path, float] = {}
         self.items: tuple[ReviewItem, ...] = ()
         self.item: ReviewItem | None = None
@@ -219,7 +220,7 @@ class ReviewModel(QObject):
     def activate(self) -> None:
         """The tab is shown: with the run another tab asked for, else the one trained last."""
         self.active = True
-        requested, self._session.wanted_run = self._session.wanted_run, ""
+        requested, self._requested_run = self._requested_run, ""
         first = self.sides[A]
         if not requested and not first.selection.run and not self.captured_only:
             runs = self._usable_runs()
@@ -231,6 +232,12 @@ class ReviewModel(QObject):
         # An item that was read just now asks for its motions by itself once it is there.
         if requested and before is not None and self.item is before:
             self.request_motions(A)
+
+    def show_run(self, run: str) -> None:
+        """Show a run as A; where the tab is not shown, once it is."""
+        self._requested_run = run
+        if self.active:
+            self.activate()
 
     def deactivate(self) -> None:
         """Another tab is shown; sending goes on, the sound rests."""

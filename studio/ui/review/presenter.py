@@ -55,6 +55,10 @@ class ReviewPresenter(QObject):
         self.transport.activate()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
+    def show_run(self, run: str) -> None:
+        """Show a run; where the tab is not shown, once it is."""
+        self.model.show_run(run)
+
     def deactivate(self) -> None:
         """Another tab is shown; sending goes on, the sound rests."""
         self.transport.deactivate()

@@ -1,4 +1,4 @@
-"""The tour's frame: opens the real window, takes the steps in order, and says how each went."""
+"""The tour's frame: opens the real window, runs the steps in order, and says how each went."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from studio.errors import StudioError
 
 if TYPE_CHECKING:
-    from studio.ui.tour.guide import Guide
+    from studio.ui.tour.driver import Guide
 
 Plan = Sequence[tuple[str, "Callable[[Guide], None]"]]
 
@@ -54,19 +54,19 @@ class Tour:
         self._unexpected: list[BaseException] = []
 
     def run(self) -> None:
-        """Take all steps, the window closed at the end whatever happens.
+        """Run all steps, the window closed at the end whatever happens.
 
         Raises:
             StudioError: a step did not happen; the rest is not tried, since each builds on the one before.
         """
-        from studio.ui.tour.guide import Guide
+        from studio.ui.tour.driver import Guide
         from studio.ui.tour.steps import STEPS
 
         guide = Guide(self.folder)
         before, sys.excepthook = sys.excepthook, self._on_unexpected
         try:
             for name, work in STEPS if self._plan is None else self._plan:
-                self._take(name, partial(work, guide))
+                self._run_step(name, partial(work, guide))
         except StudioError:
             guide.picture_of_failure()
             raise
@@ -75,7 +75,7 @@ class Tour:
             guide.close()
             sys.excepthook = before
 
-    def _take(self, name: str, work: Callable[[], None]) -> None:
+    def _run_step(self, name: str, work: Callable[[], None]) -> None:
         start = time.monotonic()
         try:
             work()

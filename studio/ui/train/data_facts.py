@@ -23,18 +23,18 @@ class SplitFacts:
 
 
 @dataclass(frozen=True)
-class Warning:
+class DataWarning:
     """Something that will make the result worse, or impossible.
 
     Args:
         text: one sentence.
         stops: training cannot begin.
-        mend: "val" where one click can set a take aside for validation, else "".
+        repair: "val" where one click can set a take aside for validation, else "".
     """
 
     text: str
     stops: bool = False
-    mend: str = ""
+    repair: str = ""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class DataFacts:
     performers: int
     shapes: int
     bones: int
-    warnings: tuple[Warning, ...]
+    warnings: tuple[DataWarning, ...]
 
     @property
     def takes(self) -> int:
@@ -109,26 +109,26 @@ def one_for_validation(dataset: Dataset, takes: Sequence[Take]) -> str | None:
 
 def _warnings(
     used: list[tuple[Selection, Take]], train: SplitFacts, val: SplitFacts, training: list[Take]
-) -> list[Warning]:
+) -> list[DataWarning]:
     found = []
     if not used:
-        return [Warning(_tr("No take is chosen yet: record or import some."), stops=True)]
+        return [DataWarning(_tr("No take is chosen yet: record or import some."), stops=True)]
     if not train.takes:
-        found.append(Warning(_tr("No take is marked for training: mark some in Curate."), stops=True))
+        found.append(DataWarning(_tr("No take is marked for training: mark some in Curate."), stops=True))
     for text, missing in (
         (_tr("Left out, without motion: {0}."), [t.id for _, t in used if not t.motion_path]),
         (_tr("Left out, without sound: {0}."), [t.id for _, t in used if not t.audio_path]),
     ):
         if missing:
-            found.append(Warning(text.format(_listed(missing))))
+            found.append(DataWarning(text.format(_listed(missing))))
     if train.takes and not val.takes:
         text = _tr("No take is kept for validation, so nothing tells which epoch is best.")
-        found.append(Warning(text, mend="val" if train.takes > 1 else ""))
+        found.append(DataWarning(text, repair="val" if train.takes > 1 else ""))
     if train.takes and train.seconds < LITTLE_SECONDS:
         text = _tr("Only {0} to learn from: two minutes or more give a livelier result.")
-        found.append(Warning(text.format(minutes(train.seconds))))
+        found.append(DataWarning(text.format(minutes(train.seconds))))
     if len({(t.info.shape_names, t.info.bone_names) for t in training}) > 1:
-        found.append(Warning(_tr("The training takes do not all have the same channels.")))
+        found.append(DataWarning(_tr("The training takes do not all have the same channels.")))
     return found
 
 

@@ -1,19 +1,24 @@
-"""What a run did, read from its epochs: best epoch, time left, whether it moves. Pure: no Qt widgets."""
+"""What a run did, read from its epochs, and the runs as they lie on the disk. Pure: no Qt widgets."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from studio.ipc.events import EpochEvent
 from studio.project import Run
+from studio.project.run import list_run_folders
 from studio.training.events import STILL_RATIO
 
 ALIVE = (0.8, 1.25)
 JITTERS = 1.6
 WATCH_FROM = 0.3
 """Part of the epochs after which stillness is worth a word; every model begins still."""
+
+NOTE_FILE = "note.txt"
+Stamp = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -115,3 +120,62 @@ def _number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)
+
+
+class RunReader:
+    """Runs as they lie on the disk, read again only where a file changed since."""
+
+    def __init__(self) -> None:
+        self._runs: dict[Path, tuple[tuple[Stamp, bool], Run]] = {}
+        self._facts: dict[Path, tuple[Stamp, RunFacts]] = {}
+
+    def newest_first(self, folder: Path) -> list[Run]:
+        """The runs in a folder."""
+        found = list_run_folders(folder)
+        self._runs = {path: known for path, known in self._runs.items() if path in found}
+        return sorted((self._run(path) for path in found), key=_age, reverse=True)
+
+    def facts(self, run: Run) -> RunFacts:
+        """A run's figures."""
+        path = run.folder / "metrics.jsonl"
+        stamp, known = _stamp(path), self._facts.get(path)
+        if known is None or known[0] != stamp:
+            known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
+        return known[1]
+
+    def _run(self, folder: Path) -> Run:
+        stamp = _stamp(folder / "report.json"), (folder / "best.safetensors").is_file()
+        known = self._runs.get(folder)
+        # Whether one that is training still does is not written in a file.
+        if known is None or known[0] != stamp or known[1].status == "running":
+            known = self._runs[folder] = (stamp, Run.load(folder))
+        return known[1]
+
+
+def note_of(run: Run) -> str:
+    """What a person wrote beside a run."""
+    try:
+        return (run.folder / NOTE_FILE).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def has_state(run: Run) -> bool:
+    """Whether a training can go on from where it was."""
+    return (run.folder / "last.safetensors").is_file()
+
+
+def _stamp(path: Path) -> Stamp:
+    """Changes whenever a file does; zeros where there is none."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return 0, 0
+    return stat.st_mtime_ns, stat.st_size
+
+
+def _age(run: Run) -> float:
+    try:
+        return run.folder.stat().st_ctime
+    except OSError:
+        return 0.0

@@ -25,14 +25,13 @@ from studio.sound.sound_file import read_sound, write_sound
 from studio.sound.spectrogram import Spectrogram
 from studio.take import TakeInfo
 from studio.ui import tasks
-from studio.ui.curate.aligning_view import AlignReport
+from studio.ui.curate.alignment_view import AlignReport
 from studio.ui.curate.presenter import CuratePresenter
 from studio.ui.curate.take_table import COLUMNS
 from studio.ui.curate.timeline_presenter import Tiles
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
-from studio.ui.widgets.timeline.label_editor import LabelEditor
-from studio.ui.widgets.timeline.timeline import Timeline
+from studio.ui.widgets.timeline.timeline import LabelEditor, Timeline
 from tests.take.speech import RATE, talk
 
 LEFT = Qt.MouseButton.LeftButton

@@ -9,7 +9,6 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project, avatars
-from studio.ui.avatar_store import AvatarStore
 from studio.ui.messages import Toast
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
@@ -74,7 +73,7 @@ def test_one_choice_holds_in_review_and_live(live: Room, file: Path, qtbot: QtBo
     assert view.stage.figure.avatar is review.stage.worn
     assert review.stage.avatar.button.text() == view.stage.avatar.button.text() == "Avatar: 小さな Test"
     assert session.project is not None
-    assert avatars.chosen(session.project.folder) == AvatarStore.of(session).path
+    assert avatars.chosen(session.project.folder) == session.avatars.path
     review.stage.avatar.wanted.emit(None)
     assert view.stage.figure.avatar is None
     assert view.stage.figure.empty

@@ -15,9 +15,9 @@ from studio.errors import StudioError
 from studio.ipc.events import ChannelsEvent, LookAheadEvent
 from studio.project import Project
 from studio.ui import messages
-from studio.ui.live.latency_view import LatencyCard
+from studio.ui.live.latency_presenter import look_aheads_of
+from studio.ui.live.latency_view import LatencyCard, LookAheadOption
 from studio.ui.live.model import PendingSwitches
-from studio.ui.live.state import LookAheadOption, look_aheads_of
 from tests.inference.live.runs import add_run
 from tests.inference.live.test_steps import speech
 from tests.ui.live.children import FakeChild, Room, pose, ready, state

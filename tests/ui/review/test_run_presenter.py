@@ -49,13 +49,13 @@ def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths:
 def session(session: Session, toy_project: Project) -> Session:
     _run(toy_project, "quick_001", own=0.5)
     _run(toy_project, "styled_001", STYLES, own=0.8, other=0.2)
-    session.wanted_run = "styled_001"
     return session
 
 
 @pytest.fixture
 def tab(qtbot: QtBot, tab: Tab) -> Tab:
     _, presenter = tab
+    presenter.show_run("styled_001")
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.8, abs=0.01), timeout=MINUTE)
     return tab
 

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from studio.errors import StudioError
 from studio.ui.tour import Tour, TourStep
-from studio.ui.tour.guide import Guide
+from studio.ui.tour.driver import Guide
 from studio.ui.tour.steps import open_the_window
 
 

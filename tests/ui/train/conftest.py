@@ -10,13 +10,22 @@ from pytestqt.qtbot import QtBot
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
+from tests.fakes import FakeChildTask
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, session: Session) -> Iterator[tuple[TrainView, TrainPresenter]]:
+def child() -> FakeChildTask | None:
+    """What runs the training: a real child here; a file of tests may give a fake one."""
+    return None
+
+
+@pytest.fixture
+def tab(
+    qtbot: QtBot, session: Session, child: FakeChildTask | None
+) -> Iterator[tuple[TrainView, TrainPresenter]]:
     """The tab, shown."""
     view = TrainView()
-    presenter = TrainPresenter(view, session)
+    presenter = TrainPresenter(view, session, child)
     qtbot.addWidget(view, before_close_func=lambda _: presenter.close())
     view.resize(1280, 754)
     view.show()

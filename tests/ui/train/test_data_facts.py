@@ -45,13 +45,13 @@ def test_a_missing_validation_take_can_be_mended_with_one_click() -> None:
     facts = data_facts(_dataset(("a", "train"), ("b", "train")), [_take("a"), _take("b")])
     (warning,) = facts.warnings
     assert warning.text == "No take is kept for validation, so nothing tells which epoch is best."
-    assert warning.mend == "val"
+    assert warning.repair == "val"
     assert facts.can_train
 
 
 def test_a_single_take_cannot_be_set_aside() -> None:
     dataset = _dataset(("a", "train"))
-    assert data_facts(dataset, [_take("a", 200.0)]).warnings[0].mend == ""
+    assert data_facts(dataset, [_take("a", 200.0)]).warnings[0].repair == ""
     assert one_for_validation(dataset, [_take("a")]) is None
 
 

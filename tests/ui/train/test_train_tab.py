@@ -10,13 +10,15 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
+from studio.ipc.events import StartedEvent
 from studio.project import Project
 from studio.settings import Settings
 from studio.training.devices import devices
 from studio.ui.session import Session
-from studio.ui.tasks import Job
 from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.task import TrainRequest
 from studio.ui.train.view import TrainView
+from tests.fakes import FakeChildTask
 
 MINUTE = 60_000
 
@@ -25,9 +27,9 @@ def _start(qtbot: QtBot, view: TrainView, epochs: int) -> None:
     button = view.findChild(QPushButton, "preset_quick_look")
     assert button is not None
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    view.advanced.setChecked(True)
-    view.drawer.epochs.setValue(epochs)
-    qtbot.mouseClick(view.start, Qt.MouseButton.LeftButton)
+    view.recipe.advanced.setChecked(True)
+    view.recipe.drawer.epochs.setValue(epochs)
+    qtbot.mouseClick(view.recipe.start, Qt.MouseButton.LeftButton)
 
 
 def _text(view: TrainView, name: str) -> str:
@@ -40,7 +42,7 @@ def test_the_data_card_counts_the_takes(tab: tuple[TrainView, TrainPresenter]) -
     view, _ = tab
     assert _text(view, "data_total") == "3 takes  0:18"
     assert _text(view, "data_train") == "2  (0:12)"
-    assert view.start.isEnabled()
+    assert view.recipe.start.isEnabled()
 
 
 def test_only_what_there_is_to_compute_on_is_offered(
@@ -48,9 +50,9 @@ def test_only_what_there_is_to_compute_on_is_offered(
 ) -> None:
     view, _ = tab
     found = devices()
-    view.advanced.click()
+    view.recipe.advanced.click()
     qtbot.waitUntil(lambda: _text(view, "device_note") == found.reason, timeout=MINUTE)
-    names = [view.drawer.device.itemData(i) for i in range(view.drawer.device.count())]
+    names = [view.recipe.drawer.device.itemData(i) for i in range(view.recipe.drawer.device.count())]
     assert names == ["auto", *found.names]
 
 
@@ -59,13 +61,13 @@ def test_the_recipe_of_the_last_time_is_chosen(qtbot: QtBot, session: Session) -
     view = TrainView()
     qtbot.addWidget(view)
     presenter = TrainPresenter(view, session)
-    assert view.recipe.currentData() == "saia"
+    assert view.recipe.recipe.currentData() == "saia"
     presenter.close()
     session.change_settings(recipe="one that is gone")
     again = TrainView()
     qtbot.addWidget(again)
     presenter = TrainPresenter(again, session)
-    assert again.recipe.currentData() == "balanced"
+    assert again.recipe.recipe.currentData() == "balanced"
     presenter.close()
 
 
@@ -93,7 +95,7 @@ def test_the_list_of_runs_follows_what_a_training_in_a_terminal_writes(
         lines = [f'{{"event": "epoch", "epoch": {n + 1}, "of": 9, "val_loss": 1.0}}' for n in range(epochs)]
         metrics.write_text("\n".join(lines) + "\n", encoding="utf-8")
         session.runs_changed.emit()
-        cell = view.runs.item(0, 2)
+        cell = view.runs.table.item(0, 2)
         assert cell is not None
         assert cell.text() == f"{epochs} / 9"
 
@@ -104,8 +106,8 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
 ) -> None:
     view, presenter = tab
     _start(qtbot, view, 2)
-    assert not view.start.isEnabled()
-    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
+    assert not view.recipe.start.isEnabled()
+    qtbot.waitUntil(lambda: not presenter.model.training.running, timeout=3 * MINUTE)
     assert session.project is not None
     (run,) = session.project.runs
     assert run.has_weights
@@ -113,15 +115,15 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
     assert session.settings.recipe == "quick", "the next training starts with it"
     qtbot.waitUntil(lambda: view.progress.preview.predicted.moving, timeout=MINUTE)
     assert (run.folder / "card.html").is_file()
-    assert view.runs.rowCount() == 1
-    assert view.runs.chosen == run.id
+    assert view.runs.table.rowCount() == 1
+    assert view.runs.table.chosen == run.id
     assert _text(view, "run_line").startswith("epoch 2 of 2")
-    assert view.start.isEnabled()
-    qtbot.waitUntil(lambda: len(view.progress.loss_plot._points.get("train_loss", ([], []))[0]) == 2)
+    assert view.recipe.start.isEnabled()
+    qtbot.waitUntil(lambda: len(view.progress.loss_plot.points.get("train_loss", ([], []))[0]) == 2)
     compare = view.findChild(QPushButton, "compare_runs")
     assert compare is not None
     qtbot.mouseClick(compare, Qt.MouseButton.LeftButton)
-    dialog = presenter._keeping._comparing.dialog
+    dialog = presenter.compare.dialog
     assert dialog is not None
     qtbot.waitUntil(lambda: dialog.table.rowCount() > 4, timeout=2 * MINUTE)
     heads = [dialog.table.horizontalHeaderItem(x).text() for x in range(dialog.table.columnCount())]
@@ -137,7 +139,7 @@ def test_stop_keeps_the_best_epoch(
     qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=4 * MINUTE)
     qtbot.mouseClick(view.progress.stop, Qt.MouseButton.LeftButton)
     assert view.progress.stop.text() == "Stopping after this epoch"
-    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
+    qtbot.waitUntil(lambda: not presenter.model.training.running, timeout=3 * MINUTE)
     assert session.project is not None
     (run,) = session.project.runs
     assert run.has_weights
@@ -151,11 +153,11 @@ def test_cancel_removes_the_run(
     view, presenter = tab
     _start(qtbot, view, 500)
     qtbot.waitUntil(lambda: _text(view, "run_line").startswith("epoch"), timeout=4 * MINUTE)
-    presenter.cancel()
-    qtbot.waitUntil(lambda: not presenter.training, timeout=3 * MINUTE)
+    presenter.model.training.cancel()
+    qtbot.waitUntil(lambda: not presenter.model.training.running, timeout=3 * MINUTE)
     assert session.project is not None
     assert session.project.runs == ()
-    assert view.runs.rowCount() == 0
+    assert view.runs.table.rowCount() == 0
 
 
 def test_notes_are_kept_beside_the_run(
@@ -165,12 +167,12 @@ def test_notes_are_kept_beside_the_run(
     assert session.project is not None
     folder = session.project.new_run_folder("quick")
     session.runs_changed.emit()
-    item = view.runs.item(0, 7)
+    item = view.runs.table.item(0, 7)
     assert item is not None
     item.setText("窓を閉めて")
     assert (folder / "note.txt").read_text(encoding="utf-8") == "窓を閉めて"
     session.runs_changed.emit()
-    again = view.runs.item(0, 7)
+    again = view.runs.table.item(0, 7)
     assert again is not None
     assert again.text() == "窓を閉めて"
 
@@ -205,22 +207,24 @@ def test_without_takes_the_room_says_what_goes_there(qtbot: QtBot, tmp_path: Pat
 
 
 def test_a_training_of_a_project_that_was_left_is_none_of_the_next(
-    qtbot: QtBot, session: Session, tab: tuple[TrainView, TrainPresenter], tmp_path: Path
+    qtbot: QtBot, session: Session, tmp_path: Path
 ) -> None:
-    _, presenter = tab
+    view, child = TrainView(), FakeChildTask()
+    qtbot.addWidget(view)
+    presenter = TrainPresenter(view, session, child)
     left = session.project
     assert left is not None
-    presenter._runs_folder, presenter._run_id = left.runs_folder, "quick_001"
-    presenter._job = Job(presenter)  # as if it were under way
-    presenter._resuming = False
+    presenter.model.start(TrainRequest("quick"))
     for project in (left, Project.create(tmp_path / "Other")):
         (project.runs_folder / "quick_001").mkdir(parents=True)
-    assert presenter._live() is not None
+    child.told.emit(StartedEvent("quick_001"))
+    assert presenter.model.live_run == "quick_001"
     session.open_project(tmp_path / "Other")
-    assert presenter._live() is None
-    presenter._on_cancelled()
+    assert presenter.model.live_run is None
+    child.end(child.cancelled)
     assert not (left.runs_folder / "quick_001").exists()
     assert (tmp_path / "Other" / "runs" / "quick_001").exists()
+    presenter.close()
 
 
 def test_a_project_only_to_look_at_says_why_nothing_starts(qtbot: QtBot, toy_project: Project) -> None:
@@ -235,9 +239,9 @@ def test_a_project_only_to_look_at_says_why_nothing_starts(qtbot: QtBot, toy_pro
         assert button is not None
         assert not button.isEnabled(), name
         assert button.toolTip() == session.locked_reason, name
-    assert view.runs.editTriggers() == view.runs.EditTrigger.NoEditTriggers
+    assert view.runs.table.editTriggers() == view.runs.table.EditTrigger.NoEditTriggers
     session.project = toy_project
     session.project_opened.emit()
-    assert view.start.isEnabled()
-    assert view.start.toolTip() == "Learn from the training takes"
-    assert view.runs.editTriggers() != view.runs.EditTrigger.NoEditTriggers
+    assert view.recipe.start.isEnabled()
+    assert view.recipe.start.toolTip() == "Learn from the training takes"
+    assert view.runs.table.editTriggers() != view.runs.table.EditTrigger.NoEditTriggers

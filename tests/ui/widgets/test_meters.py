@@ -6,8 +6,7 @@ from PySide6.QtGui import QColor
 
 from studio.motion.channels import ARKIT_SHAPES, VRM0_SHAPES
 from studio.ui import theme
-from studio.ui.widgets.level_meter import LevelMeterBar
-from studio.ui.widgets.shape_meters import ShapeMeters
+from studio.ui.widgets.meters import LevelMeterBar, ShapeMeters
 
 
 @pytest.fixture

@@ -143,8 +143,18 @@ class StickFigure(QWidget):
 
     @property
     def avatar(self) -> Avatar | None:
-        """What is worn, without surfaces and face where drawing them takes too long."""
+        """The avatar shown, without surfaces and face where drawing them takes too long."""
         return self._avatar
+
+    @property
+    def picture(self) -> QImage | None:
+        """The picture that OpenGL made last; None where the lines are drawn instead."""
+        return self._image
+
+    @property
+    def drawing_soon(self) -> bool:
+        """Whether another picture has been asked for."""
+        return self._next.isActive()
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""

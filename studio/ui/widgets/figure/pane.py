@@ -14,9 +14,8 @@ from studio.motion import Skeleton
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
-from studio.ui.widgets.figure.drawn_face import DrawnFace
 from studio.ui.widgets.figure.figure import StickFigure
-from studio.ui.widgets.figure.sketch import draw_ground
+from studio.ui.widgets.figure.sketch import DrawnFace, draw_ground
 
 FACE_SIDE = 132
 FACE_MARGIN = 10

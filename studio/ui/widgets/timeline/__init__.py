@@ -1,14 +1,11 @@
 """The timeline: sound, motion, labels and problems under one playhead.
 
-content       What a timeline shows, as values: curves, marks, label edits, and where its lanes lie. Pure:
-              no Qt
-label_editor  The field in which a label's text is typed, right where the label lies
-mouse         What lies under the mouse on a timeline, and what it does there from press to release
-paint         How a timeline's lanes are painted: each function fills one strip of the still picture
-picture       A timeline's two layers: the lanes, painted once into a picture, and what moves above them
-spectrum      How a spectrogram is painted into a timeline's sound lane, and the one colour scale for heat
-time_view     Which stretch of time a timeline shows, and where each second falls on it. Pure: no Qt
-timeline      The timeline: sound, motion, labels and problems under one playhead
-waveform      Sound as a picture: columns of smallest and largest samples, painted at the screen's own
-              resolution
+content     What a timeline shows, as values: curves, marks, label edits, and where its lanes lie. Pure: no Qt
+mouse       What lies under the mouse on a timeline, and what it does there from press to release
+paint       How a timeline is painted: the lanes, once, into a picture, and what moves above them
+sound_lane  How sound is painted into a timeline's lane: as a waveform or a spectrogram, and the colours for
+            heat
+time_view   Which stretch of time a timeline shows, and where each second falls on it. Pure: no Qt
+timeline    The timeline: sound, motion, labels and problems under one playhead; and the field in which a
+            label is typed
 """

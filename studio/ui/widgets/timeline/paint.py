@@ -1,7 +1,4 @@
-"""How a timeline's lanes are painted: each function fills one strip of the still picture.
-
-Nothing here knows the mouse or the playhead; those are painted above by the Timeline itself.
-"""
+"""How a timeline is painted: the lanes, once, into a picture, and what moves above them."""
 
 from __future__ import annotations
 
@@ -9,15 +6,20 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygonF
+from PySide6.QtCore import QCoreApplication, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QPainter, QPen, QPixmap, QPolygonF
 
 from studio.dataset import Label
 from studio.ui import theme
-from studio.ui.widgets.timeline.content import Curve, Floats, Lane, Mark, PeakSource, Span
-from studio.ui.widgets.timeline.spectrum import heat_colours
+from studio.ui.widgets.timeline.content import GUTTER, Content, Curve, Floats, Lane, Mark, PeakSource, Span
+from studio.ui.widgets.timeline.sound_lane import (
+    columns_image,
+    heat_colours,
+    paint_pitches,
+    paint_spectrum,
+    paint_waveform,
+)
 from studio.ui.widgets.timeline.time_view import TimeView, ticks
-from studio.ui.widgets.timeline.waveform import columns_image, paint_waveform
 
 LINE_PX = 1.5
 """Thickness of a motion curve."""
@@ -322,3 +324,93 @@ def _box(spread: Span, left: float, view: TimeView, span: Span) -> QRectF:
     """The rectangle of a span, at least a pixel wide."""
     x, end = view.x(span[0]), view.x(span[1])
     return QRectF(left + x, spread[0], max(end - x, 1.0), spread[1] - spread[0])
+
+
+def still_picture(
+    content: Content, lanes: tuple[Lane, ...], view: TimeView, size: QSize, ratio: float
+) -> QPixmap:
+    """Everything that does not move with the playhead.
+
+    Args:
+        size: of the widget.
+        ratio: device pixels a pixel.
+    """
+    picture = QPixmap(size * ratio)
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(theme.colour("surface"))
+    painter = QPainter(picture)
+    for lane in lanes:
+        _paint_gutter(painter, content, lane, view)
+        painter.save()
+        painter.setClipRect(QRectF(GUTTER, lane.top, view.width, lane.height))
+        _paint_lane(painter, content, lane, view)
+        painter.restore()
+    painter.setClipRect(QRectF(GUTTER, 0, view.width, size.height()))
+    paint_excluded(painter, spread(lanes), GUTTER, view, content.excluded)
+    painter.end()
+    return picture
+
+
+def paint_above(painter: QPainter, content: Content, lanes: tuple[Lane, ...], view: TimeView) -> None:
+    """What moves or changes while one works: ends, selection, loop, cuts, playhead."""
+    whole = spread(lanes)
+    if content.handles:
+        paint_outside(painter, whole, GUTTER, view, content.in_out)
+    if content.unmade is not None:
+        paint_unmade(painter, whole, GUTTER, view, content.unmade, _tr("being made"))
+    if content.span is not None:
+        paint_span(painter, whole, GUTTER, view, content.span, 50)
+    if content.loop is not None:
+        edge = float(lanes[0].bottom)
+        paint_span(painter, (edge - 5, edge), GUTTER, view, content.loop, 200)
+    if content.parts:
+        paint_parts(painter, whole, GUTTER, view, content.parts)
+    if content.handles:
+        paint_handles(painter, whole[1], GUTTER, view, content.in_out)
+    paint_playhead(painter, whole[1], GUTTER + view.x(content.playhead))
+
+
+def spread(lanes: tuple[Lane, ...]) -> tuple[float, float]:
+    """Top of the sound and bottom of the last lane above the overview."""
+    return float(lanes[0].bottom), float(lanes[-2].bottom)
+
+
+def _paint_lane(painter: QPainter, content: Content, lane: Lane, view: TimeView) -> None:
+    if view.duration <= 0 and lane.kind != "sound":
+        return
+    if lane.kind == "ruler":
+        paint_ruler(painter, lane, GUTTER, view)
+    elif lane.kind == "sound" and content.spectrum is not None:
+        paint_spectrum(painter, area(lane, GUTTER, view), content.spectrum, view)
+    elif lane.kind == "sound":
+        silent = content.silent if view.duration > 0 else ""
+        paint_sound(painter, lane, GUTTER, view, content.sound, silent)
+    elif lane.kind == "heat" and content.heat is not None:
+        paint_heat(painter, lane, GUTTER, view, *content.heat)
+    elif lane.kind == "motion":
+        paint_curves(painter, lane, GUTTER, view, content.curves)
+    elif lane.kind == "labels":
+        paint_labels(painter, lane, GUTTER, view, content.labels, content.chosen)
+    elif lane.kind == "problems":
+        paint_problems(painter, lane, GUTTER, view, content.problems)
+    elif lane.kind == "overview":
+        paint_overview(painter, lane, GUTTER, view)
+
+
+def _paint_gutter(painter: QPainter, content: Content, lane: Lane, view: TimeView) -> None:
+    if view.duration <= 0:
+        return
+    if lane.kind == "sound" and content.spectrum is not None:
+        paint_pitches(painter, lane, GUTTER, content.spectrum)
+        return
+    names = {
+        "sound": _tr("Sound"), "motion": _tr("Motion"), "problems": _tr("Problems"),
+        "labels": content.tier_titles.get(lane.tier, lane.tier), "heat": _tr("Error"),
+    }  # fmt: skip
+    if lane.kind in names:
+        legend = content.curves if lane.kind == "motion" else {}
+        paint_gutter(painter, lane, GUTTER, names[lane.kind], legend)
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Timeline", text)

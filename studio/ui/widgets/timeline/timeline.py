@@ -10,11 +10,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PySide6.QtCore import QEvent, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPixmap, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtGui import (
+    QFocusEvent,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QCompleter, QLineEdit, QToolTip, QWidget
 
 from studio.dataset import Label
-from studio.ui.widgets.timeline import paint, picture
+from studio.ui import theme
+from studio.ui.widgets.timeline import paint
 from studio.ui.widgets.timeline.content import (
     GUTTER,
     Content,
@@ -27,7 +38,6 @@ from studio.ui.widgets.timeline.content import (
     SpectrumSource,
     lay_out,
 )
-from studio.ui.widgets.timeline.label_editor import LabelEditor
 from studio.ui.widgets.timeline.mouse import TimelineMouse
 from studio.ui.widgets.timeline.time_view import TimeView
 
@@ -66,6 +76,8 @@ class Timeline(QWidget):
         self.content = Content()
         self._vocabulary: tuple[str, ...] = ()
         self._picture: QPixmap | None = None
+        self.still_paints = 0
+        """How often the lanes were painted; the playhead moves over them without that."""
         self._lanes: tuple[Lane, ...] | None = None
         self._mouse = TimelineMouse(self)
         self._editor: LabelEditor | None = None
@@ -344,7 +356,8 @@ class Timeline(QWidget):
         """Copy the dirty part of the picture and paint what moves above it."""
         if self._picture is None or self._picture.devicePixelRatioF() != self.devicePixelRatioF():
             ratio = self.devicePixelRatioF()
-            self._picture = picture.still_picture(self.content, self.lanes, self._view, self.size(), ratio)
+            self.still_paints += 1
+            self._picture = paint.still_picture(self.content, self.lanes, self._view, self.size(), ratio)
         painter = QPainter(self)
         ratio = self._picture.devicePixelRatioF()
         dirty = QRectF(event.rect())
@@ -352,7 +365,7 @@ class Timeline(QWidget):
         painter.drawPixmap(dirty, self._picture, source)
         if self._view.duration > 0:
             painter.setClipRect(QRect(GUTTER - 7, 0, self.width() - GUTTER + 7, self.height()))
-            picture.paint_above(painter, self.content, self.lanes, self._view)
+            paint.paint_above(painter, self.content, self.lanes, self._view)
         painter.end()
 
     def _playhead_strip(self, t: float) -> QRect:
@@ -374,3 +387,50 @@ class Timeline(QWidget):
     def _repaint_all(self) -> None:
         self._picture = self._lanes = None
         self.update()
+
+
+class LabelEditor(QLineEdit):
+    """One text, typed and kept, or dropped.
+
+    Signals:
+        closed: whether to keep the text; sent once, by Enter, Escape or by leaving the field.
+    """
+
+    closed = Signal(bool)
+
+    def __init__(self, text: str, vocabulary: Sequence[str], parent: QWidget) -> None:
+        super().__init__(text, parent)
+        self._open = True
+        self.setObjectName("label_editor")
+        self.setAccessibleName(self.tr("Label text"))
+        edge = theme.colours().accent
+        self.setStyleSheet(
+            f"QLineEdit {{ padding: 0 4px; min-height: 16px; border: 1px solid {edge}; border-radius: 4px; }}"
+        )
+        completer = QCompleter(sorted(set(vocabulary)), self)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.setCompleter(completer)
+        self.returnPressed.connect(lambda: self.finish(True))
+
+    def finish(self, keep: bool) -> None:
+        """Close the field."""
+        if self._open:
+            self._open = False
+            self.closed.emit(keep)
+
+    def event(self, event: QEvent) -> bool:
+        """Take Escape before any shortcut of the window does."""
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                self.finish(False)
+                return True
+        return super().event(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Leaving keeps the text; the list of words to choose from is not leaving."""
+        super().focusOutEvent(event)
+        if event.reason() != Qt.FocusReason.PopupFocusReason:
+            self.finish(True)

@@ -52,8 +52,8 @@ def drawn(figure: StickFigure, qtbot) -> QImage:
     before = figure.renders
     figure.show_pose(*t_pose())
     qtbot.waitUntil(lambda: figure.renders > before)
-    assert figure._image is not None
-    return figure._image
+    assert figure.picture is not None
+    return figure.picture
 
 
 def test_an_empty_room_says_what_goes_there(figure: StickFigure) -> None:
@@ -80,7 +80,7 @@ def test_a_t_pose_is_wider_than_it_is_seen_from_the_side(figure, opengl, qtbot) 
 
 def _sketch(figure: StickFigure, qtbot) -> QImage:
     figure.show_pose(*t_pose())
-    qtbot.waitUntil(lambda: not figure._next.isActive())
+    qtbot.waitUntil(lambda: not figure.drawing_soon)
     return figure.grab().toImage()
 
 
@@ -203,16 +203,16 @@ def test_an_avatar_that_draws_too_slowly_becomes_a_figure_of_its_size(figure, qt
     with qtbot.waitSignal(figure.avatar_too_slow):
         for _ in range(20):
             figure.note_cost(TOO_SLOW + 1.0)
-    assert figure._avatar is not None
-    assert figure._avatar.skeleton is avatar.skeleton
-    assert not figure._avatar.surfaces
+    assert figure.avatar is not None
+    assert figure.avatar.skeleton is avatar.skeleton
+    assert not figure.avatar.surfaces
 
 
 def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tmp_path) -> None:
     figure.set_avatar(formats.read_avatar(Maker(0, head=3.0).write(tmp_path / "a.vrm")))
     skeleton, world = t_pose()
     figure.show_stance(WorldPose(skeleton, world, skeleton.rest_rotations))
-    qtbot.waitUntil(lambda: not figure._next.isActive())
+    qtbot.waitUntil(lambda: not figure.drawing_soon)
     assert body_pixels(figure.grab().toImage())[60:].any()
 
 

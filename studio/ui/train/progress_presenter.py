@@ -1,0 +1,217 @@
+"""Shows a run's curves, figures and preview: of the training under way, or of one in the list."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer
+
+from studio.errors import StudioError
+from studio.ipc.events import EpochEvent
+from studio.motion import Motion
+from studio.project import Run
+from studio.training import preview
+from studio.training.preview import BEST, CAPTURED, LATEST, Preview
+from studio.ui import messages, tasks
+from studio.ui.session import Session
+from studio.ui.train.model import TrainModel
+from studio.ui.train.preview_view import PreviewPane
+from studio.ui.train.progress_view import CloseChoice, ProgressCard, ask_how_to_end
+from studio.ui.train.run_facts import RunFacts, curves, epochs_of, run_facts
+from studio.ui.train.task import run_text, strip_text, training_text
+
+
+class ProgressPresenter(QObject):
+    """Presenter of the progress card: what is seen of a run, and how the one under way is ended."""
+
+    def __init__(self, view: ProgressCard, model: TrainModel, session: Session) -> None:
+        super().__init__(view)
+        self._view, self._model, self._session = view, model, session
+        self._training = model.training
+        self._closing = False  # the window goes once the training has ended
+        self._preview = PreviewPresenter(view.preview)
+        view.stop_requested.connect(model.training.stop)
+        view.cancel_requested.connect(self.ask_cancel)
+        view.offer_taken.connect(model.start_smaller)
+        model.refreshed.connect(self._follow)
+        model.shown_changed.connect(self._show)
+        model.cancel_requested.connect(self.ask_cancel)
+        training = model.training
+        training.began.connect(self._on_began)
+        training.changed.connect(self._show_buttons)
+        training.done.connect(self._on_done)
+        training.failed.connect(self._on_failed)
+        training.ended.connect(self._on_ended)
+        self._show_buttons()
+
+    def may_close(self) -> bool:
+        """Whether the window may close; a training under way asks what becomes of it."""
+        training = self._training
+        if not self._model.training.running:
+            return True
+        chosen = ask_how_to_end(self._view, training.run_id, training.resuming)
+        if not training.running:  # it ended while the question was open
+            return chosen is not CloseChoice.GO_ON
+        if chosen is CloseChoice.KEEP:
+            self._closing = True
+            training.stop()
+        elif chosen is CloseChoice.DISCARD:
+            folder = training.folder
+            self._model.close()
+            if folder is not None and folder.is_dir():
+                self._model.trash.remove(folder, self.tr("Removed {0}.").format(folder.name))
+        return chosen is CloseChoice.DISCARD
+
+    def ask_cancel(self) -> None:
+        """Cancel the training under way, and ask first where it has learnt something."""
+        if not self._training.running:
+            return
+        question = self.tr("Cancel this training?")
+        details = self.tr("The run and what it has learnt so far are removed.")
+        if self._training.resuming:
+            details = self.tr("What it learnt before it was resumed stays.")
+        if not self._training.progress.epochs or messages.ask(
+            self._view, question, details, self.tr("Cancel training"), self.tr("Go on training")
+        ):
+            self._training.cancel()
+
+    # -- the training under way --------------------------------------------------------------------
+
+    def _on_began(self) -> None:
+        self._closing = False
+        self._view.show_alarm("")
+        self._view.show_offer("", "")
+
+    def _show_buttons(self) -> None:
+        training = self._training
+        running = training.running
+        self._view.show_running(running, running and training.stopping, running and training.measuring)
+
+    def _on_done(self, run: str, stopped: bool) -> None:
+        text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
+        action = (self.tr("Review it"), lambda: self._session.review_requested.emit(run))
+        messages.show_note(self._view, text.format(run), action=action if self._model.here else None)
+
+    def _on_failed(self, error: StudioError) -> None:
+        smaller = self._training.progress.smaller
+        if smaller:
+            remedy = self.tr("What was learnt is kept; a smaller batch may fit.")
+            button = self.tr("Train with a smaller batch ({0})").format(smaller.rpartition(".")[2])
+            self._view.show_offer(f"{error.what} {remedy}", button)
+            error = StudioError(error.what, remedy, code=error.code)
+        self._closing = False  # who closed the window must see what became of the training
+        messages.show_error(self._view, error)
+
+    def _on_ended(self) -> None:
+        self._view.show_log(self._training.log)
+        if self._closing:
+            # Later, for this slot is still called by what the window would close.
+            window = self._view.window()
+            QTimer.singleShot(0, window, window.close)
+
+    # -- what is seen ------------------------------------------------------------------------------
+
+    def _follow(self) -> None:
+        """Bring the display up to the training under way."""
+        training = self._training
+        self._session.status_changed.emit("train", strip_text(training.progress), "")
+        if not self._model.active:
+            return
+        self._view.show_log(training.log)
+        if self._model.shows_training:
+            facts = training.progress.facts
+            line = training_text(training.progress, training.stopping)
+            title = training.run_id or self.tr("Preparing")
+            self._view.show_progress(title, line, training.progress.fraction)
+            self._show_facts(facts, training.progress.epochs, facts.advice)
+            self._preview.follow(training.folder, live=True)
+
+    def _show(self) -> None:
+        if self._model.shows_training:
+            self._follow()
+        else:
+            self._show_run(self._model.shown_run)
+
+    def _show_run(self, run: Run | None) -> None:
+        self._preview.follow(run.folder if run is not None else None, live=False)
+        if run is None:
+            self._view.show_progress("", "", None)
+            self._view.show_curves({}, None)
+            self._view.show_alarm("")
+            return
+        epochs = epochs_of(run)
+        facts = run_facts(epochs)
+        still = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
+        self._view.show_progress(run.id, run_text(facts), None)
+        self._show_facts(facts, epochs, still if facts.life == "still" else "")
+
+    def _show_facts(self, facts: RunFacts, epochs: Sequence[EpochEvent], alarm: str) -> None:
+        self._view.show_curves(curves(epochs), facts.best)
+        self._view.show_alarm(alarm)
+
+
+class PreviewPresenter(QObject):
+    """Keeps a preview up to date with what the training child wrote; `follow` it as often as you like."""
+
+    def __init__(self, pane: PreviewPane) -> None:
+        super().__init__(pane)
+        self._pane = pane
+        self._run: Path | None = None
+        self._stamp = 0
+        self._live = False
+        self._chosen = ""  # a chip that was pressed; "" takes the newest while it trains, else the best
+        self._reading = tasks.LatestTask(self)
+        pane.chosen.connect(self._on_chosen)
+
+    def follow(self, run: Path | None, live: bool) -> None:
+        """Show a run's preview, read again only where it changed.
+
+        Args:
+            run: its folder, None for no run.
+            live: it is being trained.
+        """
+        if run != self._run:
+            self._chosen = ""
+        now = preview.stamp(run) if run is not None else 0
+        if (run, now, live) == (self._run, self._stamp, self._live):
+            return
+        self._run, self._stamp, self._live = run, now, live
+        self._read()
+
+    def _on_chosen(self, which: str) -> None:
+        self._chosen = which
+        self._read()
+
+    def _read(self) -> None:
+        self._reading.drop()
+        run = self._run
+        which = self._chosen or (LATEST if self._live else BEST)
+        if run is None or not self._stamp:
+            self._pane.show_preview(None, None, "", which, False)
+            return
+
+        def work() -> tuple[Preview, Motion, Motion] | None:
+            found = preview.read_preview(run)
+            if found is None:
+                return None
+            seen = which if found.epochs[which] else LATEST
+            return found, found.motion(CAPTURED), found.motion(seen)
+
+        def show(result: tuple[Preview, Motion, Motion] | None) -> None:
+            if result is None:
+                self._pane.show_preview(None, None, "", which, False)
+                return
+            found, captured, predicted = result
+            self._pane.show_preview(captured, predicted, self._caption(found, which), which, _differ(found))
+
+        self._reading.run(work, show, lambda _: None)  # a damaged one is passed over
+
+    def _caption(self, found: Preview, which: str) -> str:
+        epoch = found.epochs[which] or found.epochs[LATEST]
+        text = self.tr("Epoch {0}").format(epoch)
+        return self.tr("{0}, the best").format(text) if epoch == found.epochs[BEST] else text
+
+
+def _differ(found: Preview) -> bool:
+    return 0 < found.epochs[BEST] != found.epochs[LATEST]

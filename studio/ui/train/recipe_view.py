@@ -1,0 +1,384 @@
+"""What to train: preset cards, the list of recipes, and the drawer of what may be changed of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.actions import ACTIONS
+from studio.errors import StudioError
+from studio.training import recipe as recipes
+from studio.ui import theme
+from studio.ui.shortcuts import translated
+from studio.ui.train.task import TrainRequest
+from studio.ui.widgets.card import Card, label
+
+LOOK_AHEAD = "network.look_ahead_ms"
+MOST_AHEAD_MS = 1000
+
+
+@dataclass(frozen=True)
+class Form:
+    """One of a recipe's forms, "" for the plain one: what it is, and the values the drawer offers.
+
+    Args:
+        name: as `--set form=` takes it.
+        summary: one sentence.
+        epochs: the recipe's own.
+        look_ahead_ms: None where there is nothing to set: the network has none, or its encoder hears
+            far ahead whatever is set.
+        speaks: a pretrained encoder listens to the speech.
+    """
+
+    name: str
+    summary: str
+    epochs: int
+    look_ahead_ms: int | None
+    speaks: bool = False
+
+
+def forms_of(recipe: str) -> tuple[Form, ...]:
+    """All forms of a recipe, the plain one first, as its file has them.
+
+    Raises:
+        StudioError: the recipe cannot be read.
+    """
+    names = next((info.forms for info in recipes.recipes() if info.name == recipe), ())
+    found = []
+    for name in ("", *names):
+        made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
+        ahead, speaks = made.settings().get(LOOK_AHEAD), made.sound.uses_encoder
+        ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
+        found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class PresetChoice:
+    """A preset card: key, title, how long it takes here, what it is for."""
+
+    key: str
+    title: str
+    duration: str
+    summary: str
+
+
+class AdvancedDrawer(QWidget):
+    """What may be changed of a recipe.
+
+    Signals:
+        form_chosen: another form was chosen by hand.
+    """
+
+    form_chosen = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("advanced_drawer")
+        self._forms: tuple[Form, ...] = ()
+        self.form = QComboBox()
+        self.form.setObjectName("form")
+        self.form.setMinimumWidth(140)
+        self.form.currentIndexChanged.connect(self._on_form)
+        self.look_ahead = _spin("look_ahead", 0, MOST_AHEAD_MS, 100)
+        self.look_ahead.setSuffix(self.tr(" ms"))
+        self.look_ahead.setSingleStep(10)
+        self.epochs = _spin("epochs", 1, 10_000, 50)
+        self.epochs.setToolTip(self.tr("How often the training goes through all takes"))
+        self.seed = _spin("seed", 0, 999_999, 1)
+        self.seed.setToolTip(self.tr("The same seed on the same takes gives the same result"))
+        self.device = QComboBox()
+        self.device.setObjectName("device")
+        self.device.setToolTip(
+            self.tr("Where to compute; automatic takes a graphics card where there is one")
+        )
+        self._device_note = label("", "caption", "device_note")
+        self._device_note.setWordWrap(True)
+        self._form_note = label("", "caption", "form_note")
+        self._form_note.setWordWrap(True)
+        self.show_devices(("cpu",), "")
+        self._lay_out()
+
+    def show_forms(self, forms: Sequence[Form]) -> None:
+        """Offer a recipe's forms; the plain one is chosen."""
+        self._forms = tuple(forms)
+        with QSignalBlocker(self.form):
+            self.form.clear()
+            for form in self._forms:
+                self.form.addItem(form.name or self.tr("Plain"), form.name)
+                self.form.setItemData(self.form.count() - 1, form.summary, Qt.ItemDataRole.ToolTipRole)
+        self.form.setEnabled(len(self._forms) > 1)
+        self._show_form()
+
+    def show_devices(self, names: Sequence[str], reason: str) -> None:
+        """Offer what there is to compute on, and say why the rest is not.
+
+        Args:
+            names: "cpu", "cuda" or "mps".
+            reason: one sentence, "" for none.
+        """
+        words = {
+            "cpu": self.tr("Processor"),
+            "cuda": self.tr("NVIDIA graphics card"),
+            "mps": self.tr("Apple graphics"),
+        }
+        chosen = self.device.currentData()
+        self.device.clear()
+        for name in ("auto", *names):
+            self.device.addItem(words.get(name, self.tr("Automatic")), name)
+        self.device.setCurrentIndex(max(self.device.findData(chosen), 0))
+        self._device_note.setText(reason)
+
+    def overrides(self) -> tuple[str, ...]:
+        """What differs from the recipe, as --set takes it."""
+        form = self._chosen()
+        if form is None:
+            return ()
+        found = [f"form={form.name}"] if form.name else []
+        if form.look_ahead_ms is not None and self.look_ahead.value() != form.look_ahead_ms:
+            found.append(f"{LOOK_AHEAD}={self.look_ahead.value()}")
+        found += [f"training.epochs={self.epochs.value()}", f"training.seed={self.seed.value()}"]
+        if self.device.currentData() != "auto":
+            found.append(f"training.accelerator={self.device.currentData()}")
+        return tuple(found)
+
+    def _chosen(self) -> Form | None:
+        index = self.form.currentIndex()
+        return self._forms[index] if 0 <= index < len(self._forms) else None
+
+    def _on_form(self) -> None:
+        self._show_form()
+        self.form_chosen.emit()
+
+    def _show_form(self) -> None:
+        form = self._chosen()
+        if form is None:
+            return
+        self.epochs.setValue(form.epochs)
+        ahead = form.look_ahead_ms
+        self.look_ahead.setEnabled(ahead is not None)
+        self.look_ahead.setSpecialValueText("–" if ahead is None else "")
+        self.look_ahead.setValue(ahead or 0)
+        hears = self.tr(
+            "How far the network hears ahead of each frame; Live has a choice of its own where it can"
+        )
+        none = self.tr("This recipe has no such setting")
+        far = self.tr("Its encoder hears 3 to 27 seconds ahead: there is nothing to set, and no Live with it")
+        self.look_ahead.setToolTip(hears if ahead is not None else far if form.speaks else none)
+        only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
+        self.form.setToolTip(only)
+        self._form_note.setText(form.summary if form.name else "")
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setVerticalSpacing(theme.TIGHT)
+        first, second = QHBoxLayout(), QHBoxLayout()
+        for row, captioned in (
+            (first, ((self.tr("Form"), self.form), (self.tr("Look-ahead"), self.look_ahead))),
+            (
+                second,
+                (
+                    (self.tr("Epochs"), self.epochs),
+                    (self.tr("Seed"), self.seed),
+                    (self.tr("Compute on"), self.device),
+                ),
+            ),
+        ):
+            row.setSpacing(theme.INSIDE)
+            for words, widget in captioned:
+                row.addWidget(_caption(words, widget))
+                row.addWidget(widget)
+                row.addSpacing(theme.INSIDE)
+        first.addWidget(self._form_note, 1)
+        second.addWidget(self._device_note, 1)
+        grid.addLayout(first, 0, 0)
+        grid.addLayout(second, 1, 0)
+
+
+class PresetCard(QPushButton):
+    """A checkable card.
+
+    Args:
+        name: its object name.
+        title: "Quick look".
+        duration: "about 2 min"; may be empty.
+        summary: one sentence.
+    """
+
+    def __init__(
+        self, name: str, title: str, duration: str, summary: str, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setCheckable(True)
+        self.setAutoExclusive(True)
+        self.setAccessibleName(f"{title}, {duration}" if duration else title)
+        self.setAccessibleDescription(summary)
+        theme.as_role(self, "big")
+        self.title = label(title, "")
+        self.title.setFont(theme.ui_font(theme.TEXT_PX, semibold=True))
+        self.duration = label(duration, "caption")
+        self.summary = label(summary, "caption")
+        self.summary.setWordWrap(True)
+        self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
+        head = QHBoxLayout()
+        head.addWidget(self.title)
+        head.addStretch(1)
+        head.addWidget(self.duration)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(14, 10, 14, 8)
+        column.setSpacing(theme.TIGHT)
+        column.addLayout(head)
+        column.addWidget(self.summary, 1)
+        for child in (self.title, self.duration, self.summary):
+            child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def sizeHint(self) -> QSize:
+        layout = self.layout()
+        assert layout is not None
+        return QSize(190, max(layout.sizeHint().height(), 96))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(150, 96)
+
+
+class RecipeCard(Card):
+    """The card with preset cards, recipes, drawer and the button that starts.
+
+    Signals:
+        start_requested: a TrainRequest.
+        recipe_chosen: the recipe's name was changed by hand.
+        preset_chosen: a preset's key.
+    """
+
+    start_requested = Signal(object)
+    recipe_chosen = Signal(str)
+    preset_chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(self.tr("Preset"), parent)
+        self._presets: list[PresetCard] = []
+        self._preset_row = QHBoxLayout()
+        self._preset_row.setSpacing(theme.INSIDE)
+        self.body.addLayout(self._preset_row, 1)
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        self.recipe = QComboBox()
+        self.recipe.setObjectName("recipe")
+        self.recipe.setAccessibleName(self.tr("Recipe"))
+        self.recipe.setMinimumWidth(200)
+        self.recipe.currentIndexChanged.connect(
+            lambda _: self.recipe_chosen.emit(str(self.recipe.currentData() or ""))
+        )
+        self.advanced = QPushButton(self.tr("Advanced"))
+        self.advanced.setObjectName("advanced")
+        self.advanced.setCheckable(True)
+        theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
+        theme.as_role(self.advanced, "quiet")
+        self.start = QPushButton(translated(ACTIONS["start_training"].name))
+        self.start.setObjectName("start_training")
+        theme.as_role(self.start, "primary")
+        self.start.clicked.connect(lambda: self.start_requested.emit(self._request()))
+        recipe_label = label(self.tr("Recipe"), "muted")
+        recipe_label.setBuddy(self.recipe)
+        row.addWidget(recipe_label)
+        row.addWidget(self.recipe)
+        row.addWidget(self.advanced)
+        row.addStretch(1)
+        row.addWidget(self.start)
+        self.drawer = AdvancedDrawer()
+        self.drawer.hide()
+        self.advanced.toggled.connect(self.drawer.setVisible)
+        self.body.addWidget(self.drawer)
+        self.body.addLayout(row)
+
+    def show_start(self, ready: bool, running: bool, locked: str) -> None:
+        """Offer to start.
+
+        Args:
+            ready: there is enough to learn from.
+            running: a training is under way already.
+            locked: why nothing can be changed here, "" where it can.
+        """
+        self.start.setEnabled(ready and not running and not locked)
+        busy = self.tr("A training is under way") if running else ""
+        self.start.setToolTip(locked or busy or translated(ACTIONS["start_training"].help))
+
+    def show_presets(self, presets: Sequence[PresetChoice], chosen: str) -> None:
+        """Fill the row of preset cards."""
+        for card in self._presets:
+            card.setParent(None)
+            card.deleteLater()
+        self._presets = []
+        for preset in presets:
+            card = PresetCard(f"preset_{preset.key}", preset.title, preset.duration, preset.summary)
+            card.setProperty("key", preset.key)
+            card.setChecked(preset.key == chosen)
+            card.clicked.connect(lambda _=False, key=preset.key: self.preset_chosen.emit(key))
+            card.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+            self._preset_row.addWidget(card, 1)
+            self._presets.append(card)
+
+    def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
+        """Fill the recipe list with (name, title, summary)."""
+        with QSignalBlocker(self.recipe):
+            self.recipe.clear()
+            for name, title, summary in recipes:
+                self.recipe.addItem(title, name)
+                self.recipe.setItemData(self.recipe.count() - 1, summary, Qt.ItemDataRole.ToolTipRole)
+
+    def choose(self, preset: str, recipe: str, forms: Sequence[Form]) -> None:
+        """Mark a preset ("" for none) and its recipe, and show its forms in the drawer."""
+        for card in self._presets:
+            card.setAutoExclusive(False)
+            card.setChecked(card.property("key") == preset)
+            card.setAutoExclusive(True)
+        with QSignalBlocker(self.recipe):
+            self.recipe.setCurrentIndex(max(self.recipe.findData(recipe), 0))
+        self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
+        self.drawer.show_forms(forms)
+
+    def _request(self) -> TrainRequest:
+        # Values of a drawer that was never opened are the recipe's own.
+        changed = self.drawer.overrides() if self.advanced.isChecked() else ()
+        return TrainRequest(str(self.recipe.currentData() or ""), changed)
+
+
+def _caption(words: str, widget: QWidget) -> QLabel:
+    caption = label(words, "muted")
+    caption.setBuddy(widget)
+    widget.setAccessibleName(words)
+    return caption
+
+
+def _spin(name: str, low: int, high: int, value: int) -> QSpinBox:
+    spin = QSpinBox()
+    spin.setObjectName(name)
+    spin.setRange(low, high)
+    spin.setValue(value)
+    spin.setFont(theme.figures_font())
+    spin.setAlignment(Qt.AlignmentFlag.AlignRight)
+    spin.setMinimumWidth(84)
+    return spin
+
+
+def forms_or_none(recipe: str) -> tuple[Form, ...]:
+    """The forms of a recipe, none where its file cannot be read; starting it then says why."""
+    try:
+        return forms_of(recipe)
+    except StudioError:
+        return ()

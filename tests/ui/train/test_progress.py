@@ -1,0 +1,73 @@
+"""What a training does before its first epoch and after its last one is seen: it looked stuck, or done."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QLabel
+
+from studio.ipc.events import (
+    CleaningEvent,
+    EpochEvent,
+    ListeningEvent,
+    LookAheadsEvent,
+    StartedEvent,
+    TrainDone,
+)
+from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.task import TrainingProgress, TrainRequest, run_text, training_text
+from studio.ui.train.view import TrainView
+from tests.fakes import FakeChildTask
+
+
+@pytest.fixture
+def child() -> FakeChildTask:
+    return FakeChildTask()
+
+
+def test_measuring_the_look_aheads_is_said() -> None:
+    progress = TrainingProgress()
+    progress.update(EpochEvent(4, 4, 0.1, seconds=1.0))
+    progress.update(LookAheadsEvent(0, 1, 4, 0.25))
+    assert training_text(progress) == "measuring how well it does at each look-ahead: 25 %"
+    assert run_text(progress.facts).startswith("epoch 4 of 4")
+
+
+def test_measuring_is_skipped_with_the_button_that_stopped_the_learning(
+    tab: tuple[TrainView, TrainPresenter], child: FakeChildTask
+) -> None:
+    view, presenter = tab
+    button = view.progress.stop
+    presenter.model.start(TrainRequest("quick"))
+    button.click()
+    assert (button.text(), button.isEnabled()) == ("Stopping after this epoch", False)
+    for done in (0, 1):
+        child.told.emit(LookAheadsEvent(0, done, 4, done / 4))
+        assert (button.text(), button.isEnabled()) == ("Skip measuring", True)
+    button.click()
+    child.told.emit(LookAheadsEvent(0, 2, 4, 0.5))
+    assert (button.text(), button.isEnabled()) == ("Skipping", False)
+    assert child.stops == 2
+    child.end(child.done, TrainDone("quick_001"))
+    assert (button.text(), button.isHidden()) == ("Stop, keep best", True)
+
+
+def test_an_empty_plot_does_not_ask_to_start_what_runs(tab: tuple[TrainView, TrainPresenter]) -> None:
+    view, presenter = tab
+    hint = view.findChild(QLabel, "curves_hint")
+    assert hint is not None
+    assert hint.text().startswith("Press Start training")
+    presenter.model.start(TrainRequest("quick"))
+    assert hint.text().startswith("The curves begin with the first epoch.")
+
+
+def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
+    progress = TrainingProgress()
+    assert training_text(progress) == "reading the takes; the first epoch follows"
+    progress.update(CleaningEvent("Hello_001", 0.5))
+    assert training_text(progress) == "cleaning the sound of Hello_001: 50 %"
+    progress.update(ListeningEvent("Hello_002", 2, 5))
+    assert training_text(progress) == "listening to Hello_002, take 2 of 5; kept for the next training"
+    assert progress.fraction == 0.2
+    progress.update(StartedEvent("quick_001"))
+    assert training_text(progress) == "reading the takes; the first epoch follows"
+    assert progress.fraction == -1.0
