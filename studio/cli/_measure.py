@@ -53,7 +53,7 @@ CAPTURED = "captured"
 
 def say_learnt(chosen: Run, evaluation_set: EvaluationSet, out: Output) -> None:
     """A note where the run learnt from a take measured on, whatever that take is marked as by now."""
-    names = [str(name) for name in (chosen.report or {}).get("train", ())]
+    names = chosen.facts.train
     # A run names parts (Hello_001.2), and a take measured on may be whole by now.
     learnt = {*names, *(_PART.sub("", name) for name in names)}
     measured = [material.selection for material in evaluation_set.material]
@@ -101,8 +101,7 @@ def measure(
 
 def seed_of(chosen: Run) -> int | None:
     """The seed a run was trained with, None where its report does not say."""
-    seed = (chosen.report or {}).get("seed")
-    return seed if isinstance(seed, int) else None
+    return chosen.facts.seed
 
 
 _WORDS = "Simple guesses to beat"
@@ -125,12 +124,10 @@ def baseline_figures(
     """
     from fractions import Fraction
 
-    from studio.evaluation.baselines import RIDGE_SOUND, Baselines
-    from studio.evaluation.evaluation_set import evaluate
+    from studio.evaluation.evaluation_set import RIDGE_SOUND, Baselines, evaluate
     from studio.training.gather import cache_folder, load_usable
 
-    report = chosen.report or {}
-    ids = set(report.get("train", ()))
+    ids = set(chosen.facts.train)
     # Where a report names none of the takes there are, all that is marked for training must do.
     named = [(s, t) for s, t in project.selected() if s.id in ids] or list(project.selected("train"))
     # Before reading: an hour of takes keeps it silent for long.
@@ -140,7 +137,7 @@ def baseline_figures(
         text = "The takes the run was trained on are gone; there are no baselines to compare with."
         out.note(text)
         return {}
-    fps = Fraction(report.get("fps") or 30).limit_denominator(1001)
+    fps = Fraction(chosen.facts.fps or 30).limit_denominator(1001)
     progress = _ProgressReport(out, len(material) + len(Baselines.names) * len(evaluation_set.material))
     baselines = Baselines(material, fps, cache_folder(project), on_take=progress.fitted)
 

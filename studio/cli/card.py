@@ -22,8 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Check and count the takes that are used; only reads the project."""
     from studio.cli._project import opened
-    from studio.dataset.card_page import minutes, write_card
-    from studio.dataset.data_card import card_facts
+    from studio.dataset.data_card import card_facts, minutes, write_card
     from studio.take.check import check_take
 
     # Browsers show a page under any other ending as its source.

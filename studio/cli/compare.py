@@ -13,7 +13,6 @@ from studio.cli._measure import (
     captured_figures,
     measure,
     say_learnt,
-    seed_of,
     table,
 )
 from studio.cli._output import Output
@@ -57,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     # Fitted to what the first run learnt from; a note says where the others differ.
     baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], evaluation_set, out)
     captured = captured_figures(evaluation_set)
-    seeds = {one.id: seed_of(one) for one in chosen}
+    seeds = {one.id: one.facts.seed for one in chosen}
     title = f"On {evaluation_set.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
     text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
     done = CompareDone(
@@ -68,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _say_different_training(chosen: list[Run], out: Output) -> None:
     """A note where the runs did not learn from the same takes."""
-    learnt = {tuple((one.report or {}).get("train", ())) for one in chosen}
+    learnt = {one.facts.train for one in chosen}
     if len(learnt) > 1:
         text = f"The runs learnt from different takes; the baselines are fitted to those of {chosen[0].id}."
         out.note(text)

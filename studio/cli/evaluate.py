@@ -15,7 +15,6 @@ from studio.cli._measure import (
     measure,
     progress_callback,
     say_learnt,
-    seed_of,
     table,
 )
 from studio.cli._output import Output
@@ -53,8 +52,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     baselines = {} if args.no_baselines else baseline_figures(project, chosen, evaluation_set, out)
     done = EvaluateDone(
         run=chosen.id,
-        seed=seed_of(chosen),
-        style=args.style or (chosen.report or {}).get("style", "average"),
+        seed=chosen.facts.seed,
+        style=args.style or (chosen.facts.style or "average"),
         chance={"seed": args.seed, "liveliness": args.liveliness},
         poses=poses_measured(chosen, args.liveliness),
         split=evaluation_set.split,
@@ -90,7 +89,7 @@ EXPECTED, DRAWN = "expected", "drawn"
 
 def poses_measured(chosen: Run, liveliness: float) -> str:
     """Whether a run's figures are those of expected poses or of such as chance draws around them."""
-    draws = bool((chosen.report or {}).get("draws", False))
+    draws = bool(chosen.facts.draws)
     return DRAWN if draws and liveliness > 0 else EXPECTED
 
 

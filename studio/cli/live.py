@@ -302,6 +302,6 @@ def _usual(args: argparse.Namespace) -> Destination:
 
 def _sounds_of(project: Project, chosen: Run) -> list[Path]:
     """The sounds the run has learnt from, for the level of its speech; those that are gone are left out."""
-    learnt = set((chosen.report or {}).get("train", ()))
+    learnt = set(chosen.facts.train)
     takes = [take for selection, take in project.selected() if selection.id in learnt]
     return [take.audio_path for take in takes if take.audio_path is not None]

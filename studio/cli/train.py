@@ -1,6 +1,6 @@
 """`saia train`: learn a performer's motion from their voice.
 
-With --json it prints `started`, then an `epoch` for each (training/events.py has their facts), `note` for
+With --json it prints `started`, then an `epoch` for each (ipc/events.py has their facts), `note` for
 what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, before it
 starts a `cleaning` where cleaned sound was chosen and is not there and a `listening` for each take whose
 sound is worked out, and before the error of memory that ran out an `out_of_memory` with the setting that may
@@ -12,13 +12,14 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, counted, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
-from studio.errors import RequestError
+from studio.errors import RequestError, StudioError
 from studio.ipc.events import (
     ChosenEvent,
     CleaningEvent,
@@ -32,11 +33,11 @@ from studio.ipc.events import (
     StartedEvent,
     StepEvent,
     TrainDone,
+    TrainingEvent,
 )
 
 if TYPE_CHECKING:
     from studio.project import Project, Run
-    from studio.training.events import Event
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
@@ -96,11 +97,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         return
     _measure_look_aheads(project, finished, out, stop)
     trim_cache(project)
-    report = finished.report or {}
-    stopped = report.get("status") == "stopped"
-    seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
+    report = finished.facts
+    stopped, seconds, best = report.status == "stopped", report.seconds or 0.0, report.best_epoch
     how = "Stopped" if stopped else "Done"
-    done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.get("best_val"))
+    done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.best_val)
     out.done(done, f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.")
 
 
@@ -116,13 +116,15 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
 def _trained(
     project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
 ) -> Run:
+    from studio.evaluation.model_card import write_card
     from studio.training.loop.train import train
 
-    name = ""
+    name, folder = "", None
 
-    def on_event(event: Event) -> None:
-        nonlocal name
-        name = event.run if isinstance(event, StartedEvent) else name
+    def on_event(event: TrainingEvent) -> None:
+        nonlocal name, folder
+        if isinstance(event, StartedEvent):
+            name, folder = event.run, Path(event.folder)
         if board is not None:
             board(event)
         _tell(event, out, stop)
@@ -137,6 +139,10 @@ def _trained(
     finally:
         if board is not None:
             board.close()
+        if folder is not None:
+            # However it ended, there may be weights to use; a card that cannot be written is no failure.
+            with suppress(StudioError):
+                write_card(folder)
 
 
 def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
@@ -177,7 +183,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     out.done(TrainDone(recipes=tuple(info.name for info in found)))
 
 
-def _tell(event: Event, out: Output, stop: StopRequest) -> None:
+def _tell(event: TrainingEvent, out: Output, stop: StopRequest) -> None:
     try:
         _print(event, out)
     except BrokenPipeError:
@@ -186,7 +192,7 @@ def _tell(event: Event, out: Output, stop: StopRequest) -> None:
         stop.request()
 
 
-def _print(event: Event, out: Output) -> None:
+def _print(event: TrainingEvent, out: Output) -> None:
     match event:
         case EpochEvent():
             out.emit(event, _epoch_line(event))

@@ -37,7 +37,9 @@ def _bring_in(args: argparse.Namespace, out: Output) -> None:
     from studio.training.run_file import unpack_run
 
     project = opened(args.folder, out)
+    from studio.evaluation.model_card import write_card
     from studio.training.checkpoint import load_model
 
     run = unpack_run(args.zip, project, lambda weights: load_model(weights))
+    write_card(run.folder)
     out.done(UnpackDone(run=run.id, folder=str(run.folder)), f"{args.zip.name} is {run.id} now.")

@@ -1,11 +1,8 @@
 """Takes chosen and marked for training: choices apart from recordings.
 
-align        Offsets between sound and motion, as a choice: by mouth and voice or by claps, take by take
 balance      Dividing selections among train, val and test: each gets its share of the seconds and of every
              label
-card_page    The data card as one HTML file: pictures drawn inside it, nothing fetched from anywhere
-data_card    What a dataset holds, counted: minutes by performer, emotion, label and split, channels that
-             move, grades
+data_card    What a dataset holds, counted, and the page that shows it: one HTML file
 dataset      The choices made about takes: in and out points, offsets, labels, split. All values are frozen
 edits        What a person can do to the choices: pure functions Dataset -> Dataset
 history      Undo and redo by keeping the old value, and dataset.json with the steps that undo can take

@@ -10,9 +10,13 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from studio.dataset.dataset import SPLITS, Dataset, Label, Selection
 from studio.errors import RequestError
+
+if TYPE_CHECKING:
+    from studio.motion.lag import Alignment
 
 SHORTEST = 0.02
 """Seconds that a selection or a part keeps at least."""
@@ -21,6 +25,7 @@ SHORTEST = 0.02
 def add(dataset: Dataset, selections: Iterable[Selection]) -> Dataset:
     """Selections appended; one whose id is there already takes its place."""
     new = {selection.id: selection for selection in selections}
+    # In place, so that an import that is repeated does not reorder the list a person sees.
     kept = tuple(new.pop(old.id, old) for old in dataset.selections)
     return replace(dataset, selections=kept + tuple(new.values()))
 
@@ -47,6 +52,29 @@ def trim(dataset: Dataset, selection_id: str, in_point: float, out_point: float 
 def set_offset(dataset: Dataset, ids: Iterable[str], offset: float) -> Dataset:
     """With motion moved later against the sound by offset seconds."""
     return update(dataset, ids, lambda s: replace(s, offset=float(offset)))
+
+
+def align_takes(
+    dataset: Dataset, alignments: Iterable[tuple[str, Alignment]], sure: float
+) -> tuple[Dataset, tuple[str, ...]]:
+    """With the offsets found for takes, where the confidence allows it.
+
+    Args:
+        dataset: the choices.
+        alignments: take ids with what was found for them.
+        sure: confidence from which an offset is set.
+
+    Returns:
+        The new choices, and the ids of the takes that were left as they are.
+    """
+    unsure = []
+    for take, alignment in alignments:
+        if alignment.confidence < sure:
+            unsure.append(take)
+            continue
+        ids = [selection.id for selection in selections_of(dataset, take)]
+        dataset = set_offset(dataset, ids, round(alignment.offset, 4))
+    return dataset, tuple(unsure)
 
 
 def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
@@ -92,16 +120,6 @@ def set_locked(dataset: Dataset, ids: Iterable[str], locked: bool) -> Dataset:
     return update(dataset, ids, lambda s: replace(s, locked=locked, split="test" if locked else s.split))
 
 
-def add_tag(dataset: Dataset, ids: Iterable[str], tag: str) -> Dataset:
-    """With a tag; a tag is there once."""
-    return update(dataset, ids, lambda s: replace(s, tags=tuple(dict.fromkeys((*s.tags, tag.strip())))))
-
-
-def remove_tag(dataset: Dataset, ids: Iterable[str], tag: str) -> Dataset:
-    """Without a tag."""
-    return update(dataset, ids, lambda s: replace(s, tags=tuple(t for t in s.tags if t != tag)))
-
-
 def set_tags(dataset: Dataset, ids: Iterable[str], tags: Iterable[str]) -> Dataset:
     """With these tags and no others; each is there once."""
     words = tuple(dict.fromkeys(word for tag in tags if (word := tag.strip())))
@@ -132,6 +150,7 @@ def remove_label(dataset: Dataset, selection_id: str, label: Label) -> Dataset:
         if label not in selection.labels:
             what = f"{selection.id} has no label {label.text!r} at {label.t:.2f} s."
             raise RequestError(what, "Choose a label that is there.")
+        # Of two that are equal only one goes: each was set by a hand of its own.
         labels = list(selection.labels)
         labels.remove(label)
         return replace(selection, labels=tuple(labels))

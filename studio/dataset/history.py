@@ -45,10 +45,12 @@ class History(Generic[T]):
 
     def do(self, name: str, value: T, origin: str = "") -> bool:
         """Take a new value; False where it is the one already there, which is no step."""
+        # A slider that comes back to where it was is no step that a person would want to undo.
         if value == self.value:
             return False
         self.undo_steps.append(EditStep(name, self.value, origin))
         del self.undo_steps[: -self.limit]
+        # What was undone belongs to a past that no longer leads here.
         self.redo_steps.clear()
         self.value = value
         return True
@@ -118,6 +120,7 @@ def to_plain(dataset: Dataset) -> dict[str, Any]:
 def from_plain(content: dict[str, Any]) -> tuple[Dataset, int]:
     """The dataset in a dataset.json, and how many of its entries could not be understood."""
     entries = content.get("selections")
+    # One count for the whole: a person is to hear that something was lost, not how many lines.
     if not isinstance(entries, list):
         return Dataset(), 1
     found: dict[str, Selection] = {}

@@ -66,7 +66,9 @@ def load_material(
     heard = Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
     if take.audio_path is not None:
         made = cached_clean(take.audio_path, selection.clean)
+        # Only the span: an hour's take with a minute in use is not read as a whole.
         heard = read_span(made or clean(take.audio_path, selection.clean, on_cleaning), start, end)
+    # Cut before it is resampled, which takes most of the time.
     sound = heard if sample_rate is None else heard.resampled(sample_rate)
     motion = load_motion(take, selection.offset, (start, end)) or Motion.build([])
     excluded = tuple(

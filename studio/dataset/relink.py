@@ -97,6 +97,7 @@ def search(
     files = list(_files(folder))
     found: dict[Missing, Path] = {}
     unclear: list[Missing] = []
+    # Judged one by one with a look at `cancelled`: reading sounds on a slow disk can take minutes.
     for one in wanted:
         if cancelled():
             break
@@ -120,6 +121,7 @@ def put_back(project_folder: Path, one: Missing, source: Path) -> None:
     if one.name:
         atomic.copied(source, target)
         return
+    # Renamed at the end: a half-copied take would be taken for a whole one.
     beside = leftovers.beside(target)
     try:
         shutil.copytree(source, beside)
@@ -161,6 +163,7 @@ def _files(folder: Path) -> Iterator[Path]:
     if not folder.is_dir():
         raise StudioError(f"There is no folder {folder.name}.", "Choose the folder the files were moved to.")
     for place, folders, names in os.walk(folder):
+        # In place, which is how os.walk learns not to enter hidden folders such as our own trash.
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         yield from (Path(place, name) for name in sorted(names) if not name.startswith("."))
 
@@ -173,6 +176,7 @@ def _fitting(one: Missing, take: Take | None, files: list[Path]) -> list[Path]:
     is_sound = one.name == take.info.audio_file
     suffixes = {*SOUND_SUFFIXES} if is_sound else {MOTION_SUFFIX}
     own = Path(one.name).suffix.lower()
+    # Its own take would miss it: the same voice often lies in several takes of one length.
     others = {file.parent for file in files if file.name == INFO_FILE and file.parent.name != one.take}
     near = [
         file
@@ -196,6 +200,7 @@ def _is_clear(one: Missing, fits: list[Path]) -> bool:
     """Whether the first is the one: by name, or because all of them are the same."""
     if len(fits) == 1 or not one.name or _closeness(fits[0], one) > _closeness(fits[1], one):
         return True
+    # Copies in several backups are no question to ask a person.
     first = fits[0].read_bytes()
     return all(other.read_bytes() == first for other in fits[1:])
 
@@ -210,6 +215,7 @@ def _is_whole(folder: Path) -> bool:
 
 
 def _is_sound_of(file: Path, take: Take) -> bool:
+    # The cheapest look first; most sounds of another take differ in size already.
     size = _size_seen(take)
     if size is not None and file.stat().st_size != size:
         return False

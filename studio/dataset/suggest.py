@@ -98,6 +98,7 @@ def suggest(
     """
     found: list[Suggestion] = list(_leaks(dataset))
     for selection in dataset.selections:
+        # What is not used cannot spoil what is learnt.
         if not selection.split or selection.take not in durations:
             continue
         duration = durations[selection.take]
@@ -123,6 +124,7 @@ def worst_spans(takes: Mapping[str, tuple[Floats, Floats]]) -> dict[str, tuple[W
     everything = everything[np.isfinite(everything)]
     if not everything.size:
         return {}
+    # Median and its deviation: the very spans looked for would lift a mean and hide themselves.
     usual = float(np.median(everything))
     spread = 1.4826 * float(np.median(np.abs(everything - usual)))
     limit = usual + STANDS_OUT * max(spread, 0.05 * usual, 1e-9)
@@ -180,6 +182,7 @@ def _of_report(selection: Selection, report: Report, duration: float) -> Iterato
                 continue
         weight = WEIGHTS[finding.severity] + 0.2 * _share(selection, span, duration)
         yield Suggestion(selection.id, finding.kind, min(weight, 1.0), finding.what, finding.remedy, span)
+    # One word about a take's timing is enough; two would be two rows for one fault.
     told = any(finding.kind in ("mouth", "offset") for finding in report.findings)
     unsure = report.correlation is not None and report.confidence < UNSURE
     if unsure and not told and selection.offset == 0.0:
@@ -227,6 +230,7 @@ def _smoothed(times: Floats, error: Floats) -> Floats:
     """Means over WINDOW around each moment; NaN where nothing in it counts."""
     if len(times) < 2:
         return np.full(len(times), np.nan)
+    # Frames that do not count are NaN; one of them would blank its whole window.
     good = np.isfinite(error)
     width = max(round(WINDOW / float(np.median(np.diff(times)))), 1)
     ones = np.ones(min(width, len(error)))

@@ -1,8 +1,8 @@
 """A run measured on takes: figures, and the simple guesses it has to beat.
 
-baselines       Baselines that a trained model must beat: no motion, the mean pose, ridge regression on
-                stacked MFCC
-evaluation_set  What a run is measured on, the takes of a split or those that somebody named, and how it is
-                measured
+evaluation_set  What a run is measured on, the takes of a split or those named, how, and the baselines it
+                must beat
 look_aheads     How good a run is at each look-ahead it offers to live use, measured and kept in its report
+model_card      The model card of a run: what it learnt from, how near and alive it is, what may be done
+                with it
 """

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from itertools import count
 from typing import Any
 
 from studio.dataset.material import TrainingMaterial
 from studio.errors import StudioError
 from studio.evaluation.evaluation_set import EvaluationSet, evaluate
-from studio.files.atomic import plain, write_json
+from studio.files.atomic import plain
 from studio.motion import Motion
-from studio.project import Run
+from studio.project import Run, RunReport
 
 OnStep = Callable[[int, int, int], None]
 _METRICS = ("rmse", "pearson_mouth", "motion_ratio", "std_ratio")
@@ -59,12 +59,10 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
 
 
 def _save(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
-    path = chosen.folder / "report.json"
-    # A run in a folder that cannot be written works all the same; Live then shows no figures.
-    with suppress(StudioError, OSError, ValueError, RecursionError):
-        report = json.loads(path.read_text(encoding="utf-8"))
-        report |= {
-            "look_aheads": found,
-            "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
-        }
-        write_json(path, plain(report))
+    measured_on = {"split": evaluation_set.split, "takes": evaluation_set.takes}
+    # Read anew: the run was loaded before minutes of measuring.
+    report = RunReport.load(chosen.folder)
+    if report is not None:
+        # A run in a folder that cannot be written works all the same; Live then shows no figures.
+        with suppress(StudioError):
+            replace(report, look_aheads=tuple(plain(found)), look_aheads_on=measured_on).save(chosen.folder)

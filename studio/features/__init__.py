@@ -1,16 +1,14 @@
 """Numbers a model can eat: sound as rows, motion as columns, and both cut to the same frames (no torch).
 
-audio             Sound as rows of numbers: log-mel bands, MFCC or what a speech encoder hears, each at an
+audio             Sound as rows of numbers: log-mel bands, MFCC or what a speech encoder gives, each at an
                   exact place
 audio_spec        Which numbers describe the sound: kind and size of a row, where each row lies, and the mel
                   bands
-augment           Crops of takes, varied as the recipe says: tempo, loudness, tone, voice, noise, masked
-                  spans and bands
 encoder_download  A wav2vec 2.0 from Hugging Face's hub: gone on with after a break, checked, and never
                   executed
 encoders          Pretrained speech encoders: those installed, loading one, and the features it gives
-examples          Training examples: rows of sound and columns of motion of a take on one frame grid, with
-                  their cache
+examples          Training examples: rows of sound and columns of motion of a take on one frame grid, and
+                  varied crops of them
 motion            Motion as columns of numbers: which channels are learnt, how they are scaled, which are
                   carried through
 """

@@ -78,10 +78,12 @@ def _spectral_rows(
     lead = n_fft // 2 - (n_fft - window) // 2  # from the window's first sample to its centre
     out = np.empty((count, spec.width), dtype=np.float32)
     at_once = min(_ROWS_AT_ONCE, _NUMBERS_AT_ONCE // n_fft)
+    # In pieces: the spectra of an hour at once would be gigabytes.
     for a in range(0, count, at_once):
         part = centres[a : a + at_once] - lead
         spectrum = rfft(_cut(samples, part, window) * hann, n=n_fft, axis=1)
         power = spectrum.real**2 + spectrum.imag**2
+        # Decibels and not power: what is heard as equal steps is learnt as equal steps.
         decibels = 10.0 * np.log10(np.maximum(power @ filters, FLOOR_POWER))
         if spec.kind == "mfcc":
             decibels = dct(decibels, axis=1, norm="ortho")[:, : spec.coefficients]
@@ -104,6 +106,7 @@ def _cut(samples: Floats, starts: NDArray[np.int64], length: int) -> Floats:
     if not len(starts):
         return np.zeros((0, length), dtype=np.float32)
     low, high = int(starts.min()), int(starts.max()) + length
+    # Zeros outside: silence before and after, the same for a whole sound and for pieces of it.
     span = np.zeros(high - low, dtype=np.float32)
     a, b = max(low, 0), min(high, len(samples))
     if b > a:

@@ -74,6 +74,7 @@ class AudioSpec:
         for name, (low, high) in _LIMITS.items():
             value = getattr(self, name)
             kinds = (int, float) if name in ("window_ms", "low_hz", "high_hz") else (int,)
+            # Python counts True as the number 1; a recipe that says bands = true is a mistake.
             if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
                 raise RequestError(f"{value!r} is not possible for sound.{name}.", f"Choose {low} to {high}.")
         for name in ("encoder", "encoder_digest"):
@@ -100,6 +101,7 @@ class AudioSpec:
                 f"Mel bands cannot reach from {self.low_hz:g} to {self.highest_hz:g} Hz.",
                 "Lower sound.low_hz.",
             )
+        # Each value is in its limits, yet together they ask for gigabytes; a run may come from anybody.
         if self.window_samples > _LONGEST_WINDOW:
             what = f"A window of {self.window_ms:g} ms at {self.sample_rate} Hz is too long."
             raise RequestError(what, "Lower sound.window_ms or sound.sample_rate.")
@@ -114,6 +116,7 @@ class AudioSpec:
         What a kind does not use is left out, so that changing it does not compute the same rows again.
         """
         unused = set() if self.kind == "mfcc" else {"coefficients"}
+        # The encoder hears the sound itself; mel bands are not in its rows.
         if self.kind == "speech":
             unused |= {"bands", "window_ms", "low_hz", "high_hz"}
         if not self.uses_encoder:
@@ -186,6 +189,7 @@ def row_centres(spec: AudioSpec, fps: Fraction, first: int, count: int) -> NDArr
         (count,) sample indices at spec.sample_rate.
     """
     k = spec.steps_per_frame
+    # Half a row's shift: with an odd difference no row would lie on the frame's own moment.
     odd = (k - spec.window) % 2
     m = np.arange(first, first + count, dtype=np.int64)
     top = (2 * m + 1 - k + odd) * (spec.sample_rate * fps.denominator)
@@ -207,6 +211,7 @@ def _mel_to_hz(mel: NDArray[np.float64]) -> NDArray[np.float64]:
 @lru_cache(maxsize=32)
 def _fft_size(spec: AudioSpec) -> int:
     size = 1 << (spec.window_samples - 1).bit_length()
+    # Doubled until every band has a bin of its own; an empty band would be silent for ever.
     while size < 16384 and (filters_of(spec, size).max(axis=1) <= 0).any():
         size *= 2
     return size

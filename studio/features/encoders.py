@@ -364,6 +364,7 @@ class CachedEncoder:
         made = self.encoder.tokens(window)
         with self._lock:
             self._windows[key] = made
+            # Few: tokens of half a minute weigh megabytes, and only neighbouring pieces share a window.
             while len(self._windows) > _WINDOWS_KEPT:
                 self._windows.popitem(last=False)
         return made
@@ -412,6 +413,7 @@ def _window(samples: Floats, begin: int) -> Floats:
 def _between(tokens: Floats, where: NDArray[np.float64]) -> Floats:
     """Tokens at fractional indices (R,), straight lines between them, ends held."""
     where = np.clip(where, 0, len(tokens) - 1)
+    # The last token has no right neighbour; from the one before it, the same line goes on.
     left = np.minimum(where.astype(np.int64), max(len(tokens) - 2, 0))
     part = (where - left).astype(np.float32)[:, None]
     between: Floats = tokens[left] * (1 - part) + tokens[np.minimum(left + 1, len(tokens) - 1)] * part

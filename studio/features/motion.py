@@ -26,8 +26,6 @@ STATIC_SHAPE = 1e-3
 STATIC_ANGLE = np.radians(0.2)
 STATIC_METRES = 5e-4
 
-SCALINGS = ("group", "minmax", "none")
-
 
 @dataclass(frozen=True, eq=False)
 class Layout:
@@ -211,6 +209,7 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
     bone_rows = [_stack(motions, name, face=False) for name in bone_names]
     learnt_shapes = tuple(i for i, rows in enumerate(shape_rows) if np.ptp(rows) >= STATIC_SHAPE)
     learnt_bones = tuple(i for i, rows in enumerate(bone_rows) if _turn(rows) >= STATIC_ANGLE)
+    # Of all bones only the hips move in place; the others' positions are the skeleton's.
     hips = _hips(motions) if "Hips" in bone_names else np.zeros((0, 3))
     learns_hips = bool(len(hips)) and bool(np.ptp(hips, axis=0).max() >= STATIC_METRES)
     if not learnt_shapes and not learnt_bones and not learns_hips:
@@ -222,6 +221,7 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
     columns += [rotation.to_6d(bone_rows[i]) for i in learnt_bones]
     columns += [hips] if learns_hips else []
     counts = (len(learnt_shapes), 6 * len(learnt_bones), 3 * learns_hips)
+    # One scale for each group and not for each column: a still brow would be scaled up to noise.
     offset, scale = _scales(columns, np.repeat(np.array([FACE, BODY, HIPS]), counts), scaling)
     roots = np.concatenate([m.root_position for m in motions])
     root_turns = np.concatenate([m.root_rotation for m in motions])
@@ -231,6 +231,7 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
         learnt_shapes,
         learnt_bones,
         learns_hips,
+        # The median: a shape that is stuck for a while must not set where it rests.
         rest_shapes=np.array([np.median(rows) for rows in shape_rows]),
         shape_limits=np.array([(min(0.0, rows.min()), max(1.0, rows.max())) for rows in shape_rows]).reshape(
             -1, 2
@@ -282,6 +283,7 @@ def _turn(rotations: Array) -> float:
 def _mean_turn(rotations: Array) -> Array:
     if not len(rotations):
         return rotation.IDENTITY.copy()
+    # In 6D, where a mean exists; of quaternions q and -q are one rotation and would cancel.
     return rotation.from_6d(rotation.to_6d(rotations).mean(axis=0))
 
 

@@ -135,6 +135,7 @@ class _Stream:
 
     def __init__(self, model: Model, piece_frames: int, style: int, sampling: SamplingOptions) -> None:
         self._model, self._piece, self._sampling = model, piece_frames, sampling
+        # One sound is a batch of one; the style is a batch's as well.
         self._style = torch.tensor([style])
         self._spec, self._fps = model.recipe.sound, model.fps
         self._samples = np.zeros(0, dtype=np.float32)
@@ -144,12 +145,14 @@ class _Stream:
 
     def feed(self, block: Floats) -> Iterator[Motion]:
         self._samples = np.concatenate([self._samples, block])
+        # Only whole pieces while sound comes in: pieces then fall alike however the blocks are cut.
         while self._start + len(self._samples) >= self._needed_until(self._frame + self._piece):
             yield self._give(self._frame + self._piece)
 
     def finish(self) -> Iterator[Motion]:
         """What is left; after the end of the sound lies silence."""
         total = self._start + len(self._samples)
+        # Rounded up in whole numbers: the last bit of a float must not decide about a last frame.
         frames = -(-total * self._fps.numerator // (self._spec.sample_rate * self._fps.denominator))
         while self._frame < frames:
             yield self._give(min(frames, self._frame + self._piece))
@@ -171,10 +174,12 @@ class _Stream:
             self._row(b) + network.after - lowest,
             self._start,
         )
+        # Noise is drawn by the frame's number, so the same sound moves alike in other pieces.
         sampling = replace(self._sampling, first=a)
         rows_in = torch.from_numpy(sound)[None]
         with torch.inference_mode():
             poses, self._state = network.predict(rows_in, self._state, self._style, sampling)
+        # The margins were only there for the network to read both ways.
         kept = poses[0, network.margin : network.margin + last - first].numpy()
         self._frame = last
         self._discard()
@@ -183,6 +188,7 @@ class _Stream:
 
     def _discard(self) -> None:
         row = self._row(self._frame - self._network.margin) - self._network.before
+        # What no later row can depend on goes, so that an hour of sound needs the memory of a minute.
         oldest = span(self._spec, self._fps, row)[0]
         drop = min(max(oldest - self._start, 0), len(self._samples))
         self._samples, self._start = self._samples[drop:], self._start + drop

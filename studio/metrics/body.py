@@ -1,4 +1,4 @@
-"""Where head and hands are, and whether gestures fall on the beats of speech."""
+"""Where head and hands are, whether gestures fall on the beats of speech, and how varied motion is."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.metrics.scores import Figures, Pair, in_region
+from studio.metrics.scores import MOVING, Figures, Pair, in_region, matrices
 from studio.motion import Motion, lag, rotation
 from studio.motion.skeleton import Skeleton
 
@@ -39,6 +39,7 @@ def place_errors(pairs: Sequence[Pair]) -> Figures:
         places = joint_places(pair, pair.predicted), joint_places(pair, pair.truth)
         for name, bones in PLACES.items():
             chosen = [j for j, bone in enumerate(pair.bones) if bone in bones]
+            # In the avatar's own space: where a performer stood in the room is not the model's to know.
             apart = np.linalg.norm(places[0][:, chosen] - places[1][:, chosen], axis=-1)
             errors[name].append(100.0 * apart[pair.counts].ravel())
     found = {name: np.concatenate(parts) if parts else np.zeros(0) for name, parts in errors.items()}
@@ -50,6 +51,7 @@ def joint_places(pair: Pair, motion: Motion) -> Array:
     chosen = [motion.bone_names.index(name) for name in pair.bones]
     if not chosen:
         return np.zeros((len(motion), 0, 3))
+    # The same rest skeleton for both, so that only turning counts and not other proportions.
     skeleton = Skeleton.humanoid(pair.bones)
     return skeleton.forward(motion.positions[:, chosen], motion.rotations[:, chosen])[0]
 
@@ -68,6 +70,7 @@ def beat_alignment(pairs: Sequence[Pair]) -> float | None:
         voice = onsets(pair.voice)
         if not len(voice):
             continue
+        # From here on stillness scores 0; without beats in the voice the figure would not apply at all.
         applies = True
         beats = motion_beats(pair)
         nearest = np.abs(beats[:, None] - voice[None]).min(axis=1)
@@ -85,7 +88,9 @@ def onsets(level: Array) -> Array:
     width = round(RISE_SECONDS * lag.RATE)
     if len(level) < 2 * width + 1:
         return np.zeros(0)
+    # Single periods of a low voice are as long as a value here; unsmoothed, each would be an onset.
     smooth = np.convolve(level, np.ones(width) / width, mode="same")
+    # Floored, or the step from digital silence to a breath would rise more than any syllable.
     decibels = 20 * np.log10(np.maximum(smooth, 10 ** (-40 / 20)))
     rise = np.zeros(len(level))
     rise[width:] = decibels[width:] - decibels[:-width]
@@ -99,13 +104,108 @@ def motion_beats(pair: Pair) -> Array:
     from scipy.signal import find_peaks
 
     chosen = [j for j, bone in enumerate(pair.bones) if in_region(bone, "arms")]
+    # Gestures are of the arms; avatars without arms are judged by what they have.
     turns = pair.turns(pair.predicted)[:, chosen or slice(None)]
     if len(turns) < 4:
         return np.zeros(0)
     speed = rotation.angle_between(turns[:-1], turns[1:]).mean(axis=1)
+    # A capture repeats a frame now and then, which would be a pause for one frame.
     speed = np.convolve(speed, np.ones(3) / 3, mode="same")
+    # Minima of rounding noise are no beats.
     if speed.std() < 1e-5:
         return np.zeros(0)
     dips, _ = find_peaks(-speed, prominence=0.5 * speed.std())
     times = pair.predicted.times
     return times[dips][pair.counts[dips]]
+
+
+_BEYOND = 1e30
+"""Deviations away from what was captured: of motion so far out no covariance can be computed."""
+
+
+def spread_figures(pairs: Sequence[Pair]) -> Figures:
+    """Diversity of face and body, and the distance between the two distributions of motion."""
+    return {
+        "diversity_face": l1_diversity([pair.faces(pair.predicted)[pair.counts] for pair in pairs]),
+        "diversity_body_cm": l1_diversity([_places(pair)[pair.counts] for pair in pairs]),
+        "frechet": frechet(pairs),
+    }
+
+
+def l1_diversity(parts: Sequence[Array]) -> float | None:
+    """L1Div = 1 / (2 N (N - 1)) sum_i sum_j |x_i - x_j|_1 over all pairs of the N poses of some takes.
+
+    The sum over pairs follows from the sorted values, sum_k (2 k - N + 1) x_(k) for each column.
+    Source: Li et al. 2021 (Audio2Gestures); as used by Liu et al. 2022 (BEAT).
+
+    Args:
+        parts: poses (T, D) of each take; takes that lack channels others have are left out.
+    """
+    width = max((part.shape[1] for part in parts), default=0)
+    poses = [part for part in parts if part.shape[1] == width and width]
+    # Sorted, the sum over all pairs takes N log N; an hour of frames squared would fill the memory.
+    x = np.sort(np.concatenate(poses), axis=0) if poses else np.zeros((0, 0))
+    count = len(x)
+    if count < 2:
+        return None
+    pairs_sum = float(((2 * np.arange(count) - count + 1)[:, None] * x).sum())  # each pair once
+    return pairs_sum / (count * (count - 1))
+
+
+def frechet(pairs: Sequence[Pair]) -> float | None:
+    """Frechet distance of predicted and captured motion features, over the number of features D.
+
+    (|m_p - m_t|^2 + tr(S_p + S_t - 2 (S_p S_t)^(1/2))) / D on the values and the changes from frame to frame
+    of all moving columns, each over its captured deviation. 0: the same distribution; 1: as far as a face
+    that keeps the mean pose.
+    Source: Heusel et al. 2017 (FID); kinetic features as Li et al. 2021 (AIST++), without a learnt encoder.
+    """
+    truth, predicted = matrices(pairs)
+    if truth.size == 0:
+        return None
+    # A column that some takes lack leaves too few whole rows for a covariance.
+    truth, predicted = truth[:, _complete(truth)], predicted[:, _complete(truth)]
+    deviation = np.nanstd(truth, axis=0) if truth.size else np.zeros(0)
+    moving = deviation > MOVING
+    if not moving.any():
+        return None
+    t, p = _kinetic(truth[:, moving], truth[:, moving]), _kinetic(predicted[:, moving], truth[:, moving])
+    # A model that went astray gives finite numbers whose squares are not.
+    if len(t) < 3 or not (np.abs(p) < _BEYOND).all():
+        return None
+    apart = np.square(p.mean(axis=0) - t.mean(axis=0)).sum()
+    st, sp = np.cov(t, rowvar=False), np.cov(p, rowvar=False)
+    # By symmetric roots: the root of S_p S_t itself need not be real in floating point.
+    root = _root(st)
+    # Rounding makes tiny eigenvalues of a singular covariance negative.
+    common = np.sqrt(np.clip(np.linalg.eigvalsh(root @ sp @ root), 0.0, None)).sum()
+    return float(max(apart + np.trace(st) + np.trace(sp) - 2 * common, 0.0) / t.shape[1])
+
+
+def _kinetic(values: Array, truth: Array) -> Array:
+    """Values and changes (T - 1, 2 C) over the captured ones' deviations; rows with gaps left out."""
+
+    def both(x: Array) -> Array:
+        return np.concatenate([x[1:], np.diff(x, axis=0)], axis=1)
+
+    reference = both(truth)
+    whole = np.isfinite(reference).all(axis=1)
+    found: Array = both(values)[whole] / np.maximum(reference[whole].std(axis=0), 1e-6)
+    return found
+
+
+def _complete(truth: Array) -> NDArray[np.bool_]:
+    """Columns all takes have: those with as many numbers as the fullest."""
+    numbers = np.isfinite(truth).sum(axis=0)
+    return numbers == numbers.max(initial=0)
+
+
+def _root(covariance: Array) -> Array:
+    values, vectors = np.linalg.eigh(np.atleast_2d(covariance))
+    root: Array = (vectors * np.sqrt(np.clip(values, 0.0, None))) @ vectors.T
+    return root
+
+
+def _places(pair: Pair) -> Array:
+    """Joint places in centimetres, (T, 3 J)."""
+    return 100.0 * joint_places(pair, pair.predicted).reshape(len(pair.predicted), 3 * len(pair.bones))

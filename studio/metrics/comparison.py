@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.metrics.body import place_figures
+from studio.metrics.body import place_figures, spread_figures
 from studio.metrics.face import face_figures
 from studio.metrics.scores import Array, Figures, Pair, geodesic_errors, part_figures, score
-from studio.metrics.spread import spread_figures
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, on_grid
 
@@ -84,6 +83,7 @@ def compare(
     """
     if not len(captured) or not len(predicted):
         return None
+    # An evaluation cuts at the points first and compares then; in this order both see the same frames.
     used = captured.cut(start, np.inf if end is None else end)
     last = float(predicted.times[-1]) - start
     if not len(used) or last < 0:
@@ -93,6 +93,7 @@ def compare(
     # Only a prediction that begins or ends within the take has frames without one.
     times = pair.truth.times
     both = np.flatnonzero((times >= float(predicted.times[0]) - start) & (times <= last + 1e-9))
+    # One frame has no change and no correlation.
     if len(both) < 2 or not (pair.shapes or pair.bones):
         return None
     valid = None if pair.valid is None else pair.valid[both]
@@ -107,6 +108,7 @@ def compare(
     if pair.bones:
         angles = geodesic_errors(pair)
         degrees = float(angles[pair.counts].mean()) if pair.counts.any() else None
+        # The worse of face and body colours the moment: each is a fault of its own.
         heat = np.maximum(heat, np.clip(angles.mean(axis=1) / FULL_HEAT_DEGREES, 0.0, 1.0))
     return MotionComparison(
         times[both] + start,

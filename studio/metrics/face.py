@@ -56,9 +56,12 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
         captured, predicted = opening(pair.truth), opening(pair.predicted)
         if pair.voice is None or captured is None or predicted is None or not len(captured):
             continue
+        # Percentiles, since one yawn would move the threshold for the whole take.
         low, high = np.percentile(captured, [5, 95])
+        # A mouth that never opens has no closures to find.
         if high - low < 0.02:
             continue
+        # From the capture for both: with its own range a model that barely moves would close perfectly.
         limit = low + CLOSED_SHARE * (high - low)
         counts = speaking(pair) & pair.counts
         true += int((counts & (captured <= limit)).sum())
@@ -77,6 +80,7 @@ def opening(motion: Motion) -> Array | None:
     if jaw is not None:
         sealed = motion.shapes[:, low[JAW_SEALED]] if JAW_SEALED in low else 0.0
         return np.clip(motion.shapes[:, jaw] - sealed, 0.0, None)
+    # VRM faces have no jaw shape; their vowels open the mouth, one or several at a time.
     vowels = [i for name, i in low.items() if name in VOWELS]
     return motion.shapes[:, vowels].sum(axis=1) if vowels else None
 
@@ -89,9 +93,11 @@ def speaking(pair: Pair) -> NDArray[np.bool_]:
     level = pair.voice
     if not len(level):
         return np.zeros(len(times), dtype=bool)
+    # Relative to the take's own loud moments: distances to the microphone differ.
     loud = level > 10 ** (-SPEAKING_DB / 20)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], loud, [True]]).astype(int)))
     for start, end in zip(edges[::2], edges[1::2], strict=True):
+        # Quiet at the take's ends is before and after speech, never a stop within a word.
         inside = start > 0 and end < len(loud)
         if inside and end - start <= LONGEST_STOP * lag.RATE:
             loud[start:end] = True
@@ -110,7 +116,9 @@ def mouth_lag_ms(pairs: Sequence[Pair]) -> float | None:
         if pair.voice is None or len(pair.predicted) < 2:
             continue
         found = lag.voice_offset(pair.voice.astype(np.float64), pair.predicted)
+        # A flat correlation curve has its top anywhere; such a delay would be noise in the mean.
         if found.confidence >= LEAST_CONFIDENCE:
+            # The offset moves motion onto the sound; the delay is how late it is, hence the sign.
             delays.append(-1000.0 * found.offset)
             weights.append(pair.predicted.duration)
     return float(np.average(delays, weights=weights)) if delays else None
@@ -126,8 +134,10 @@ def blinks_per_minute(pairs: Sequence[Pair]) -> float | None:
         eyes = [i for i, name in enumerate(pair.predicted.shape_names) if is_blink_shape(name)]
         if not eyes or len(pair.predicted) < 2:
             continue
+        # The eye that is shut further: a wink is a blink as well, and one eye alone may be tracked.
         shut = np.where(pair.counts, pair.predicted.shapes[:, eyes].max(axis=1), 0.0)
         blinks += count_blinks(shut)
+        # Frames that count and not the take's length: gaps hold no blinks.
         minutes += float(pair.counts.sum()) / pair.predicted.fps / 60
     return blinks / minutes if minutes else None
 

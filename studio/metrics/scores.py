@@ -15,8 +15,12 @@ from studio.motion.channels import is_mouth_shape
 Array = NDArray[np.floating]
 Figures = dict[str, float | None]
 
+# Below this a ratio would divide the trembling of a tracker by itself.
 MOVING = 0.005
 """A column counts as moving when its captured standard deviation exceeds this."""
+
+STILL_RATIO = 0.3
+"""Below this share of the captured motion a model is called still."""
 
 JAW_SHAPES = frozenset({"jawopen", "jaw_open", "a", "aa", "mouth_stretch_c"})
 """Lower-case names of the shape that opens the jaw: ARKit, VRM 0 and 1, FACEGOOD."""
@@ -42,6 +46,7 @@ class Pair:
 
     truth: Motion
     predicted: Motion
+    # None instead of ones, so that whole takes (most of them) are neither copied nor masked.
     valid: Array | None = None
     voice: Array | None = None
 
@@ -80,6 +85,7 @@ class Pair:
             found |= {f"{b}.{i}": six[:, j, i] for j, b in enumerate(self.bones) for i in range(6)}
         if self.valid is None:
             return found
+        # NaN and not removal: differences must not reach over a gap as if its sides were neighbours.
         return {name: np.where(self.valid > 0, values, np.nan) for name, values in found.items()}
 
 
@@ -96,6 +102,7 @@ def score(pairs: Sequence[Pair]) -> Figures:
         part_figures(predicted[:, part], truth[:, part]) for part in (faces | True, faces, ~faces)
     )
     moving = _deviation(truth) > MOVING
+    # Only what moved in the capture has a correlation; a still channel would count as 0 and hide the others.
     mouth = moving & faces & np.array([is_mouth_shape(n) for n in names], dtype=bool)
     jaw = moving & faces & np.array([n.lower() in JAW_SHAPES for n in names], dtype=bool)
     figures: Figures = {
@@ -140,6 +147,7 @@ def nrmse(p: Array, t: Array, ranges: Array) -> float | None:
 
     Source: the SAIA reports, which give RMSE on values scaled like this.
     """
+    # A range is about twice a deviation for a channel that swings, hence the same limit doubled.
     wide = ranges > 2 * MOVING
     return _root(np.square((p - t)[:, wide] / ranges[wide]))
 
@@ -167,6 +175,7 @@ def correlations(p: Array, t: Array) -> Array:
         return np.zeros(0)
     dp, dt = p - np.nanmean(p, axis=0), t - np.nanmean(t, axis=0)
     below = np.sqrt(np.nanmean(dp**2, axis=0) * np.nanmean(dt**2, axis=0))
+    # A channel that stands still follows nothing: its correlation counts as 0, not as unknown.
     return np.where(below > 1e-10, np.nanmean(dp * dt, axis=0) / np.maximum(below, 1e-10), 0.0)
 
 
@@ -176,6 +185,11 @@ def motion_ratio(p: Array, t: Array) -> float | None:
     Source: our own, since the SAIA reports' RMSE could not tell a model that stood still.
     """
     return _ratio(np.abs(np.diff(p, axis=0)), np.abs(np.diff(t, axis=0)))
+
+
+def is_still(ratio: float | None) -> bool:
+    """Whether a model, by its motion ratio, moves so little that a person should know."""
+    return ratio is not None and ratio < STILL_RATIO
 
 
 def jerk_ratio(p: Array, t: Array) -> float | None:
@@ -202,6 +216,7 @@ def body_figures(pairs: Sequence[Pair]) -> Figures:
     Geodesic error: mean 2 atan2(|v|, |w|) of p^-1 t = (v, w). Region ratio: mean angle turned from frame to
     frame, predicted over captured. Source: Huynh 2009, Metrics for 3D Rotations.
     """
+    # Regions are only said where there are bones at all; a face-only run keeps a short table.
     figures: Figures = {"geodesic_deg": None}
     errors = geodesic_by_bone(pairs)
     if errors:
@@ -219,6 +234,7 @@ def geodesic_by_bone(pairs: Sequence[Pair]) -> dict[str, float]:
         for j, bone in enumerate(pair.bones):
             found.setdefault(bone, []).append(angles[:, j])
     means = {bone: np.concatenate(parts) for bone, parts in found.items()}
+    # A bone whose every frame is left out has no mean; numpy would warn and give NaN.
     return {bone: float(values.mean()) for bone, values in means.items() if len(values)}
 
 
@@ -234,10 +250,12 @@ def _region_ratio(pairs: Sequence[Pair], region: str) -> float | None:
         if not chosen or len(pair.truth) < 2:
             continue
         valid = np.ones(len(pair.truth)) if pair.valid is None else pair.valid
+        # A change counts only where both of its frames do.
         both = (valid[1:] * valid[:-1]) > 0
         for i, motion in enumerate((pair.predicted, pair.truth)):
             turns = pair.turns(motion)[:, chosen]
             sums[i] += float(rotation.angle_between(turns[:-1], turns[1:])[both].sum())
+    # Sums and not a mean of ratios: a take in which the arms rest would otherwise decide with noise.
     return float(sums[0] / sums[1]) if sums[1] > 1e-6 else None
 
 
@@ -292,6 +310,7 @@ def _deviation(values: Array) -> Array:
 
 
 def _average(values: Array) -> float | None:
+    # Everything that does not count arrives here as NaN.
     good = values[np.isfinite(values)]
     return float(good.mean()) if good.size else None
 
@@ -319,6 +338,7 @@ def frame_errors(pairs: Mapping[str, Pair]) -> dict[str, tuple[Array, Array]]:
         (seconds from the in point (T,), root mean square over the columns (T,)) by take; NaN on frames that
         do not count.
     """
+    # One scale for all takes: with its own, a calm take would seem as wrong as a lively one.
     truth = {name: pair.columns(pair.truth) for name, pair in pairs.items()}
     scale = _deviations(list(truth.values()))
     found: dict[str, tuple[Array, Array]] = {}

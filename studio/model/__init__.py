@@ -1,10 +1,8 @@
 """Networks, one file each (torch): a module offers `build(sizes, **network settings) -> Network`.
 
-_body             Heads for the body: not one pose for a sound but what a performer may do with it, and
-                  draws of that
 _decoder          Parts of FaceFormer: its audio encoder and the layers of its decoder
-_mixture          A mixture-density head: not one pose for a sound but how likely all poses are, and samples
-                  of them
+_mixture          Heads that give how likely all poses are, not one pose for a sound, and draw samples: faces
+                  and bodies
 _network          The interface of all networks, so that training and generating need not know which one it
                   is
 _recurrent_steps  Recurrent networks frame by frame in numpy: for single frames PyTorch is nine tenths

@@ -39,6 +39,7 @@ class AudioEncoder(nn.Module):
         width, wide = width // 2, width  # there are many more rows than frames
         self.dilations = [2**i for i in range(layers)]
         self.reach = _KERNEL // 2 + sum(self.dilations)
+        # No padding anywhere: rows at a piece's edge come from true neighbours, so pieces equal the whole.
         self.enter = nn.Conv1d(features, width, _KERNEL)
         self.blocks = nn.ModuleList(nn.Conv1d(width, width, _KERNEL, dilation=d) for d in self.dilations)
         self.mixes = nn.ModuleList(nn.Conv1d(width, width, 1) for _ in self.dilations)
@@ -51,6 +52,7 @@ class AudioEncoder(nn.Module):
         x = self.enter(rows.transpose(1, 2))
         for block, mix, dilation in zip(self.blocks, self.mixes, self.dilations, strict=True):
             heard = mix(self.dropout(functional.gelu(block(functional.gelu(x)))))
+            # The residual loses at its ends what the unpadded convolution lost.
             x = x[..., dilation:-dilation] + heard
         normed: Tensor = self.norm(self.project(x.transpose(1, 2)))
         return normed
@@ -122,6 +124,7 @@ class Layer(nn.Module):
         batch, frames, rows, width = heard.shape
         size = width // self.heads
         keys, values = self.cross_kv(heard).view(batch, frames, rows, 2, self.heads, size).unbind(3)
+        # Scaled here once, where softmax(q k / sqrt(d)) would divide in every frame.
         query_weights = self.cross_q.weight.view(self.heads, size, width) / math.sqrt(size)
         bias = self.cross_q.bias.view(self.heads, size) / math.sqrt(size)
         out_weights = self.cross_out.weight.view(width, self.heads, size)
@@ -139,6 +142,7 @@ class Layer(nn.Module):
             seen: what self-attention gave each of them (N, width).
             audio: keys and values of the sound for each of them (N, ...).
         """
+        # Norm after the sum, as published; a norm before it would give other weights than those of the paper.
         x = self._joined(0, x, self.self_out(seen))
         scores = torch.baddbmm(audio.bias, x.unsqueeze(1), audio.keys)
         weights = torch.softmax(scores.view(len(x), self.heads, -1), dim=-1).view(scores.shape)

@@ -105,6 +105,7 @@ class Network(nn.Module):
 
     def normalised(self, rows: Tensor) -> Tensor:
         """Rows with the training mean 0 and deviation 1 in each feature."""
+        # With buffers of the file: live and offline normalise alike on every computer.
         normal = (rows - self.row_mean) / self.row_deviation
         return normal if self.min_std is None else normal.clamp(min=-self.min_std)
 
@@ -168,11 +169,13 @@ class Network(nn.Module):
             poses, state = self.draw(rows, state, style, sampling)
         if self.draws:
             return poses, state
+        # About the mean pose: scaled about zero, a gain would move where the face rests.
         return self.pose_mean + self.gain * (poses - self.pose_mean), state
 
     def start_at(self, mean: Tensor) -> None:
         """Let the output begin at a pose (C,), scaled."""
         with torch.no_grad():
+            # The mean pose is the best first guess; from zero, epochs go by until the bias has found it.
             self.output.bias.copy_(mean)
 
 

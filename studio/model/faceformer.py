@@ -58,6 +58,7 @@ class FaceFormer(Network):
         super().__init__(sizes)
         self.shape, self.passes, self.captured_share = shape, passes, captured_share
         self.encoder = encoder
+        # The past needs no rows of its own: it comes from the poses already given.
         self.before = self.after = self.encoder.reach
         self.past = nn.Linear(sizes.columns, shape.width)
         self.style = nn.Embedding(sizes.styles + 1, shape.width)
@@ -98,6 +99,7 @@ class FaceFormer(Network):
             pose = self.pose(x)
             poses.append(pose)
         tail = torch.cat([pose, pose.new_full((len(pose), 1), (frame + count) % self.shape.period)], dim=1)
+        # Only what a next frame can look back on, or the state would grow with the sound.
         keep = min(cache.shape[-2], self.shape.reach - 1)
         return torch.stack(poses, dim=1), (cache[..., cache.shape[-2] - keep :, :].clone(), tail)
 
@@ -105,6 +107,7 @@ class FaceFormer(Network):
         """Self-attention of one new token (B, width); key and value go into the cache (2, B heads, ...)."""
         batch, width = x.shape
         fresh = layer.self_qkv(x).view(batch, 3, -1, 1, width // layer.heads).transpose(0, 1).flatten(1, 2)
+        # Written in place: a cache that is concatenated copies its whole past at every frame.
         cache[:, :, at : at + 1] = fresh[1:]
         first = max(0, at + 1 - self.shape.reach)
         keys, values = cache[:, :, first : at + 1].unbind(0)
@@ -120,6 +123,7 @@ class FaceFormer(Network):
             pose, frame = self.pose_mean.expand(batch, -1), 0
         else:
             past, pose, frame = state[0], state[1][:, :-1], int(state[1][0, -1])
+        # Room for the new frames at once, for the same reason.
         room = past.new_empty(*past.shape[:3], past.shape[3] + frames, past.shape[4])
         room[..., : past.shape[3], :] = past
         return room, pose, frame
@@ -130,10 +134,12 @@ class FaceFormer(Network):
         """Poses of crops by a few passes over the whole crop, each shown the poses of the one before."""
         encoded, past = self.encode(rows), values
         audio_kv = self.audio_kv(encoded)
+        # In parallel passes instead of frame by frame: each brings the shown past nearer to its own poses.
         for _ in range(self.passes - 1):
             with torch.no_grad():
                 past = self.decode(past, style, audio_kv)
         if self.captured_share:
+            # Some captured frames remain, so that early in training not every past is wrong.
             shown = torch.rand(*past.shape[:2], 1, device=past.device) < self.captured_share
             past = torch.where(shown, values, past)
         return self.decode(past, style, audio_kv), values.new_zeros(())
@@ -156,6 +162,7 @@ class FaceFormer(Network):
             audio_kv: of the sound of the same frames.
         """
         batch, count = poses.shape[:2]
+        # Shifted by one: a frame sees the poses before it and never its own.
         past = torch.cat([self.pose_mean.expand(batch, 1, -1), poses[:, :-1]], dim=1)
         frames = torch.arange(count, device=poses.device)
         x = self.past(past) + self._styled(style, batch)[:, None] + self.places[frames % self.shape.period]
@@ -174,6 +181,7 @@ class FaceFormer(Network):
         ago = frames[:, None] - frames[None]
         seen = (ago >= 0) & (ago < self.shape.reach)
         bias = self.nearness[:, (self.shape.reach - 1 - ago).clamp(0, self.shape.reach - 1)]
+        # Also beyond the reach: live and offline cut the past there, and must give the same.
         return bias.masked_fill(~seen, float("-inf"))
 
     def _styled(self, style: Tensor | None, batch: int) -> Tensor:

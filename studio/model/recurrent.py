@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from studio.errors import RequestError
-from studio.model._body import body_head, low_passed
+from studio.model._mixture import body_head, low_passed
 from studio.model._network import Network, SamplingOptions, Sizes, State
 
 MARGIN_SECONDS = 3.0
@@ -87,6 +87,7 @@ class Recurrent(Network):
             for other in self.others:
                 last = list(other.children())[-1]
                 assert isinstance(last, nn.Linear)
+                # Each look-ahead has a layer of its own, which super() does not know of.
                 last.bias.copy_(mean)
 
     def look_ahead_frames(self, ms: int | None) -> int:
@@ -121,6 +122,7 @@ class Recurrent(Network):
         own = self._look_ahead_loss(hidden, values, weight)
         if self.body is None:
             return expected, own
+        # Detached: the head learns what is left over, and must not pull the expected pose its way.
         apart = (values - expected).detach()
         return expected, own + self.body.loss(known.detach(), apart, weight)
 
@@ -205,6 +207,7 @@ class Recurrent(Network):
         if self.style is None:
             return values
         if style is None:
+            # Index 0 is the average, which has an embedding of its own, learnt by style dropout.
             style = torch.zeros(len(values), dtype=torch.long, device=values.device)
         embedded = self.style(style)[:, None].expand(-1, values.shape[1], -1)
         return torch.cat([values, embedded], dim=-1)
@@ -233,6 +236,7 @@ class Ensemble(Network):
         """Use one of the learnt look-aheads in every member."""
         for member in self._each():
             member.set_look_ahead(ms)
+        # The members' own have just changed; pieces are cut by the ensemble's.
         self.before, self.after = self._each()[0].before, self._each()[0].after
 
     def see(self, stretches: Sequence[Tensor]) -> None:
@@ -249,6 +253,7 @@ class Ensemble(Network):
         self, rows: Tensor, state: State | None = None, style: Tensor | None = None
     ) -> tuple[Tensor, State | None]:
         """The mean of the members' poses; while training each member sees its share of the batch alone."""
+        # Each from crops of its own: members that saw the same would err alike, and their mean gain nothing.
         if self.training and len(rows) >= len(self.members):
             return torch.cat([m(share, None, its)[0] for m, share, its in self._shares(rows, style)]), None
         expected, _, state = self._together(rows, state, style, None)
@@ -261,6 +266,7 @@ class Ensemble(Network):
         loss_fn, members = self.loss_fn, self._each()
         for member in members:  # a member's own loss counts as its share of the batch does
             member.loss_fn = None if loss_fn is None else lambda *held: loss_fn(*held) / len(members)
+        # A batch too small to be shared: better the same crop for all than members that learn nothing.
         if len(rows) < len(self.members):
             results = [m.learn(self.normalised(rows), style, values, weight) for m in members]
             own = torch.stack([own for _, own in results]).sum()
@@ -278,6 +284,7 @@ class Ensemble(Network):
         """The members' mean pose, around which the first member's head samples the body."""
         if not self.draws:
             return super().draw(rows, state, style, sampling)
+        # One head draws: the mean of several samples would be calmer than any of them.
         expected, away, state = self._together(rows, state, style, sampling)
         return expected + sampling.liveliness * self.gain * away, state
 
@@ -286,6 +293,7 @@ class Ensemble(Network):
     ) -> tuple[Tensor, Tensor, State | None]:
         """The mean of what the members expect, how far the first draws from it, and the common state."""
         normal, members = self.normalised(rows), self._each()
+        # One state for all, so that callers carry an ensemble like a single network.
         states = _shared_out(state, [member.state_layers for member in members])
         results = [
             m.mean_and_residual(normal, s, style, sampling) for m, s in zip(members, states, strict=True)

@@ -14,6 +14,8 @@ RATE = 100.0
 """Both curves are compared at this many points a second."""
 REACH = 1.0
 """Seconds looked at either way."""
+SURE = 0.5
+"""Confidence from which an offset is set without asking, and said in a check."""
 BLOCK = 20.0
 """Seconds of the blocks whose offsets must agree."""
 _CLOSING = ("press", "close", "suck", "rolllower", "rollupper", "pucker", "shrug", "funnel")

@@ -16,7 +16,7 @@ class Style:
         mouth_gain: how far each of A, I, U, E, O opens, against the average (5).
         coarticulation: seconds over which a sound colours its neighbours.
         lag: seconds by which the face follows the sound; below zero, since lips take up a vowel before it is
-            at its loudest. With these, mouth and voice of a take measure as aligned (take.lag, within 15 ms).
+            at its loudest. With these, mouth and voice of a take measure as aligned (motion.lag, to 15 ms).
         nod, tilt, turn: how much the head follows beats, melody and glances.
         beat: how much the arms follow beats.
         hands: chances of gesturing with none, the left, the right, or both in a sentence (4).

@@ -11,6 +11,15 @@ trash     Removed takes and runs: moved into the project's trash, and back again
 
 from studio.project.contents import DATASET_FILE, FORMAT_VERSION, HISTORY_FILE, PROJECT_FILE, is_project
 from studio.project.project import Project
-from studio.project.run import Run
+from studio.project.run import Run, RunReport
 
-__all__ = ["DATASET_FILE", "FORMAT_VERSION", "HISTORY_FILE", "PROJECT_FILE", "Project", "Run", "is_project"]
+__all__ = [
+    "DATASET_FILE",
+    "FORMAT_VERSION",
+    "HISTORY_FILE",
+    "PROJECT_FILE",
+    "Project",
+    "Run",
+    "RunReport",
+    "is_project",
+]

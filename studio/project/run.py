@@ -11,15 +11,127 @@ import platform
 import re
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
+
+import msgspec
 
 from studio.errors import StudioError
 from studio.files import atomic, lock
 
 GENERATED = Path(".cache") / "generated"
 """Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
+
+REPORT_FILE, METRICS_FILE, WEIGHTS_FILE = "report.json", "metrics.jsonl", "best.safetensors"
+LICENCE_FILE, EVALUATION_FILE = "licence.txt", "evaluation.json"
+
+
+class RunStatus(StrEnum):
+    """How a run is doing; `status` in report.json."""
+
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """What a run's report.json says; None, "" or empty where it does not say.
+
+    Args:
+        status: "running", "done", "stopped" or "failed".
+        recipe, title, form, model, seed: how it was asked for.
+        draws: the same sound gives another motion with another seed.
+        epochs, of: finished and planned.
+        best_epoch, best_val_loss, best_val: the best epoch with its loss and figures on validation.
+        seconds: the training took.
+        train, val: ids of the selections learnt from and validated on.
+        frames, minutes, fps: of what was learnt from.
+        performers, styles, style: whose and which it tells apart, and the style used unless asked otherwise.
+        channels, parameters, device: of its network.
+        notes: sentences worth knowing.
+        look_aheads, look_aheads_on: figures at each look-ahead of Live, and the takes measured on.
+        made_with: versions by program.
+        pid, host: the process that trains it, while it does.
+        imported_from: file and run it came from.
+        other: facts of other versions, kept when it is saved again.
+    """
+
+    status: str = "done"
+    run: str = ""
+    recipe: str = ""
+    title: str = ""
+    form: str = ""
+    model: str = ""
+    draws: bool | None = None
+    seed: int | None = None
+    epochs: int | None = None
+    of: int | None = None
+    best_epoch: int = 0
+    best_val_loss: float | None = None
+    best_val: dict[str, Any] | None = None
+    seconds: float | None = None
+    train: tuple[str, ...] = ()
+    val: tuple[str, ...] = ()
+    frames: int | None = None
+    minutes: float | None = None
+    fps: float | None = None
+    performers: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+    style: str = ""
+    channels: int | None = None
+    parameters: int | None = None
+    device: str = ""
+    notes: tuple[str, ...] = ()
+    look_aheads: tuple[Any, ...] = ()
+    look_aheads_on: dict[str, Any] | None = None
+    made_with: dict[str, str] | None = None
+    pid: int | None = None
+    host: str = ""
+    imported_from: dict[str, str] | None = None
+    version: int = 1
+    other: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def load(cls, folder: Path) -> RunReport | None:
+        """The report in a run's folder; None where there is none or it is damaged.
+
+        A fact that cannot be what it is called is left out: somebody edited or broke it.
+        """
+        try:
+            content = atomic.read_json(folder / REPORT_FILE)
+        except (OSError, StudioError):
+            return None
+        known: dict[str, Any] = {}
+        for name, kind in _kinds().items():
+            # One by one: a single odd fact must not cost the others.
+            with suppress(msgspec.ValidationError, ValueError, OverflowError, KeyError):
+                known[name] = msgspec.convert(content.pop(name), kind)
+        return cls(**known, other=content)
+
+    def save(self, folder: Path) -> None:
+        """Write report.json.
+
+        Raises:
+            StudioError: the folder cannot be written.
+        """
+        atomic.write_json(folder / REPORT_FILE, self.to_plain())
+
+    def to_plain(self) -> dict[str, Any]:
+        """JSON values; what it does not say is left out."""
+        said = {name: getattr(self, name) for name in _kinds()}
+        return {name: value for name, value in said.items() if value not in (None, "", ())} | self.other
+
+
+@cache
+def _kinds() -> dict[str, Any]:
+    """The type of each fact of a report."""
+    hints = get_type_hints(RunReport)
+    return {one.name: hints[one.name] for one in fields(RunReport) if one.name != "other"}
 
 
 @dataclass(frozen=True)
@@ -30,7 +142,7 @@ class Run:
         id: its folder's name, `<recipe>_<nnn>`.
         folder: where it lies.
         recipe: the recipe's name.
-        report: the content of report.json, None before there is one.
+        report: what report.json says, None before there is one.
         status: "done", "stopped" (it has weights but no report), "interrupted" (its process is gone without
             having ended it), or what its report says.
     """
@@ -38,33 +150,34 @@ class Run:
     id: str
     folder: Path
     recipe: str
-    report: dict[str, Any] | None = field(default=None, compare=False)
+    report: RunReport | None = field(default=None, compare=False)
     status: str = "unfinished"
 
     @classmethod
     def load(cls, folder: Path) -> Run:
         """The run in a folder; a damaged report counts as none."""
-        report = None
-        with suppress(OSError, StudioError):
-            report = _understood(atomic.read_json(folder / "report.json"))
-        weights = (folder / "best.safetensors").is_file()
-        status = "done" if report is not None else "stopped" if weights else "unfinished"
-        if report is not None and isinstance(report.get("status"), str):
-            status = report["status"]
-            # A killed training cannot write that it ended; whether its process lives tells.
-            if status == "running" and not _goes_on(report):
-                status = "interrupted"
+        report = RunReport.load(folder)
+        weights = (folder / WEIGHTS_FILE).is_file()
+        status = report.status if report is not None else "stopped" if weights else "unfinished"
+        # A killed training cannot write that it ended; whether its process lives tells.
+        if report is not None and status == "running" and not _goes_on(report):
+            status = "interrupted"
         return cls(folder.name, folder, re.sub(r"_\d+$", "", folder.name), report, status)
+
+    @property
+    def facts(self) -> RunReport:
+        """Its report; an empty one before there is one."""
+        return self.report or RunReport()
 
     @property
     def has_weights(self) -> bool:
         """Whether it can generate."""
-        return (self.folder / "best.safetensors").is_file()
+        return (self.folder / WEIGHTS_FILE).is_file()
 
     def epochs(self) -> list[dict[str, Any]]:
         """Its epoch events in order; a line cut short by a kill, or damaged, is left out."""
         try:
-            lines = (self.folder / "metrics.jsonl").read_text(encoding="utf-8", errors="replace").splitlines()
+            lines = (self.folder / METRICS_FILE).read_text(encoding="utf-8", errors="replace").splitlines()
         except OSError:
             return []
         events = []
@@ -79,32 +192,16 @@ class Run:
         return events
 
 
-_KINDS: dict[str, type | tuple[type, ...]] = {
-    "status": str, "train": list, "val": list, "styles": list, "notes": list, "performers": list,
-    "fps": (int, float), "seconds": (int, float), "best_val": dict, "best_epoch": int, "epochs": int,
-}  # fmt: skip
-
-
-def _understood(report: dict[str, Any]) -> dict[str, Any]:
-    """A report without the facts that cannot be what they are called; somebody edited or broke it."""
-    return {
-        key: value
-        for key, value in report.items()
-        if key not in _KINDS or isinstance(value, _KINDS[key]) or (value is None and key == "best_val")
-    }
-
-
 def _is_epoch(event: dict[str, Any]) -> bool:
     number = event.get("epoch")
     return isinstance(number, int) and isinstance(event.get("val") or {}, dict)
 
 
-def _goes_on(report: dict[str, Any]) -> bool:
+def _goes_on(report: RunReport) -> bool:
     """Whether the process that wrote a report still lives; on another computer nobody can tell."""
-    pid, host = report.get("pid"), report.get("host")
-    if not isinstance(pid, int) or pid <= 0:
+    if report.pid is None or report.pid <= 0:
         return False
-    return host != platform.node() or lock.is_alive(pid)
+    return report.host != platform.node() or lock.is_alive(report.pid)
 
 
 def list_runs(folder: Path) -> tuple[Run, ...]:

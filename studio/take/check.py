@@ -9,15 +9,12 @@ from typing import Any
 from studio.errors import StudioError
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
-from studio.take.check_motion import motion_findings, value_findings
-from studio.take.check_sound import SoundStats, measure_sound, sound_findings
+from studio.take.findings import SoundStats, measure_sound, motion_findings, sound_findings, value_findings
 from studio.take.motion_file import read_motion
 from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
 
 __all__ = ["SEVERITIES", "Finding", "Report", "check_take"]
 
-SURE = 0.5
-"""Confidence of the alignment from which it is told."""
 LATE, VERY_LATE = 0.08, 0.3
 """Seconds between mouth and voice that matter, and that spoil a take."""
 _VOICE_ONLY = "As a sound it can be used in Review; it cannot be trained on."
@@ -103,6 +100,7 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     findings += value_findings(motion) if len(motion) else ()
+    # After the values were looked at, since what follows would call the repaired ones fine.
     motion, _ = sanitized(motion)
     if len(motion) < 2:
         findings.append(_nothing_of("motion", take.info, "fatal", _VOICE_ONLY))
@@ -143,6 +141,7 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
     if start > 0.5:
         what = f"The motion starts {start:.1f} s after the sound."
         findings.append(Finding("starts", "minor", what, "Trim the take to where both are there.", 0.0))
+    # Too little voice for an offset to be believed.
     if stats.speech < 0.02 or not motion.shape_names:
         return findings, report
     alignment = lag.voice_offset(lag.level_of(stats.power), motion)
@@ -157,13 +156,13 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
 
 def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]:
     late = -alignment.offset
-    if alignment.confidence >= SURE and abs(late) > LATE:
+    if alignment.confidence >= lag.SURE and abs(late) > LATE:
         side = "late" if late > 0 else "early"
         what = f"The mouth moves {abs(late) * 1000:.0f} ms too {side} for the voice."
         severity = "major" if abs(late) > VERY_LATE else "minor"
         yield Finding("offset", severity, what, "Press Align to move the motion, or set the offset by hand.")
     moves = bool(len(motion)) and lag.mouth_opening(motion, motion.times).std() > 0.005
-    if moves and alignment.confidence < SURE and alignment.correlation < 0.15:
+    if moves and alignment.confidence < lag.SURE and alignment.correlation < 0.15:
         what = "The mouth does not follow the voice."
         yield Finding("mouth", "major", what, "Check that sound and motion are of the same recording.")
 
@@ -205,12 +204,14 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
 def _graded(report: Report, findings: list[Finding]) -> Report:
     findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.at or 0.0))
     count = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
+    # Each major fault spoils a part; three of them leave too little to be worth a look.
     if count["fatal"] or count["major"] >= 3:
         grade = "D"
     elif count["major"]:
         grade = "C"
     else:
         grade = "B" if count["minor"] else "A"
+    # A note is no fault: a take with notes alone is still "nothing to mend".
     worst = findings[0] if findings and findings[0].severity != "note" else None
     reason = worst.what if worst else "Nothing to mend was found."
     return replace(report, grade=grade, reason=reason, findings=tuple(findings))

@@ -113,6 +113,7 @@ def _less_noise(sound: Path, info: SoundInfo, block_s: float, on_progress: Progr
 
 def _print(sound: Path, chances: Chances) -> Samples:
     """The sound of the pauses, (N, C); empty where there are none to speak of."""
+    # Edges are added at both ends, so that a pause at the start or the end is one as well.
     quiet = np.flatnonzero(np.diff(np.concatenate([[0], chances < PAUSE_CHANCE, [0]]).astype(np.int8)))
     # The edges of a pause hold the end of a word and the breath before the next.
     spans = [(a * HOP + 0.1, b * HOP - 0.1) for a, b in quiet.reshape(-1, 2) if (b - a) * HOP > 0.4]

@@ -52,6 +52,7 @@ def save_take(
         StudioError: the folder holds a take already, or it cannot be written.
     """
     if (folder / INFO_FILE).exists():
+        # A take is never written over, whoever asks: recordings cannot be made again.
         raise StudioError(f"There is a take {folder.name} already.", "Choose another slate or number.")
     in_place = folder.is_dir()
     work = folder if in_place else leftovers.beside(folder)
@@ -61,6 +62,7 @@ def save_take(
         info = _with_motion(work, info, motion)
         write_info(work, info)
         if not in_place:
+            # Before the rename: after a power cut the name must not be there without its content.
             _flush_folder(work)
             work.rename(folder)
     except OSError as error:
@@ -104,6 +106,7 @@ def list_takes(
         return ()
     found = []
     for folder in sorted(takes_folder.iterdir()):
+        # Without take.json it is a recording under way or cut short; recovery looks after those.
         if folder.name.startswith(".") or not (folder / INFO_FILE).is_file():
             continue
         try:

@@ -46,6 +46,7 @@ def put_motion(path: Path, motion: Motion) -> None:
     for name, values in _columns(motion).items():
         width = int(np.prod(values.shape[1:]))
         if width:
+            # Arrow takes the buffer as it is, so hours are written without a copy for each row.
             flat = np.ascontiguousarray(values, dtype=np.float32).reshape(-1)
             columns[name] = pa.FixedSizeListArray.from_arrays(pa.array(flat), width)
     table = pa.table(columns).replace_schema_metadata(facts)
@@ -54,6 +55,7 @@ def put_motion(path: Path, motion: Motion) -> None:
         pa.OSFile(str(path), "wb") as file,
         pa.ipc.new_file(file, table.schema, options=options) as writer,
     ):
+        # In batches, so that other readers can show a part without the whole.
         writer.write_table(table, max_chunksize=ROWS_PER_BATCH)
 
 
@@ -109,6 +111,7 @@ def read_motion(path: Path) -> Motion:
     except UnicodeDecodeError as error:
         raise atomic.damaged(path) from error
     version = facts.get("saia_motion_version", "")
+    # Looked at before the columns: a newer file may hold others, and is not damaged.
     if version.isdigit() and int(version) > FORMAT_VERSION:
         raise atomic.newer(path)
     try:

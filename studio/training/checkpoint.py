@@ -160,10 +160,12 @@ def load_model(path: Path) -> Model:
         names, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
         if style and style not in names:
             raise ValueError("the default style is not among the styles")
+        # Before anything is built: the file may come from anybody.
         if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
         with torch.device("meta"):  # a hostile header must not make us fill the memory first
             network = build_network(recipe, layout, fps, len(names))
+        # Assigned: a network on the meta device has no memory to copy into.
         network.load_state_dict(tensors, assign=True)
         if not all(map(_is_learnt, network.parameters())):
             raise ValueError("weights that no training arrives at")
@@ -181,6 +183,7 @@ def load_model(path: Path) -> Model:
     ) as error:
         raise _damaged(path) from error
     for parameter in network.parameters():
+        # Only used from here on; gradients would be kept for nothing.
         parameter.requires_grad_(False)
     return Model(network.eval(), recipe, layout, fps, epoch, names, style)
 
@@ -197,6 +200,7 @@ def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
         RequestError: nobody learns at that rate.
         KeyError, TypeError, ValueError, ArithmeticError: there is none.
     """
+    # Numerator and denominator: 29.97 as a float would drift by a frame in some hours.
     fps = Fraction(*map(int, facts["fps"]))
     if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
         what = f"{min(float(fps), 1e9):g} frames a second are not possible."
@@ -233,6 +237,7 @@ def load_state(path: Path) -> TrainingState:
 def optimiser_tensors(optimiser: torch.optim.Optimizer) -> dict[str, Tensor]:
     """An optimiser's state as flat tensors: "3.exp_avg" is that of the fourth parameter."""
     return {
+        # safetensors holds tensors alone, and some optimisers keep plain numbers in their state.
         f"{index}.{name}": value if isinstance(value, Tensor) else torch.tensor(float(value))
         for index, state in optimiser.state_dict()["state"].items()
         for name, value in state.items()

@@ -41,11 +41,13 @@ def _why_no_cuda(driver: Callable[[], int | None], torch: Path | None) -> str:
         driver: counts the cards; None where there is no driver.
         torch: where PyTorch lies.
     """
+    # Asked of the driver and not of torch, which takes seconds to load and is not needed to show a menu.
     cards = driver()
     if cards is None:
         return "No NVIDIA driver was found, so the processor does the work."
     if cards == 0:
         return "The NVIDIA driver finds no graphics card, so the processor does the work."
+    # PyTorch's processor builds lack these files; importing it to ask would cost those seconds again.
     if torch is None or not any((torch / "lib").glob("*torch_cuda*")):
         return "PyTorch was installed without CUDA, so the processor does the work."
     return ""

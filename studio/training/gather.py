@@ -97,12 +97,14 @@ def gather(
     notes: list[str] = []
     train, val = _materials(project, recipe, notes, on_cleaning)
     fps = fps or _rate(recipe, train)
+    # All takes on one rate: the network's state moves one frame a step, whatever take it hears.
     grids = {m.selection.id: _grid(m, fps) for m in (*train, *val)}
     seconds = sum(float(grids[m.selection.id].valid.sum()) for m in train) / float(fps)
     if seconds < SHORTEST_SECONDS:
         raise _too_little(seconds)
     if layout is None:
         seen = [_counting(grids[m.selection.id]) for m in train]
+        # On the frames that count: an excluded span may hold the one value that makes a channel seem to move.
         layout = columns.fit([m for m in seen if len(m)], recipe.channels.scaling)
     cache = cache_folder(project)
     named = styles_of([m.selection for m in train], recipe.training.style_by)
@@ -171,6 +173,7 @@ def _usable(
         elif len(material.motion) < 2:
             notes.append(f"{selection.id} has no motion{_LEFT_OUT}")
         else:
+            # Checked here, with the take's name; a NaN found in the loss would name nobody.
             _must_be_finite(material)
             if _is_silent(material):
                 notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
@@ -205,6 +208,7 @@ def _hold_back(
 ) -> tuple[list[TrainingMaterial], list[TrainingMaterial]]:
     """The end of the longest training take becomes validation."""
     longest = max(train, key=lambda m: m.duration)
+    # Where both sound and motion are still there: a tail without one of them checks nothing.
     end = min(longest.duration, len(longest.samples) / longest.sample_rate, float(longest.motion.times[-1]))
     at = end * (1 - HELD_BACK)
     notes.append(

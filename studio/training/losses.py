@@ -15,6 +15,7 @@ from torch import Tensor
 from studio.features.motion import FACE, Layout
 from studio.training.recipe import LossSettings
 
+# Within a square root: its slope at 0 is infinite, and one still channel would make every gradient NaN.
 _TINY = 1e-8
 _QUIET_SHAPE, _QUIET_BODY = 0.02, 0.002
 """Added to deviations before they are balanced, so that what hardly moves does not count for too much."""
@@ -59,9 +60,11 @@ class Loss:
         balance: Tensor | None = None,
     ) -> None:
         self.settings = settings
+        # One process alone averages nothing; `shared` replaces this where there are several.
         self._averaged: Callable[[Tensor], Tensor] = lambda number: number
         self.shift = shift.to(device)
         self.balance = (torch.ones(layout.width) if balance is None else balance).to(device)
+        # Everything that is no blend shape goes with the body, the place of the hips too.
         groups = torch.from_numpy(layout.groups)
         face, body = (groups == FACE).nonzero()[:, 0], (groups != FACE).nonzero()[:, 0]
         s = settings
@@ -69,6 +72,7 @@ class Loss:
         slow = s.of_body("velocity")
         of_face = Group(face.to(device), s.face, s.velocity, s.face_variance, s.face_cosine, s.face_theta)
         of_body = Group(body.to(device), s.body, slow, s.body_variance, s.body_cosine, s.body_theta)
+        # A face-only recording has no body columns, and a mean of nothing is NaN.
         self.groups = [group for group in (of_face, of_body) if len(group.columns)]
 
     def __call__(self, predicted: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
@@ -101,13 +105,16 @@ class Loss:
         return other
 
     def _group(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
+        # Cosines are taken of unweighted columns: balance would turn the poses' directions.
         plain = y
         balance = self.balance[group.columns]
         y, posed = y * balance, t
         t = t * balance
         loss = group.weight * self._mean(self._point(y, t), weight)
+        # A crop of one frame has no change, no deviation and no neighbour.
         if y.shape[1] < 2:
             return loss
+        # A change counts only where both of its frames were captured.
         both = weight[:, 1:] * weight[:, :-1]
         if group.velocity:
             change = self._point(y.diff(dim=1), t.diff(dim=1))
@@ -122,6 +129,7 @@ class Loss:
         """How far deviations are apart, over each crop or over all of them as one."""
         shared = _as_it_is
         if self._of_batch:
+            # As one long crop: short crops of calm moments have no deviation worth matching.
             y, t, weight = (v.flatten(0, 1)[None] for v in (y, t, weight))
             shared = self._everyones
         apart = (_deviation(y, weight, shared) - _deviation(t, weight, shared)).square()
@@ -130,6 +138,7 @@ class Loss:
 
     def _everyones(self, numbers: Tensor) -> Tensor:
         """Numbers' means over the processes, through which each learns from its own part."""
+        # Detached: all_reduce passes no gradients; the difference below puts this process's own back in.
         mean = self._averaged(numbers.detach().clone())
         return mean + (numbers - numbers.detach())
 
@@ -140,12 +149,15 @@ class Loss:
 
     def _stillness(self, y: Tensor, t: Tensor, weight: Tensor, group: Group) -> Tensor:
         shift = self.shift[group.columns]
+        # A fixed target below 1 asks for motion everywhere; the capture's own asks for it where there was
+        # some.
         theta: Tensor | float = group.theta
         if self.settings.theta == "capture":
             theta = _cosine(t + shift, weight)
         return self._mean((theta - _cosine(y + shift, weight)).abs(), weight.amax(dim=-1))
 
     def _mean(self, values: Tensor, weight: Tensor) -> Tensor:
+        # Over the count of all processes, or one with many gaps would weigh as much as a full one.
         return (values * weight).sum() / self._averaged(weight.sum()).clamp(min=1.0)
 
 
@@ -163,8 +175,10 @@ def column_weights(deviation: Tensor, groups: Tensor, settings: LossSettings) ->
     for group in set(groups.tolist()):
         chosen = groups == group
         balance = settings.balance if group == FACE else settings.of_body("balance")
+        # In natural units, which differ: a shape is a weight, a column of the body a part of a rotation.
         quiet = _QUIET_SHAPE if group == FACE else _QUIET_BODY
         weights[chosen] = (deviation[chosen] + quiet) ** -balance
+        # So that `balance` shifts weight between columns and leaves the learning rate's meaning alone.
         weights[chosen] /= weights[chosen].square().mean().sqrt()
     return weights
 

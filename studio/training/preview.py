@@ -90,6 +90,7 @@ class PreviewWriter:
             return
         with suppress(StudioError, OSError):
             self._folder.mkdir(parents=True, exist_ok=True)
+            # Chosen once from the capture: another stretch each epoch could not be compared.
             if self._span is None:
                 self._span = liveliest(captured)
                 self._write(CAPTURED, captured)
@@ -110,10 +111,12 @@ def liveliest(motion: Motion, seconds: float = SECONDS) -> tuple[float, float]:
     times = motion.times
     if float(times[-1] - times[0]) <= seconds:
         return float(times[0]), float(times[-1])
+    # Each over its own mean: face and body count alike though their units differ.
     parts = [np.abs(np.diff(motion.shapes, axis=0)).sum(axis=1)]
     parts.append(np.abs(np.diff(motion.rotations.reshape(len(times), -1), axis=0)).sum(axis=1))
     moved = np.concatenate([[0.0], sum(part / max(float(part.mean()), 1e-9) for part in parts).cumsum()])
     ends = np.searchsorted(times, times + seconds, side="right") - 1
+    # A stretch that runs over the end would seem lively by being short.
     whole = times + seconds <= times[-1]
     first = int(np.argmax(np.where(whole, moved[ends] - moved, -1.0)))
     return float(times[first]), float(times[first]) + seconds

@@ -10,7 +10,7 @@ from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio_spec import AudioSpec
-from studio.features.augment import Variation
+from studio.features.examples import Variation
 from studio.paths import resource
 from studio.training.recipe_values import Scalar, check, check_kind, converted, full_key, pair, toml
 

@@ -13,23 +13,22 @@ import struct
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic, leftovers
-from studio.project import Project, Run
+from studio.project import Project, Run, RunReport
 from studio.project.archive import open_packed
-from studio.training.model_card import EVALUATION_FILE, LICENCE_FILE, write_card
+from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE, WEIGHTS_FILE
 from studio.training.recipe import UnusableRunError, read_recipe
 
 SUFFIX = ".saiarun"
 FORMAT_VERSION = 1
-_MARK, _WEIGHTS, _RECIPE, _REPORT, _EPOCHS = (
-    "saia-run.json", "best.safetensors", "recipe.toml", "report.json", "metrics.jsonl",
-)  # fmt: skip
-_NEEDED = (_WEIGHTS, _RECIPE)
-_MOST_BYTES = {_WEIGHTS: 4 << 30, _RECIPE: 1 << 20, _REPORT: 8 << 20, _EPOCHS: 64 << 20,
+_MARK, _RECIPE = "saia-run.json", "recipe.toml"
+_NEEDED = (WEIGHTS_FILE, _RECIPE)
+_MOST_BYTES = {WEIGHTS_FILE: 4 << 30, _RECIPE: 1 << 20, REPORT_FILE: 8 << 20, METRICS_FILE: 64 << 20,
                EVALUATION_FILE: 8 << 20, "note.txt": 1 << 20, LICENCE_FILE: 1 << 20}  # fmt: skip
 """What a run file holds, and how much of each is believed."""
 _LARGEST_HEADER = 100 << 20
@@ -83,12 +82,14 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
         StudioError: the file is missing, damaged, not a run, of a newer version, asks for what is not
             possible, or would fill the disk.
     """
+    # Beside the runs and renamed at the end: a failure or a kill leaves no half run in the list.
     beside = leftovers.beside(project.runs_folder / "import")
     try:
         beside.mkdir(parents=True)
+        # By known names alone: whatever else a zip holds is never written, wherever its paths lead.
         mark = _extract(source, beside)
         _look_at(beside, source)
-        _check(beside / _WEIGHTS, check, source)
+        _check(beside / WEIGHTS_FILE, check, source)
         _tidy(beside, source, mark)
         folder = project.new_run_folder(str(mark.get("recipe") or "imported"))
         for path in beside.iterdir():
@@ -97,7 +98,6 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
         raise atomic.cannot_write(project.runs_folder, error) from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
-    write_card(folder)
     return Run.load(folder)
 
 
@@ -128,6 +128,7 @@ def _extract(source: Path, folder: Path) -> dict[str, Any]:
 def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> None:
     """StudioError where a run file is made to fill the disk, or there is no room for it."""
     needed = sum(member.file_size for member in members)
+    # By what the entries say first, which costs nothing; _copy then holds them to it.
     if atomic.is_bomb(needed, source.stat().st_size):
         raise StudioError(f"{source.name} would fill the disk.", _OTHER)
     if needed > (room := atomic.room(folder)):
@@ -152,9 +153,10 @@ def _look_at(folder: Path, source: Path) -> None:
     """The recipe can be read, and the weights are safetensors with our facts in them."""
     try:
         read_recipe(folder / _RECIPE)
-        weights = folder / _WEIGHTS
+        weights = folder / WEIGHTS_FILE
         with weights.open("rb") as file:
             (length,) = struct.unpack("<Q", file.read(8))
+            # The length comes from the file; believed, it could ask for all memory.
             if length > min(_LARGEST_HEADER, weights.stat().st_size - 8):
                 raise ValueError("the header is longer than the file")
             header = json.loads(file.read(length))
@@ -178,19 +180,14 @@ def _check(weights: Path, check: Callable[[Path], object], source: Path) -> None
 
 def _tidy(folder: Path, source: Path, mark: dict[str, Any]) -> None:
     """Leave of report and epochs what can be understood, and say where the run comes from."""
-    report: dict[str, Any] = {}
-    with suppress(OSError, StudioError):
-        report = atomic.read_json(folder / _REPORT)
-    for key in ("pid", "host"):
-        report.pop(key, None)
-    styles = report.get("styles")
-    report["styles"] = [s for s in styles if isinstance(s, str)] if isinstance(styles, list) else []
-    report["status"] = report.get("status") if report.get("status") in ("done", "stopped") else "done"
-    report["imported_from"] = {"file": source.name, "run": str(mark.get("run", ""))}
-    atomic.write_json(folder / _REPORT, report)
+    report = RunReport.load(folder) or RunReport()
+    status = report.status if report.status in ("done", "stopped") else "done"
+    origin = {"file": source.name, "run": str(mark.get("run", ""))}
+    # The process belongs to another computer: here it would look like one that still trains.
+    replace(report, pid=None, host="", status=status, imported_from=origin).save(folder)
     epochs = [e for e in Run.load(folder).epochs() if _is_epoch(e)]
     lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in epochs)
-    (folder / _EPOCHS).write_text(lines, encoding="utf-8")
+    (folder / METRICS_FILE).write_text(lines, encoding="utf-8")
     with suppress(OSError):
         try:
             atomic.read_json(folder / EVALUATION_FILE)

@@ -87,7 +87,7 @@ def measured(
     try:
         divide(project, test, val)
         trained = train.train(project, recipe, on_event=lambda event: None)
-        epoch = trained.report["best_epoch"] if trained.report else None
+        epoch = trained.report.best_epoch if trained.report else None
         return {"best_epoch": epoch, **held(project, load_model(trained.folder / BEST))}
     finally:
         project.close()
@@ -122,9 +122,8 @@ def as_plain(project: Any, model: Any) -> Any:
     import torch
 
     from studio.inference.offline import Predictor
-    from studio.training.gains import region_gains
     from studio.training.gather import gather
-    from studio.training.loop.validation import predict
+    from studio.training.loop.validation import predict, region_gains
 
     examples = gather(project, model.recipe, model.layout, model.fps, model.styles).val
     style = 0 if not model.style else 1 + model.styles.index(model.style)

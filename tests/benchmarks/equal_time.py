@@ -104,7 +104,7 @@ def train(project: str, limit: float, name: str, *changes: str) -> dict[str, Any
         done, taken = trained(overrides, limit)
     finally:
         opened.close()
-    facts = {key: done.report[key] for key in ("epochs", "best_epoch", "style")}
+    facts = {key: getattr(done.facts, key) for key in ("epochs", "best_epoch", "style")}
     return {"run": done.id, "changed": overrides, "train_cpu_s": round(taken, 1), **facts}
 
 

@@ -211,7 +211,7 @@ def test_a_take_that_a_full_disk_ends_is_told_and_kept(
     def fill() -> None:
         while recorder.snapshot().state != RecorderState.ROLLING or recorder.snapshot().frames < 20:
             time.sleep(0.01)
-        recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
+        recorder.reserve_bytes = 2**62  # what no disk has stands for a disk with nothing left
 
     filling = threading.Thread(target=fill, daemon=True)
     filling.start()

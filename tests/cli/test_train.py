@@ -136,7 +136,7 @@ def test_ctrl_c_and_a_shutdown_keep_what_there_is_and_say_how_to_go_on(
     assert run.has_weights
     assert run.status == "stopped"
     assert run.report is not None
-    assert run.report["best_val"] is not None
+    assert run.report.best_val is not None
 
 
 @pytest.mark.slow
@@ -197,11 +197,12 @@ def test_a_killed_training_resumes_to_the_end_of_one_that_was_not(
     assert resumed is not None
     assert whole is not None
     known = [
-        {name: value for name, value in r["best_val"].items() if value is not None} for r in (resumed, whole)
+        {name: value for name, value in (r.best_val or {}).items() if value is not None}
+        for r in (resumed, whole)
     ]
     assert known[0] == pytest.approx(known[1], rel=1e-4)
     said = ["status", "epochs", "best_epoch", "frames", "train", "val", "style", "seed"]
-    assert {key: resumed[key] for key in said} == {key: whole[key] for key in said}
+    assert [getattr(resumed, key) for key in said] == [getattr(whole, key) for key in said]
 
 
 @pytest.mark.slow

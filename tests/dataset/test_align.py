@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Selection
-from studio.dataset.align import align_takes, take_offset
+from studio.dataset.edits import align_takes
 from studio.formats import saia_csv
 from studio.motion import Motion
-from studio.motion.lag import Alignment, speech_level, voice_offset
+from studio.motion.lag import SURE, Alignment, speech_level, voice_offset
 from studio.project import Project
 from studio.sound.sound_file import Sound, read_sound, write_sound
 from studio.take import TakeInfo
+from studio.take.alignment import take_offset
 from tests.formats.examples import needs_data
 
 
@@ -71,7 +72,7 @@ def test_silence_a_still_mouth_or_too_little_give_nothing(seconds: float) -> Non
 def test_only_sure_offsets_are_set() -> None:
     sure, unsure = find_offset(*speech(late=0.1)), replace(find_offset(*speech()), confidence=0.1)
     dataset = Dataset((Selection("a.1", "a"), Selection("a.2", "a"), Selection("b", "b", offset=0.5)))
-    new, left = align_takes(dataset, [("a", sure), ("b", unsure)])
+    new, left = align_takes(dataset, [("a", sure), ("b", unsure)], SURE)
     assert [s.offset for s in new.selections] == pytest.approx([-0.1, -0.1, 0.5], abs=0.005)
     assert left == ("b",)
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Label, Selection, edits
-from studio.dataset.card_page import card_html, minutes, write_card
-from studio.dataset.data_card import CardFacts, card_facts
+from studio.dataset.data_card import CardFacts, card_facts, card_html, minutes, write_card
 from studio.motion import Motion, rotation
 from studio.take import TakeInfo
 from studio.take.check import Report

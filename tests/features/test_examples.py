@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import AudioSpec
-from studio.features.augment import CropShape, Variation, cut
-from studio.features.examples import Example, cached_rows, make_example
+from studio.features.examples import CropShape, Example, Variation, cached_rows, cut, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, nominal_rate, on_grid

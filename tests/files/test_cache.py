@@ -78,7 +78,7 @@ def test_rows_that_were_used_again_outlive_newer_ones(tmp_path: Path) -> None:
 def test_two_processes_may_fill_and_trim_one_folder(tmp_path: Path) -> None:
     work = (
         "import sys; from fractions import Fraction; from pathlib import Path; import numpy as np\n"
-        "from studio.features.audio_spec import AudioSpec; from studio.features.examples import cached_rows\n"
+        "from studio.features.audio import AudioSpec; from studio.features.examples import cached_rows\n"
         "from studio.files.cache import trim\n"
         "folder = Path(sys.argv[1])\n"
         "for number in range(60):\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.cli._measure import MAIN, MORE
-from studio.metrics import body, spread
+from studio.metrics import body
 from studio.metrics import face as metrics_face
 from studio.metrics.comparison import all_figures as full
 from studio.metrics.scores import Pair
@@ -141,21 +141,21 @@ def test_gestures_on_the_beat_score_higher_than_beside_it_and_stillness_zero() -
 def test_diversity_is_half_the_mean_distance_of_pairs() -> None:
     poses = np.random.default_rng(0).normal(size=(40, 3))
     apart = np.abs(poses[:, None] - poses[None]).sum()
-    assert spread.l1_diversity([poses[:25], poses[25:]]) == pytest.approx(apart / (2 * 40 * 39))
-    assert spread.l1_diversity([np.ones((9, 3))]) == pytest.approx(0.0)
-    assert spread.l1_diversity([np.zeros((9, 0))]) is None
+    assert body.l1_diversity([poses[:25], poses[25:]]) == pytest.approx(apart / (2 * 40 * 39))
+    assert body.l1_diversity([np.ones((9, 3))]) == pytest.approx(0.0)
+    assert body.l1_diversity([np.zeros((9, 0))]) is None
 
 
 def test_the_frechet_distance_of_a_frozen_mean_is_one_and_of_the_same_is_zero() -> None:
     rng = np.random.default_rng(0)
     values = 0.5 + 0.1 * np.cumsum(rng.normal(size=(600, 3)), axis=0) / 10
     truth, mean = face(values, "A", "B", "C"), face(np.tile(values.mean(axis=0), (600, 1)), "A", "B", "C")
-    assert spread.frechet([Pair(truth, truth)]) == pytest.approx(0.0, abs=1e-6)
-    assert spread.frechet([Pair(truth, mean)]) == pytest.approx(1.0, abs=0.02)
+    assert body.frechet([Pair(truth, truth)]) == pytest.approx(0.0, abs=1e-6)
+    assert body.frechet([Pair(truth, mean)]) == pytest.approx(1.0, abs=0.02)
     beyond = face(np.where(values > 0.5, 1e37, values), "A", "B", "C")
-    assert spread.frechet([Pair(truth, beyond)]) is None
+    assert body.frechet([Pair(truth, beyond)]) is None
     backwards = face(values[::-1].copy(), "A", "B", "C")  # other frames, the same poses
-    found = spread.frechet([Pair(truth, backwards)])
+    found = body.frechet([Pair(truth, backwards)])
     assert found is not None
     assert found < 0.05
 

@@ -8,7 +8,7 @@ import torch
 
 from studio.errors import RequestError
 from studio.model import recurrent
-from studio.model._body import DIRECTIONS, BodyHead, body_head, low_passed
+from studio.model._mixture import DIRECTIONS, BodyHead, body_head, low_passed
 from studio.model._network import Network, SamplingOptions, Sizes
 from tests.tolerance import LAST_BITS
 

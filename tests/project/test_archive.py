@@ -150,11 +150,13 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio import formats
     from studio.capture import journal_format
     from studio.dataset import label_files, relink, suggest
+    from studio.evaluation import model_card
     from studio.formats import _bone_tables, _find, saia_csv
     from studio.playback.layers import presets
     from studio.project import avatars, contents, sounds
+    from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE
     from studio.take import folder, motion_file
-    from studio.training import model_card, preview, run_file
+    from studio.training import preview, run_file
     from studio.training.checkpoint import BEST, LAST
     from studio.training.loop import run_folder
     from studio.ui.review import tune_presenter, vote_presenter
@@ -162,8 +164,8 @@ def test_whatever_the_studio_writes_is_known() -> None:
 
     audio = {f"audio{suffix}" for suffix in (*folder.SOUND_SUFFIXES, *saia_csv.SOUND_SUFFIXES)}
     run = (
-        run_folder.RECIPE_FILE, run_folder.METRICS_FILE, run_folder.REPORT_FILE, BEST, LAST,
-        model_card.CARD_FILE, model_card.LICENCE_FILE, model_card.EVALUATION_FILE, run_facts.NOTE_FILE,
+        run_folder.RECIPE_FILE, METRICS_FILE, REPORT_FILE, BEST, LAST,
+        model_card.CARD_FILE, LICENCE_FILE, EVALUATION_FILE, run_facts.NOTE_FILE,
         suggest.WORST_FILE,
         f"{preview.FOLDER}/{preview.FACTS}", f"{preview.FOLDER}/{preview.BEST}{motion_file.SUFFIX}",
         f"{run_folder.FOLDER}/events.out.tfevents.1763.host.4711.0",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from studio.project.run import Run
+from studio.project.run import Run, RunReport
 
 
 def test_lines_that_are_no_epochs_are_left_out(tmp_path: Path) -> None:
@@ -22,4 +22,4 @@ def test_facts_of_a_report_that_cannot_be_are_left_out(tmp_path: Path) -> None:
     (tmp_path / "report.json").write_text(json.dumps(odd), encoding="utf-8")
     run = Run.load(tmp_path)
     assert run.status == "done"
-    assert run.report == {"status": "done", "seed": 1}
+    assert run.report == RunReport(status="done", seed=1)

@@ -34,7 +34,7 @@ def speech() -> np.ndarray:
 def test_a_run_draws_its_bodies_by_seed_and_liveliness(make_toy_project: MakeProject, recipe: str) -> None:
     run = trained(make_toy_project(("train", "val")), "form=alive", recipe=recipe)
     assert run.report is not None
-    assert run.report["draws"] is True
+    assert run.report.draws is True
     predictor = load_predictor(run.folder)
     first, again, other, still = (
         predictor.generate_samples(speech(), sampling=sampling)
@@ -63,7 +63,7 @@ def test_faces_alone_are_learnt_as_by_the_plain_form(make_toy_project: MakeProje
     project = make_toy_project(("train", "val"), bones=False)
     alive, plain = trained(project, "form=alive"), trained(project)
     assert alive.report is not None
-    assert alive.report["draws"] is False
+    assert alive.report.draws is False
     assert same_weights(alive.folder / BEST, plain.folder / BEST)
 
 

@@ -19,10 +19,10 @@ from studio.ipc.events import (
     NoteEvent,
     StartedEvent,
 )
+from studio.ipc.events import TrainingEvent as Event
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Event
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 

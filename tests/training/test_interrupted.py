@@ -10,8 +10,8 @@ import pytest
 from safetensors.torch import load_file
 
 from studio.ipc.events import EpochEvent, NoteEvent, StepEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project, Run
-from studio.training.events import Event
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 from tests import toys
@@ -32,7 +32,7 @@ def quiet(event: Event) -> None:
 def facts(run: Run) -> dict[str, Any]:
     """What two equal trainings report alike."""
     assert run.report is not None
-    return {key: value for key, value in run.report.items() if key not in OF_EACH_SITTING}
+    return {key: value for key, value in run.report.to_plain().items() if key not in OF_EACH_SITTING}
 
 
 def same(a: Run, b: Run) -> bool:
@@ -97,7 +97,7 @@ def test_ctrl_c_keeps_a_complete_model_and_resuming_gives_the_same_end(project: 
     cut = project.run("balanced_002")
     assert cut.status == "stopped"
     assert cut.report is not None
-    assert cut.report["best_val"] == cut.epochs()[cut.report["best_epoch"] - 1]["val"]
+    assert cut.report.best_val == cut.epochs()[cut.report.best_epoch - 1]["val"]
     assert (load_file(cut.folder / "best.safetensors")["gain"] != 1).any()
     notes: list[Event] = []
     again = train(project, resumed_recipe(cut), on_event=notes.append, resume=cut)
@@ -130,9 +130,10 @@ def test_a_cut_between_two_files_of_an_epoch_changes_nothing(trained: Path, proj
 def test_the_figures_while_training_are_those_of_the_model_that_is_kept(project: Project) -> None:
     run = project.run("balanced_001")
     measured = figures_of(project, run)
-    assert run.report is not None
+    best = run.facts.best_val
+    assert best is not None
     for name in ("rmse", "pearson", "motion_ratio", "motion_ratio_head", "std_ratio"):
-        assert measured[name] == pytest.approx(run.report["best_val"][name], rel=1e-3), name
+        assert measured[name] == pytest.approx(best[name], rel=1e-3), name
 
 
 def figures_of(project: Project, run: Run) -> dict[str, Any]:

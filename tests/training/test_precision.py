@@ -11,8 +11,8 @@ from safetensors.torch import load_file
 
 from studio.errors import RequestError
 from studio.ipc.events import EpochEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project
-from studio.training.events import Event
 from studio.training.loop.setup import make_fabric, precision_for
 from studio.training.loop.train import train
 from studio.training.recipe import TrainingSettings, load_recipe

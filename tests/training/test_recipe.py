@@ -127,7 +127,7 @@ def test_a_damaged_recipe_file_is_a_sentence(tmp_path: Path) -> None:
 
 def test_the_window_reads_recipes_without_anything_heavy() -> None:
     code = (
-        "import studio.training.recipe, studio.training.events, sys; "
+        "import studio.training.recipe, studio.ipc.events, sys; "
         "studio.training.recipe.recipes(); "
         "print([m for m in ('torch', 'scipy', 'librosa', 'soxr', 'pyarrow') if m in sys.modules])"
     )

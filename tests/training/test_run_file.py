@@ -12,9 +12,9 @@ import pytest
 
 from studio import cli
 from studio.errors import StudioError
+from studio.evaluation.model_card import keep_licence, write_card
 from studio.project import Project, Run
 from studio.training.loop.train import train
-from studio.training.model_card import keep_licence
 from studio.training.recipe import load_recipe
 from studio.training.run_file import is_run_file, pack_run, unpack_run
 from tests import toys
@@ -73,8 +73,8 @@ def test_a_run_makes_the_same_motion_on_another_computer(
     again = elsewhere.run("quick_001")
     assert (again.status, again.has_weights, len(again.epochs())) == ("done", True, 1)
     assert again.report is not None
-    assert again.report["styles"] == ["Toy_001", "Toy_002"]
-    assert again.report["imported_from"] == {"file": file.name, "run": "quick_001"}
+    assert again.report.styles == ("Toy_001", "Toy_002")
+    assert again.report.imported_from == {"file": file.name, "run": "quick_001"}
     assert (again.folder / "note.txt").read_text(encoding="utf-8") == "my first"
     card = (again.folder / "card.html").read_text(encoding="utf-8")
     assert "Mia agreed." in card
@@ -136,12 +136,11 @@ def test_paths_that_lead_out_and_unknown_files_are_passed_over(
     assert made.folder.parent == elsewhere.runs_folder
     assert sorted(p.name for p in made.folder.iterdir()) == [
         "best.safetensors",
-        "card.html",
         "metrics.jsonl",
         "recipe.toml",
         "report.json",
     ]
-    assert "script" not in (made.folder / "card.html").read_text(encoding="utf-8")
+    assert "script" not in write_card(made.folder).read_text(encoding="utf-8")
     assert made.status == "done"
     assert [event["epoch"] for event in made.epochs()] == [2]
     assert not (tmp_path / "evil.txt").exists()

@@ -16,9 +16,9 @@ import pytest
 
 from studio import cli
 from studio.errors import StudioError
+from studio.evaluation import model_card
 from studio.inference.offline import load_predictor
 from studio.project import Project
-from studio.training import model_card
 from studio.training.checkpoint import load_model
 from studio.training.loop.train import train
 from studio.training.recipe import load_recipe, read_recipe

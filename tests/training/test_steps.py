@@ -8,9 +8,9 @@ from collections.abc import Callable
 import pytest
 
 from studio.ipc.events import EpochEvent, StepEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project
-from studio.training.events import Event
-from studio.training.loop.state import Progress
+from studio.training.loop.run_folder import Progress
 from studio.training.loop.train import train
 from studio.training.recipe import load_recipe
 

@@ -101,8 +101,8 @@ def test_a_style_moves_as_its_take_did_and_the_right_one_is_the_default(
     assert predictor.styles == ("average", "Toy_001", "Calm_001")
     assert predictor.style == "Toy_001"  # the validation take is of its kind
     assert run.report is not None
-    assert run.report["style"] == "Toy_001"
-    assert run.report["styles"] == ["Toy_001", "Calm_001"]
+    assert run.report.style == "Toy_001"
+    assert run.report.styles == ("Toy_001", "Calm_001")
     sound = project.take("Toy_003").audio_path
     assert sound is not None
     wide = {
@@ -134,7 +134,7 @@ def test_a_performer_of_the_face_and_one_of_the_body_learn_from_each_other(
     )
     run = train(project, recipe, on_event=lambda event: None)
     assert run.report is not None
-    assert run.report["performers"] == ["Ann", "Ben"]
+    assert run.report.performers == ("Ann", "Ben")
     predictor = load_predictor(run.folder)
     assert predictor.styles == ("average", "Ann", "Ben")
     sound = project.take(bodies[2]).audio_path
@@ -163,5 +163,5 @@ def test_a_resumed_run_keeps_the_styles_it_began_with(make_toy_project: MakeProj
     project.edit("Split", edits.set_split(project.dataset, ["Toy_004"], "train"))
     again = train(project, resumed_recipe(half), on_event=lambda event: None, resume=half)
     assert again.report is not None
-    assert again.report["styles"] == ["Toy_001", "Toy_002"]
+    assert again.report.styles == ("Toy_001", "Toy_002")
     assert load_predictor(Path(again.folder)).styles == ("average", "Toy_001", "Toy_002")

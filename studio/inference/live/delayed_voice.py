@@ -44,6 +44,7 @@ class DelayLine:
 
     def __init__(self, rate: int) -> None:
         self.rate = rate
+        # A ring and not a list of blocks: the audio thread must not allocate or wait for memory.
         self._ring = np.zeros(round(KEPT_S * rate), dtype=np.float32)
         self._written = 0
         self._samples_in = 0  # samples that came in of the stream at hand
@@ -60,11 +61,14 @@ class DelayLine:
     def put(self, block: AudioBlock) -> None:
         """One more block."""
         with self._lock:
+            # A device that came back has another clock and perhaps another rate; nothing of the old line
+            # holds.
             if block.restarted or self._resampler is None or self._resampler.rate != block.rate:
                 self._resampler, self._clock = Resampler(block.rate, self.rate), SampleClock(self.rate)
                 self._samples_in, self._began = 0, self._written
                 self._missing, self._most, self._before = [0.0, 0.0], 0.0, 0.0
             assert self._clock is not None
+            # Where the block would lie if resampling took no time; from counted samples, so nothing adds up.
             at = self._began + round(self._samples_in * self.rate / block.rate)
             self._clock.follow(at, block.captured)
             self._samples_in += len(block.samples)
@@ -74,6 +78,7 @@ class DelayLine:
         """The next samples (count,), the first of them captured at a moment as nearly as nobody hears."""
         with self._lock:
             if self._clock is None:
+                # Silence: an output that is opened before the first block has nothing to give yet.
                 return np.zeros(count, dtype=np.float32)
             at = self._clock.sample(moment)
             self._notice(at + count + _NEIGHBOURS - self._written)
@@ -85,6 +90,7 @@ class DelayLine:
             if place is None or jumps:
                 place = target
             bent = (target - place) / self.rate * _CAUGHT_UP_EACH_S
+            # At most a few parts in a thousand, which nobody hears as pitch.
             speed = 1.0 + float(np.clip(bent, -_MOST_BENT, _MOST_BENT))
             out = self._read(place + speed * np.arange(count, dtype=np.float64))
             self._place = place + speed * count
@@ -102,6 +108,7 @@ class DelayLine:
             self._missing[0] = max(self._missing[0], self._most)
         self._most = missing if missing < self._before else max(self._most, missing)
         self._before = missing
+        # In two halves, so that a hold-up is remembered for at least one of them and forgotten after both.
         if self._written - self._since > _REMEMBERED_S * self.rate:
             self._missing, self._since = [0.0, self._missing[0]], self._written
 
@@ -120,6 +127,7 @@ class DelayLine:
         """
         size = len(self._ring)
         whole = np.floor(places).astype(np.int64)
+        # All four neighbours have to be there, else the cubic would mix in what the ring held before.
         there = (whole - 1 >= max(self._written - size, 0)) & (whole + 2 < self._written)
         a, b, c, d = (self._ring[(whole + k) % size] for k in (-1, 0, 1, 2))
         t = (places - whole).astype(np.float32)
@@ -182,6 +190,7 @@ class DelayedVoiceOutput:
         line = self._line
         if line is not None:
             line.put(block._replace(samples=np.zeros_like(block.samples)) if muted else block)
+        # PortAudio reports no error for a device that was unplugged: its callback just stops coming.
         if not self._gone and self._fed - self._called > _SILENT_S:
             self._gone = True
             what = f"{self.name} takes no sound any more."
@@ -248,6 +257,7 @@ class DelayedVoiceOutput:
         """Runs on the audio thread."""
         now = self._called = clock.now()
         line = self._line
+        # When this block will be heard, and not now: the delay is of what reaches the ear.
         ahead = info.outputBufferDacTime - info.currentTime
         if info.outputBufferDacTime == 0.0 or not -1.0 < ahead < 5.0:  # some drivers do not say
             ahead = _LATENCY_S

@@ -149,6 +149,7 @@ class Performance:
         """End; the last pose stays."""
         self._stop.set()
         if self._thread is not None:
+            # Bounded: a device driver that hangs must not hang the program with it.
             self._thread.join(10.0)
         self.source.stop()
         self.set_voice_output(None)
@@ -178,6 +179,7 @@ class Performance:
         """Levels, latency and counters at this moment."""
         sound, gate = self.sound, self.sound.gate
         lost = self._last_sound_at is not None and self._now() - self._last_sound_at > LOST_S
+        # The meter keeps its last level when blocks stop coming, and would show a voice that is not there.
         deaf = lost or sound.muted
         return Facts(
             FLOOR_DBFS if deaf else self._meter.peak_dbfs,
@@ -225,6 +227,7 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.poll()
+                # Blocks come every few milliseconds; taking several at once costs less than waking for each.
                 time.sleep(REST_S)
                 self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
@@ -233,6 +236,7 @@ class Performance:
     def poll(self) -> None:
         """Process the blocks that have arrived; the live thread calls this again and again."""
         self._notice_sleep()
+        # This thread's own time: what other programs take is no load of ours.
         began = time.thread_time()
         if self._next_look_ahead is not None:
             self._change()
@@ -253,6 +257,7 @@ class Performance:
                 f"This computer is too busy: {kept[0].captured - blocks[0].captured:.1f} s were passed over."
             )
             self._notices.append(StudioError(what, "Close programs that need much of it."))
+        # A restart among the blocks passed over still counts, or the clock would run on across it.
         restarted = any(one.restarted for one in blocks)
         return [kept[0]._replace(restarted=kept[0].restarted or restarted), *kept[1:]]
 
@@ -273,6 +278,7 @@ class Performance:
     def _keep(self, first: int, values: np.ndarray) -> None:
         fps = float(self.model.fps)
         times = self._base + (first + np.arange(len(values))) / fps
+        # All frames of a block at once: rotations from 6D cost nearly the same for one as for ten.
         motion = self.model.layout.motion(values, times)
         now, speaking = self._now(), self.sound.speaking and not self.sound.muted
         parts = (
@@ -298,6 +304,7 @@ class Performance:
         assert self._next_look_ahead is not None
         self._look_ahead, self._next_look_ahead = self._next_look_ahead, None
         self._steps = LiveSteps(self.model, self._look_ahead, self._style, self._sampling)
+        # The new steps count their frames from here; older poses stay in the line until they were shown.
         self._base = self._seconds_heard
         self._delay.reset()
 

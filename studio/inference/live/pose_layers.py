@@ -32,6 +32,7 @@ class PoseLayers:
         self.rest = rest.pose(0.0)
         self._reference = Reference.of(rest)
         self.idles = idles
+        # Reentrant: named_pose holds it around pose, so that names and pose never belong to two tunings.
         self._lock = threading.RLock()
         self._idle_share, self._neutral_share = 1.0 if idles else 0.0, 0.0
         self._at: float | None = None
@@ -81,11 +82,14 @@ class PoseLayers:
             speaking: whether somebody speaks then.
         """
         with self._lock:
+            # Layers move on with each pose; a second sender at the same moment must not make them run faster.
             if self._at is not None and self._last is not None and abs(moment - self._at) < _SAME_S:
                 return self._last
             self._begun = self._begun or moment
+            # Capped: after the computer slept, a fade would otherwise be over in one step.
             step = 0.1 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
             self._at = moment
+            # The neutral pose is the panic key: it goes over a frozen pose as well.
             if self.frozen and not self.neutral and self._last is not None:
                 return self._last
             self._last = self._eased(moment, made, speaking, step)
@@ -105,6 +109,7 @@ class PoseLayers:
         return neutral_pose(*names, self.rest.positions[kept])
 
     def _eased(self, moment: float, made: Pose | None, speaking: bool, step: float) -> Pose:
+        # Before the first pose the avatar idles, too: a statue looks broken.
         still = made is None or (self.idles and not speaking)
         self._idle_share = _towards(self._idle_share, float(still), step / FADE_S)
         self._neutral_share = _towards(self._neutral_share, float(self.neutral), step / PANIC_S)
@@ -113,6 +118,7 @@ class PoseLayers:
         if self._idle_share > 0:
             idle = self._idler.pose(t, self.rest)
             pose = idle if self._idle_share == 1 else between(pose, idle, _smooth(self._idle_share))
+        # After idling, so that a person's own tuning holds while nobody speaks.
         pose = self._tuner.pose(t, pose)
         if self._neutral_share > 0:  # over everything: a panic key is no matter of taste
             pose = between(pose, self._neutral, _smooth(self._neutral_share))
@@ -124,4 +130,5 @@ def _towards(value: float, goal: float, most: float) -> float:
 
 
 def _smooth(x: float) -> float:
+    # Smoothstep: no jolt where a fade begins and ends.
     return x * x * (3.0 - 2.0 * x)

@@ -48,6 +48,7 @@ def level_of_takes(sounds: Iterable[Path], rate: int = 16_000) -> float:
     parts: list[Floats] = []
     for sound in sounds:
         try:
+            # Twenty seconds of each: a minute of one take would be the level of one day.
             parts += [block for block, _ in zip(sound_blocks(sound, rate, 10.0), range(2), strict=False)]
         except (StudioError, OSError):
             continue
@@ -96,11 +97,13 @@ class Gain:
         return np.clip(louder, -1.0, 1.0)
 
     def _learn(self, block: Floats, seconds: float) -> None:
+        # By the block's length, so that the gain moves alike whatever blocks a device gives.
         keep = float(np.exp(-seconds / _FOLLOWS_S))
         self._power = keep * self._power + (1 - keep) * float(np.mean(np.square(block)))
         self._weight = keep * self._weight + (1 - keep)
 
     def _move(self, seconds: float) -> None:
+        # One word says too little: a loud first syllable would turn everything down.
         if self._weight < 1 - np.exp(-_LEARNT_S / _FOLLOWS_S) or self._power <= 1e-9:
             return
         level = 10 * np.log10(self._power / self._weight)
@@ -228,6 +231,7 @@ class AudioPreprocessor:
         assert self._resampler is not None
         gap = self._clock.follow(self._samples_in, block.captured)
         self._samples_in += len(block.samples)
+        # Silence and not nothing: time has to go on, or the avatar would freeze instead of resting.
         samples = np.zeros_like(block.samples) if self.muted else block.samples
         if self._voice is not None:
             samples = self._voice.feed(samples)
@@ -235,6 +239,7 @@ class AudioPreprocessor:
         self._samples_out += len(out)
         if self.gate is not None:
             self.gate.feed(out if self._to_gate is None else self._to_gate.feed(out))
+        # After the gate: noise between sentences must not teach the gain.
         return self.gain.feed(out, self.speaking and not self.muted), gap
 
     def _begin(self, rate: int) -> None:

@@ -66,9 +66,11 @@ def look_ahead_of(model: Model, look_ahead_ms: int | None = None) -> LookAhead:
     network, offered = model.network, look_aheads(model)
     usual = WINDOW_USUAL_MS if network.margin else USUAL_MS
     target_ms = usual if look_ahead_ms is None else look_ahead_ms
+    # The nearest and no error: presets and settings outlive the run they were made with.
     chosen = min(offered, key=lambda one: abs(one - target_ms))
     if not network.margin:
         return LookAhead(chosen, _reach_ms(model, _ahead(network, chosen)))
+    # At least one: a window that ends with the pose itself would hear nothing ahead.
     frames = max(1, round(chosen / 1000 * float(model.fps)))
     hop = max(1, round(WINDOW_HOP_S * float(model.fps)))
     reach = _reach_ms(model, frames + _ahead(network))
@@ -96,6 +98,7 @@ def _behind(spec: AudioSpec) -> int:
 
 
 def _must_be_rows(spec: AudioSpec) -> None:
+    # A speech encoder sees windows of half a minute; there is no moment at which one is complete live.
     if spec.kind not in ("log_mel", "mfcc"):
         raise RequestError(
             f"This run hears with {spec.kind}, which needs whole sentences.",
@@ -124,6 +127,7 @@ class LiveSteps:
         network, fps = model.network, float(model.fps)
         if network.look_aheads:
             network.set_look_ahead(look_ahead.look_ahead_ms)
+        # In numpy where the network allows it: for one frame torch's own overhead is most of the time.
         self._alone = steps_of(network, style)
         self._ahead = self._back = 0
         self._hop = 1
@@ -150,9 +154,11 @@ class LiveSteps:
         Yields:
             The first frame's number and scaled poses (n, C), in order, each frame once.
         """
+        # One NaN would stay in the LSTM's state and in every pose from then on.
         if not np.isfinite(block).all():
             raise StudioError("The sound holds values that are not numbers.", "Check the microphone.")
         self._samples = np.concatenate([self._samples, block])
+        # Most blocks complete no frame; knowing when the next can be due saves computing rows for nothing.
         if self._start + len(self._samples) < self._due:
             return
         self._hear()
@@ -171,6 +177,7 @@ class LiveSteps:
         if most <= 0:
             return
         ends = row_centres(self._spec, self._model.fps, next_row, most) + self._behind
+        # Rows are exact only once all their sound is there; offline they see the same samples.
         count = int(np.searchsorted(ends, total, side="right"))
         if count:
             fresh = rows(self._samples, self._spec, self._model.fps, next_row, count, self._start)

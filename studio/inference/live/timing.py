@@ -45,6 +45,7 @@ class SampleClock:
 
     def follow(self, sample: int, captured: float) -> bool:
         """One block's first sample was captured at a moment; whether that followed a gap."""
+        # The first block cannot be wrong: there is nothing yet to hold it against.
         if self._origin is None:
             self._origin, self._at = captured, sample
             return False
@@ -56,6 +57,7 @@ class SampleClock:
             return True
         # A loop filter of second order: a share of the error moves the line, a smaller one turns it.
         self._origin, self._at = self.moment(sample) + _PULL * error, sample
+        # Held within what crystals do: a burst of late blocks must not bend the line for minutes.
         tilt = self._slope - 1.0 + _TILT * error
         self._slope = 1.0 + float(np.clip(tilt, -_STEEPEST, _STEEPEST))
         return False
@@ -92,9 +94,11 @@ class Delay:
 
     def add(self, now: float, lateness: float) -> None:
         """A pose was ready so many seconds after its moment."""
+        # Lateness of single poses and not a mean of them: the delay has to hold for the slow ones.
         self._seen.append((now, lateness))
         while self._seen and now - self._seen[0][0] > REMEMBERED_S:
             self._seen.popleft()
+        # The first pose after a reset sets the delay at once; creeping there would take seconds.
         if self._value is None or self._invalidated:
             self._value, self._set_at, self._invalidated = self.target_delay, now, False
         self._move(now)
@@ -125,10 +129,12 @@ class Delay:
     def _move(self, now: float) -> None:
         assert self._value is not None
         passed = max(now - self._set_at, 0.0)
+        # Poses of one block arrive together; moving the delay for each would only cost percentiles.
         if passed < 0.02:
             return
         self._set_at = now
         change = self.target_delay - self._value
+        # Sooner up than down: a pose that misses its moment is seen, a delay a little too long is not.
         self._value += float(np.clip(change, -_QUICKER * passed, _SLOWER * passed))
 
 
@@ -162,6 +168,7 @@ class PoseLine:
     def discard_before(self, moment: float) -> None:
         """Poses before a moment are not asked for any more."""
         with self._lock:
+            # Two stay whatever their age: interpolating and guessing on both need a pair.
             while len(self._poses) > 2 and self._poses[1][0] <= moment:
                 self._poses.popleft()
 
@@ -174,12 +181,14 @@ class PoseLine:
         poses = self._poses
         if not poses:
             return None, False
+        # From the newest end: the moment asked for nearly always lies between the last few poses.
         after = next((i for i in range(len(poses) - 1, -1, -1) if poses[i][0] <= moment), -1) + 1
         if after == 0:
             return poses[0][1], poses[0][2]
         t, pose, speaking = poses[after - 1]
         if after == len(poses):
             guess = _guess((moment - t) / self._step)
+            # Across a stall the step before says nothing of where the pose would go.
             if guess and after > 1 and t - poses[-2][0] < STALLED_S:
                 pose = _beyond(poses[-2][1], pose, guess)
             return pose, speaking and moment - t < STALLED_S
@@ -196,4 +205,5 @@ def _guess(frames: float) -> float:
 def _beyond(before: Pose, last: Pose, share: float) -> Pose:
     """The pose that follows if everything goes on as between two poses, for a share of that step."""
     pose = between(before, last, 1.0 + share)
+    # Going on beyond a closed mouth would turn a shape inside out.
     return replace(pose, shapes=np.clip(pose.shapes, 0.0, 1.0))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from studio.ipc.events.common import ChildEvent, DoneEvent, ProgressEvent
+from studio.ipc.events.common import ChildEvent, DoneEvent, NoteEvent, ProgressEvent
 
 Figures = Mapping[str, float | None]
 """Metrics by name; None where one does not apply."""
@@ -428,3 +428,9 @@ class EncoderDone(DoneEvent):
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
+
+
+TrainingEvent = (
+    StartedEvent | NoteEvent | CleaningEvent | ListeningEvent | EpochEvent | StepEvent | OutOfMemoryEvent
+)
+"""What a training reports from the first take it reads to its end."""

@@ -1,4 +1,4 @@
-"""A run's folder as the loop writes it: recipe, metrics, report, TensorBoard; rank 0 alone."""
+"""A run's folder as the loop writes it: recipe, metrics, report, TensorBoard, progress; rank 0 alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import platform
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,15 +18,22 @@ from studio import __version__
 from studio.errors import RequestError, StudioError
 from studio.features.motion import Layout
 from studio.files import atomic
-from studio.ipc.events import EpochEvent, StartedEvent
-from studio.project import Project, Run
+from studio.ipc.events import EpochEvent, StartedEvent, TrainingEvent
+from studio.project import Project, Run, RunReport
+from studio.project.run import METRICS_FILE, RunStatus
 from studio.training.checkpoint import Model, TrainingState, frame_rate_of
-from studio.training.events import Event, RunStatus
-from studio.training.model_card import write_card
 from studio.training.recipe import Recipe
 
 if TYPE_CHECKING:
     from torch.utils.tensorboard import SummaryWriter
+import time
+from dataclasses import field
+
+import torch
+from torch import Tensor
+
+from studio.training import checkpoint
+from studio.training.checkpoint import LAST
 
 FOLDER = "tensorboard"
 
@@ -49,7 +56,7 @@ class Board:
     def __init__(self) -> None:
         self._writer: SummaryWriter | None = None
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: TrainingEvent) -> None:
         """Write what an event says."""
         with suppress(OSError):
             if isinstance(event, StartedEvent):
@@ -78,7 +85,7 @@ class Board:
         writer.flush()
 
 
-RECIPE_FILE, METRICS_FILE, REPORT_FILE = "recipe.toml", "metrics.jsonl", "report.json"
+RECIPE_FILE = "recipe.toml"
 
 
 @dataclass
@@ -98,6 +105,7 @@ class RunFolder:
     @classmethod
     def begin(cls, writes: bool, project: Project, recipe: Recipe, resume: Run | None) -> RunFolder:
         """A new folder, or that of a run that goes on."""
+        # Other processes need the folder for nothing but its name in sentences.
         if not writes:
             return cls(project.runs_folder if resume is None else resume.folder, writes=False)
         notes: tuple[str, ...] = ()
@@ -105,6 +113,7 @@ class RunFolder:
             folder = cls(project.new_run_folder(recipe.name), writes=True)
         else:
             folder = cls(resume.folder, writes=True)
+            # Epochs behind the saved weights are learnt again; their old lines would be there twice.
             done = folder._forget_after_state()
             notes = (
                 f"{resume.id} goes on after epoch {done}."
@@ -118,6 +127,7 @@ class RunFolder:
 
     def append(self, event: EpochEvent) -> None:
         """Add an epoch to metrics.jsonl."""
+        # One line an epoch, appended: a kill costs at most the line being written, and readers skip that.
         line = json.dumps({"event": "epoch", **event.as_dict()}, ensure_ascii=False)
         path = self.path / METRICS_FILE
         try:
@@ -135,24 +145,16 @@ class RunFolder:
                 return event.get("val")
         return None
 
-    def report(self, status: RunStatus, facts: dict[str, Any]) -> None:
-        """Write report.json."""
+    def report(self, status: RunStatus, facts: RunReport) -> None:
+        """Write report.json: the facts with the status and what made them."""
         if not self.writes:
             return
-        content = {"version": 1, "run": self.path.name, "status": status.value, **facts}
-        if (
-            status is RunStatus.RUNNING
-        ):  # so that a run whose process was killed can be told from one that goes on
-            content |= {"pid": os.getpid(), "host": platform.node()}
-        content["made_with"] = {
-            "studio": __version__,
-            "python": platform.python_version(),
-            **_torch_version(),
-        }
-        atomic.write_json(self.path / REPORT_FILE, content)
-        if status is not RunStatus.RUNNING:
-            with suppress(StudioError):  # a card that cannot be written is no reason to fail
-                write_card(self.path)
+        made_with = {"studio": __version__, "python": platform.python_version(), **_torch_version()}
+        report = replace(facts, run=self.path.name, status=status.value, made_with=made_with)
+        if status is RunStatus.RUNNING:
+            # So that a run whose process was killed can be told from one that goes on.
+            report = replace(report, pid=os.getpid(), host=platform.node())
+        report.save(self.path)
 
     def _forget_after_state(self) -> int:
         """Drop epochs that were told of but whose weights a kill took away; gives the last kept."""
@@ -196,3 +198,88 @@ def _torch_version() -> dict[str, str]:
     import torch
 
     return {"torch": str(torch.__version__)}
+
+
+_PACE_OF = 5
+"""Epochs whose pace says how long the rest takes."""
+
+
+@dataclass
+class Progress:
+    """Where a training stands.
+
+    Args:
+        epoch: the last one that is over.
+        best_epoch, best_loss, best_style, best_val: of the weights kept as best, 0 where there are none yet.
+        seconds_before: of earlier sittings.
+        began: when this sitting did; this and the following are by the monotonic clock.
+        ends: when epochs of this sitting were over.
+        reported_at: when it last told of something.
+    """
+
+    epoch: int = 0
+    best_epoch: int = 0
+    best_loss: float = math.inf
+    best_style: int = 0
+    best_val: Mapping[str, float | None] | None = None
+    seconds_before: float = 0.0
+    began: float = field(default_factory=time.monotonic)
+    ends: list[float] = field(default_factory=list)
+    reported_at: float = field(default_factory=time.monotonic)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds since training began, earlier sittings included."""
+        return self.seconds_before + time.monotonic() - self.began
+
+    def eta(self, of: int, part: float = 0.0) -> float:
+        """Seconds left, in an epoch of which a part is done, by the pace of the last few epochs.
+
+        A machine that is given other work meanwhile is slower from then on, not from the beginning.
+        """
+        known = [self.began, *self.ends][-_PACE_OF - 1 :]
+        pace = (time.monotonic() - known[0]) / (len(known) - 1 + part or 1)
+        return max(0.0, pace * (of - self.epoch - part))
+
+    def as_dict(self) -> dict[str, Any]:
+        """What must survive a kill, plain JSON values."""
+        return {
+            "epoch": self.epoch,
+            "best_epoch": self.best_epoch,
+            "best_loss": self.best_loss if math.isfinite(self.best_loss) else None,
+            "best_style": self.best_style,
+            "best_val": None if self.best_val is None else dict(self.best_val),
+            "seconds": self.seconds,
+        }
+
+    @classmethod
+    def from_dict(cls, facts: Mapping[str, Any]) -> Progress:
+        """The progress `as_dict` gave, going on now."""
+        return cls(
+            int(facts["epoch"]),
+            int(facts["best_epoch"]),
+            float(facts["best_loss"]) if facts["best_loss"] is not None else math.inf,
+            int(facts.get("best_style", 0)),
+            facts.get("best_val"),
+            float(facts["seconds"]),
+        )
+
+
+def saved_state(resume: Run | None) -> TrainingState | None:
+    """Where a run stood; None for a new one and for one that had not finished an epoch."""
+    if resume is None or not (resume.folder / LAST).is_file():
+        return None
+    return checkpoint.load_state(resume.folder / LAST)
+
+
+def save_progress(
+    run: Path,
+    model: Model,
+    optimiser: torch.optim.Optimizer,
+    average: dict[str, Tensor],
+    progress: Progress,
+) -> None:
+    """Write into a run's folder where its training stands."""
+    facts = progress.as_dict() | columns_to_keep(model)
+    tensors = checkpoint.optimiser_tensors(optimiser)
+    checkpoint.save_state(run / LAST, TrainingState(model.network.state_dict(), tensors, average, facts))

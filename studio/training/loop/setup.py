@@ -30,6 +30,7 @@ _SIGNS = ("out of memory", "can't allocate memory", "bad allocation", "bad_alloc
 
 def is_out_of_memory(error: BaseException) -> bool:
     """Whether numpy, torch or the device ran out of memory."""
+    # CUDA has a type for it; the processor's allocators only raise RuntimeError with a sentence.
     if isinstance(error, MemoryError | torch.OutOfMemoryError):
         return True
     return isinstance(error, RuntimeError) and any(sign in str(error).lower() for sign in _SIGNS)
@@ -38,6 +39,7 @@ def is_out_of_memory(error: BaseException) -> bool:
 def smaller_batch(recipe: Recipe) -> str:
     """The setting that halves what a step needs, as --set takes it; "" where it is as small as can be."""
     training = recipe.training
+    # Fewer crops first: they only make gradients noisier, shorter ones hide what comes before.
     if training.crops > 1:
         return f"training.crops={training.crops // 2}"
     if training.crop_frames >= 2 * _SHORTEST_CROP:
@@ -65,6 +67,7 @@ def out_of_memory(recipe: Recipe, project: Path, run: str) -> StudioError:
 
 def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
     """Fabric on this machine's devices, or on those torchrun or SLURM started us for."""
+    # Read and not asked of torch.distributed, which is only there once it was launched.
     world = int(os.environ.get("WORLD_SIZE", "1"))
     # torchrun and SLURM tell each process about the others in these variables; alone there are none.
     local = int(os.environ.get("LOCAL_WORLD_SIZE", "1")) if world > 1 else settings.devices
@@ -102,6 +105,7 @@ def precision_for(precision: str, accelerator: str) -> Literal["32-true", "bf16-
     """
     if precision == "auto":
         cuda = accelerator in ("auto", "cuda", "gpu") and torch.cuda.is_available()
+        # bfloat16 has float32's range and needs no loss scaling; older cards have none.
         precision = ("bf16" if torch.cuda.is_bf16_supported() else "fp16") if cuda else "32"
     return "32-true" if precision == "32" else "bf16-mixed" if precision == "bf16" else "16-mixed"
 
@@ -134,6 +138,7 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     network.pose_mean.copy_(mean)
     if recipe.training.start_at_mean:
         network.start_at(mean)
+    # Heads for the body learn their directions here once; they are fixed while training.
     network.see([part for example in data.train for part in _stretches(example, data.layout)])
     return Model(network, recipe, data.layout, data.fps, styles=data.styles)
 
@@ -143,6 +148,7 @@ def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:
     if not example.mask[layout.groups != FACE].any():
         return []
     counts = example.grid.valid > 0
+    # Over a gap the body seems to jump, which would be the fastest direction found.
     breaks = np.flatnonzero(np.diff(counts)) + 1
     parts = zip(np.split(example.values, breaks), np.split(counts, breaks), strict=True)
     return [torch.from_numpy(part) for part, there in parts if len(there) and there[0]]
@@ -155,6 +161,7 @@ def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
     centred = recipe.channels.scaling == "group"
     shift = layout.offset / layout.scale if centred else np.zeros(layout.width)
     values = np.concatenate([e.values[e.grid.valid > 0] for e in data.train])
+    # In natural units: the group's scale would make a still brow look as lively as the jaw.
     deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
     balance = column_weights(deviation, torch.from_numpy(layout.groups), recipe.loss)
     return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance)
@@ -178,6 +185,7 @@ def learning_rate(settings: TrainingSettings, step: int, steps: int) -> float:
     top = settings.learning_rate
     if settings.schedule == "constant":
         return top
+    # Steps and not epochs, and the same numbers as torch's OneCycleLR, so that recipes compare with others.
     low, end, turn = top / 25, top / 25 / 1e4, max(0.3 * steps - 1, 1)
     if step <= turn:
         return low + (top - low) * (1 - math.cos(math.pi * step / turn)) / 2

@@ -1,7 +1,8 @@
-"""Optimiser steps on batches of crops; several processes share each batch."""
+"""Optimiser steps on batches of crops, which are drawn from seed and epoch alone; processes share a batch."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -12,13 +13,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from studio.features.augment import Crop, CropShape, cut
+from studio.features.examples import Crop, CropShape, Example, cut
 from studio.training import checkpoint
 from studio.training.checkpoint import Model, TrainingState
 from studio.training.gather import Gathered
 from studio.training.loop.setup import learning_rate, make_optimiser
 from studio.training.losses import Loss
-from studio.training.sampling import Pick, steps_per_epoch
+from studio.training.recipe import TrainingSettings
 
 AHEAD = 2
 """Batches that lie ready while a step is taken: cutting and varying crops costs a fifth of it."""
@@ -64,18 +65,23 @@ class TrainingSteps:
             model.network.load_state_dict(state.network)
             checkpoint.restore_optimiser(self.optimiser, state.optimiser)
             self.average = dict(state.average)
+        # After the state is loaded: DDP copies the weights of rank 0 to the others right here.
         self._wrapped, self._wrapped_optimiser = fabric.setup(model.network, self.optimiser)
+        # Fabric only wraps forward; without this DDP would never average the gradients.
         self._wrapped.mark_forward_method("learn")
         self._loss = loss.shared(self._averaged)
+        # A network with several look-aheads judges the poses of each by the same loss.
         model.network.loss_fn = self._loss
         self.an_epoch = steps_per_epoch(self._recipe.training, data.train)
 
     def begin_epoch(self, number: int) -> np.random.Generator:
         """Make ready for an epoch; gives what is random in its crops, the same in all processes."""
         seed = self._recipe.training.seed
+        # Mixed with the rank: dropout must differ between processes, or they learn from the same masks.
         mixed = np.random.SeedSequence([seed, number, self._fabric.global_rank]).generate_state(1)[0]
         torch.manual_seed(int(mixed))
         self._wrapped.train()
+        # Without the rank: all processes draw the same crops and each cuts out its share.
         return np.random.default_rng([seed, number])
 
     def batches(self, chosen: Sequence[list[Pick]], rng: np.random.Generator) -> Iterator[Batch]:
@@ -104,6 +110,7 @@ class TrainingSteps:
         """
         settings, device = self._recipe.training, self._fabric.device
         for group in self.optimiser.param_groups:
+            # From the step's number and not from a scheduler's state, so that a resumed run needs none.
             group["lr"] = learning_rate(settings, index, settings.epochs * self.an_epoch)
         rows, values, weight = (part.to(device) for part in (batch.rows, batch.values, batch.weight))
         self._wrapped_optimiser.zero_grad()
@@ -120,8 +127,10 @@ class TrainingSteps:
 
     def _batch(self, pick: list[Pick], rng: np.random.Generator) -> Batch:
         """Cut and vary the crops of a step. Runs on the thread of the crops."""
+        # All crops, also those of other processes: the generator must stand at the same place everywhere.
         crops = [self._crop(take, first, rng) for take, first in pick]
         style_ids = self._shown_styles([take for take, _ in pick], rng)
+        # Every n-th crop, so that the shares of two processes differ by one crop at most.
         share = slice(self._fabric.global_rank, None, self._fabric.world_size)
         # A process without a crop learns from the first once more: each must take part in every collective.
         mine, style = crops[share] or crops[:1], style_ids[share] if len(style_ids[share]) else style_ids[:1]
@@ -158,3 +167,56 @@ class TrainingSteps:
 
 def _stacked(crops: list[Crop], name: str) -> Tensor:
     return torch.from_numpy(np.stack([getattr(crop, name) for crop in crops]))
+
+
+Pick = tuple[int, int]
+"""An example's index and the first frame of the crop."""
+
+
+def steps_per_epoch(settings: TrainingSettings, examples: Sequence[Example]) -> int:
+    """Optimiser steps in an epoch; one pass over all frames where the recipe says 0."""
+    if settings.steps:
+        return settings.steps
+    pieces = sum(math.ceil(e.frames / settings.crop_frames) for e in examples)
+    return max(1, math.ceil(pieces / settings.crops))
+
+
+def picks(
+    settings: TrainingSettings, examples: Sequence[Example], rng: np.random.Generator
+) -> list[list[Pick]]:
+    """The crops of each step of an epoch."""
+    steps = steps_per_epoch(settings, examples)
+    if settings.steps:
+        return _anywhere(settings, examples, steps, rng)
+    return _one_pass(settings, examples, steps, rng)
+
+
+def _anywhere(
+    settings: TrainingSettings, examples: Sequence[Example], steps: int, rng: np.random.Generator
+) -> list[list[Pick]]:
+    """Crops from anywhere, long takes more often."""
+    # By length: a crop from anywhere is as likely as any other, whichever take it lies in.
+    frames = np.array([example.frames for example in examples], dtype=np.float64)
+    takes = rng.choice(len(frames), size=(steps, settings.crops), p=frames / frames.sum())
+    # A take shorter than a crop is cut from its start and padded.
+    spans = np.maximum(frames[takes] - settings.crop_frames + 1, 1)
+    firsts = (rng.random(takes.shape) * spans).astype(int)
+    both = np.stack([takes, firsts], axis=-1).tolist()
+    return [[(take, first) for take, first in step] for step in both]
+
+
+def _one_pass(
+    settings: TrainingSettings, examples: Sequence[Example], steps: int, rng: np.random.Generator
+) -> list[list[Pick]]:
+    """Every frame once, cut at a different place every epoch; a last odd step is filled up."""
+    length, crops = settings.crop_frames, settings.crops
+    places = [
+        (i, first)
+        for i, example in enumerate(examples)
+        # Begun before the take by chance, so that crop borders fall elsewhere every epoch.
+        for first in range(-int(rng.integers(0, length)), example.frames, length)
+    ]
+    shuffled = [places[i] for i in rng.permutation(len(places))]
+    # DDP waits for all: a last step with fewer crops than processes would hang.
+    shuffled += shuffled[: max(0, steps * crops - len(shuffled))]
+    return [shuffled[step * crops : (step + 1) * crops] or shuffled[:crops] for step in range(steps)]

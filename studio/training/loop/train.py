@@ -11,7 +11,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import lightning_fabric
 import torch
@@ -25,20 +24,17 @@ from studio.ipc.events import (
     OutOfMemoryEvent,
     StartedEvent,
     StepEvent,
+    TrainingEvent,
 )
 from studio.metrics import scores
-from studio.project import Project, Run
+from studio.metrics.scores import is_still
+from studio.project import Project, Run, RunReport
+from studio.project.run import RunStatus
 from studio.training import checkpoint, styles
 from studio.training.checkpoint import BEST
-from studio.training.events import (
-    STILL_ADVICE,
-    Event,
-    RunStatus,
-    is_still,
-)
 from studio.training.gather import gather
 from studio.training.loop import run_folder
-from studio.training.loop.run_folder import RunFolder
+from studio.training.loop.run_folder import Progress, RunFolder, save_progress, saved_state
 from studio.training.loop.setup import (
     fresh_model,
     is_out_of_memory,
@@ -48,15 +44,17 @@ from studio.training.loop.setup import (
     out_of_memory,
     smaller_batch,
 )
-from studio.training.loop.state import Progress, save_progress, saved_state
-from studio.training.loop.step import TrainingSteps
+from studio.training.loop.step import TrainingSteps, picks
 from studio.training.loop.validation import Validation, ValidationResult, enliven
 from studio.training.preview import PreviewWriter
 from studio.training.recipe import Recipe, read_recipe
-from studio.training.sampling import picks
 
 SETTLED_FROM = 0.8
 """Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
+STILL_ADVICE = (
+    "The model hardly moves yet. If this stays, train longer, choose the recipe balanced, "
+    "or check in Curate that sound and motion line up."
+)
 _ALARM_FROM = 0.25
 """Share of the epochs before which standing still is no reason for alarm: every model begins there."""
 
@@ -65,7 +63,7 @@ def train(
     project: Project,
     recipe: Recipe,
     *,
-    on_event: Callable[[Event], None],
+    on_event: Callable[[TrainingEvent], None],
     stop: Callable[[], bool] = lambda: False,
     resume: Run | None = None,
     step_seconds: float = 1.0,
@@ -88,7 +86,7 @@ def train(
     """
     fabric, run = make_fabric(recipe.training), ""
 
-    def tell(event: Event) -> None:
+    def tell(event: TrainingEvent) -> None:
         nonlocal run
         run = event.run if isinstance(event, StartedEvent) else run
         if fabric.is_global_zero:
@@ -122,7 +120,7 @@ class _Training:
         fabric: lightning_fabric.Fabric,
         project: Project,
         recipe: Recipe,
-        tell: Callable[[Event], None],
+        tell: Callable[[TrainingEvent], None],
         stop: Callable[[], bool],
         resume: Run | None,
         step_seconds: float,
@@ -302,32 +300,34 @@ class _Training:
         )
         self.folder.report(RunStatus.RUNNING, self._facts())
 
-    def _facts(self) -> dict[str, Any]:
+    def _facts(self) -> RunReport:
         """What report.json says beside the status."""
         data, progress = self.data, self.progress
-        return {
-            "recipe": self.recipe.name,
-            "title": self.recipe.title,
-            "form": self.recipe.form,
-            "model": self.recipe.model,
-            "draws": self.model.network.draws,
-            "seed": self.recipe.training.seed,
-            "epochs": progress.epoch,
-            "of": self.recipe.training.epochs,
-            "best_epoch": progress.best_epoch,
-            "best_val_loss": progress.best_loss if progress.best_epoch else None,
-            "best_val": progress.best_val or self.folder.figures(progress.best_epoch),
-            "seconds": round(progress.seconds, 1),
-            "train": [e.id for e in data.train],
-            "val": [e.id for e in data.val],
-            "frames": data.frames,
-            "minutes": round(data.frames / float(data.fps) / 60, 2),
-            "fps": float(data.fps),
-            "performers": list(data.performers),
-            "styles": list(data.styles),
-            "style": self._style_name(progress.best_style) or styles.AVERAGE,
-            "channels": data.layout.width,
-            "parameters": sum(p.numel() for p in self.model.network.parameters()),
-            "device": str(self.fabric.device),
-            "notes": [*data.notes, *self.folder.notes],
-        }
+        best_val = progress.best_val or self.folder.figures(progress.best_epoch)
+        return RunReport(
+            recipe=self.recipe.name,
+            title=self.recipe.title,
+            form=self.recipe.form,
+            model=self.recipe.model,
+            draws=self.model.network.draws,
+            seed=self.recipe.training.seed,
+            epochs=progress.epoch,
+            of=self.recipe.training.epochs,
+            best_epoch=progress.best_epoch,
+            best_val_loss=progress.best_loss if progress.best_epoch else None,
+            # A resumed run that never improves again still knows its best figures, from metrics.jsonl.
+            best_val=dict(best_val) if best_val else None,
+            seconds=round(progress.seconds, 1),
+            train=tuple(e.id for e in data.train),
+            val=tuple(e.id for e in data.val),
+            frames=data.frames,
+            minutes=round(data.frames / float(data.fps) / 60, 2),
+            fps=float(data.fps),
+            performers=tuple(data.performers),
+            styles=tuple(data.styles),
+            style=self._style_name(progress.best_style) or styles.AVERAGE,
+            channels=data.layout.width,
+            parameters=sum(p.numel() for p in self.model.network.parameters()),
+            device=str(self.fabric.device),
+            notes=(*data.notes, *self.folder.notes),
+        )

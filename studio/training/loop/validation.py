@@ -1,4 +1,9 @@
-"""Validation while training: whole takes predicted, loss, figures, best style and gains."""
+"""Validation while training: whole takes predicted, loss, figures, best style, and gains of each region.
+
+A network that errs least stands too still where sound says little, and one that is told to be lively may
+tremble where the body only sways. A gain about the mean pose for each region of the body repairs both. The
+face is left as it is: how far it moves is a matter of style, and one take's gain would be wrong for the next.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +13,18 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from studio.features.audio_spec import Floats
 from studio.features.examples import Example
+from studio.features.motion import FACE, Layout
 from studio.metrics import scores
+from studio.metrics.scores import REGIONS, in_region
 from studio.model._network import Network, SamplingOptions
+from studio.motion import rotation
 from studio.training import checkpoint, styles
 from studio.training.checkpoint import Model
-from studio.training.gains import region_gains
 from studio.training.gather import Gathered
 from studio.training.losses import Loss
 
@@ -57,10 +65,12 @@ class Validation:
     def __call__(self, average: Mapping[str, Tensor]) -> ValidationResult:
         """Validate; `average` takes the place of the network's own weights where it has some."""
         val, network = self._data.val, self._model.network
+        # The averaged weights are those that are kept, so they and not the live ones are judged.
         with swapped(network, average), torch.no_grad():
             network.eval()
             in_styles = [predict_styles(network, e, self._device, self._tried) for e in val]
             errors = [part_errors(p, e, styles.PARTS) for p, e in zip(in_styles, val, strict=True)]
+            # On parts of takes: one good moment must not choose a style for a whole project.
             best = styles.choose(np.concatenate(errors, axis=1))
             expected = [p[best] for p in in_styles]
             style = self._tried[best]
@@ -69,15 +79,18 @@ class Validation:
         losses = [self._take_loss(p, e) for p, e in zip(expected, val, strict=True)]
         gain = self._gain(seen, expected if network.draws else None)
         mean = self._data.layout.scaled_mean.astype(np.float32)
+        # Drawn poses scatter about the expected ones; others deviate from the mean pose.
         around = expected if network.draws else [mean] * len(seen)
         kept = [at + gain * (p - at) for at, p in zip(around, seen, strict=True)]
         pairs = [self._pair(p, e) for p, e in zip(kept, val, strict=True)]
+        # By frames: two takes of ten seconds must not outweigh one of ten minutes.
         loss = float(np.average(losses, weights=[example.frames for example in val]))
         return ValidationResult(loss, scores.score(pairs), style, gain, pairs[0] if pairs else None)
 
     def _gain(self, seen: list[Floats], around: list[Floats] | None) -> Floats:
         """What deviations from the mean pose, or from what is around, would be multiplied by, (C,)."""
         target, layout = self._model.recipe.training.liveliness, self._data.layout
+        # At 0 the gains are not even measured: the recipe asks for the motion as it was learnt.
         if not target:
             return np.ones(layout.width, dtype=np.float32)
         found = region_gains(seen, self._data.val, layout, around)
@@ -99,6 +112,7 @@ def _tried_styles(data: Gathered) -> list[int]:
     frames = np.zeros(len(data.styles) + 1)
     for example in data.train:
         frames[example.style] += example.frames
+    # Stable, so that equal takes are tried in their order and a run repeats.
     most = 1 + np.argsort(-frames[1:], kind="stable")[: styles.MOST_TRIED]
     return [0, *sorted(map(int, most))] if data.styles else [0]
 
@@ -129,6 +143,7 @@ def predict_styles(
     chosen = torch.tensor(styles, device=device)
     for first in range(0, example.frames, PIECE_FRAMES):
         last = min(first + PIECE_FRAMES, example.frames)
+        # Networks that read both ways see a margin on either side, else each piece's ends would differ.
         a, b = first - network.margin, last + network.margin
         rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
         heard = torch.from_numpy(rows).to(device).expand(len(styles), -1, -1)
@@ -159,6 +174,7 @@ def enliven(path: Path, takes: Sequence[Example], style: int, target: float) -> 
         target: 1 for the whole gain, 0 for none.
     """
     made = checkpoint.load_model(path)
+    # Given once: measured again, the gains of gained motion would be multiplied.
     if not bool((made.network.gain == 1).all()):
         return
     with torch.no_grad():
@@ -189,5 +205,89 @@ class swapped:  # noqa: N801 (used like a function)
         with torch.no_grad():
             for name, parameter in self._network.named_parameters():
                 if name in weights:
+                    # In place: the optimiser holds on to these very tensors.
                     self._own[name] = parameter.detach().clone()
                     parameter.copy_(weights[name])
+
+
+CALMEST, LIVELIEST = 0.3, 3.0
+"""No region's motion is scaled further than this: what is more wrong than that, a gain cannot mend."""
+CALM = 0.95
+"""Share of the captured motion aimed at: of two gains as far from the truth, the lower errs less."""
+_TINY = 1e-12
+
+
+def regions(layout: Layout) -> NDArray[np.str_]:
+    """The region each column belongs to, (C,): "face", "head", "torso", "arms", "rest" or "hips"."""
+    found = ["face"] * int((layout.groups == FACE).sum())
+    for bone in layout.learnt_bones:
+        name = layout.bone_names[bone]
+        found += [next((r for r in REGIONS if in_region(name, r)), "rest")] * 6
+    return np.array(found + ["hips"] * (layout.width - len(found)))
+
+
+def region_gains(
+    predicted: Sequence[Floats],
+    examples: Sequence[Example],
+    layout: Layout,
+    around: Sequence[Floats] | None = None,
+) -> Floats:
+    """What each column's deviation from the mean pose is to be multiplied by, (C,).
+
+    For each region of the body the gain that gives it CALM times the captured motion (mean angle turned, or
+    way of the hips, from frame to frame), but not more deviation than captured: a trembling tracker looks
+    lively by motion alone. Within CALMEST and LIVELIEST; 1 for the face and where the takes say nothing.
+
+    Args:
+        predicted: scaled poses (T, C) of each example, gains not applied.
+        examples: takes not learnt from.
+        layout: their columns.
+        around: expected poses (T, C), where the gain is of how far predicted ones are from them: what these
+            move of themselves, and what chance adds to it, go together as squares.
+    """
+    gains, of = np.ones(layout.width, dtype=np.float32), regions(layout)
+    for region in sorted(set(of.tolist()) - {"face"}):
+        chosen = np.flatnonzero(of == region)
+        found = _total(predicted, examples, layout, chosen)
+        # Over all takes together: a single one may not move a region at all.
+        captured = _total([e.values for e in examples], examples, layout, chosen)
+        target = captured * [CALM, 1.0]
+        if around is not None:
+            still = _total(around, examples, layout, chosen)
+            found, target = _beside(found, still), _beside(target, still)
+        # What never moves on validation says nothing of how far it should.
+        if min(*found, *captured) > _TINY:
+            widest = max(1.0, target[1] / found[1])
+            gains[chosen] = np.clip(min(target[0] / found[0], widest), CALMEST, LIVELIEST)
+    return gains
+
+
+def _beside(whole: NDArray[np.float64], part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What has to come beside a part to make a whole."""
+    return np.sqrt(np.maximum(np.square(whole) - np.square(part), 0.0))
+
+
+def _total(
+    poses: Sequence[Floats], examples: Sequence[Example], layout: Layout, chosen: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """How far the columns of a region move and deviate over some takes, (2,)."""
+    pairs = zip(poses, examples, strict=True)
+    moved, squares = np.sum([_liveliness(p, e, layout, chosen) for p, e in pairs], axis=0)
+    return np.array([moved, np.sqrt(squares)])
+
+
+def _liveliness(
+    poses: Floats, example: Example, layout: Layout, chosen: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """How far the columns of a region move and how wide they are, sums over the frames that count."""
+    counts = (example.grid.valid[:, None] * example.mask[None])[:, chosen]
+    values = layout.natural(poses)[:, chosen]
+    both = counts[1:] * counts[:-1]
+    # Rotations come in sixes; only the hips' place has three columns.
+    if len(chosen) % 6:  # the hips' place
+        moved = np.abs(np.diff(values, axis=0))
+    else:
+        turns = rotation.from_6d(values.reshape(len(values), -1, 6))
+        moved, both = rotation.angle_between(turns[:-1], turns[1:]), both[:, ::6]
+    mean = (values * counts).sum(axis=0) / np.maximum(counts.sum(axis=0), 1)
+    return np.array([(moved * both).sum(), np.square((values - mean) * counts).sum()])

@@ -19,8 +19,8 @@ from studio.ui.session import Session
 from studio.ui.widgets.plots import role_of
 
 if TYPE_CHECKING:
-    from studio.dataset.align import By
     from studio.motion.lag import Alignment
+    from studio.take.alignment import By
 
 NUDGE_WAIT_MS = 400
 """Nudges in quick succession become one step of undo."""
@@ -108,7 +108,7 @@ class AlignmentPresenter(QObject):
 
     def use_all(self, takes: tuple[str, ...]) -> None:
         """Take over what was found for some takes, as one step of undo."""
-        from studio.dataset.align import align_takes
+        from studio.dataset.edits import align_takes
 
         found = [(take, self._results[take].found) for take in takes if take in self._results]
         if found:
@@ -132,7 +132,7 @@ class AlignmentPresenter(QObject):
         return self.tr("Listening, {0} of {1}…").format(len(self._answers) + 1, self._count)
 
     def _on_found(self, take: Take, found: Alignment | None) -> None:
-        from studio.dataset.align import SURE
+        from studio.motion.lag import SURE
 
         if found is not None:
             self._results[take.id] = AlignmentResult(found, self._by)
@@ -185,6 +185,6 @@ class AlignmentPresenter(QObject):
 
 def _find(take: Take, by: By) -> Alignment | None:
     """Runs on the thread pool."""
-    from studio.dataset.align import take_offset
+    from studio.take.alignment import take_offset
 
     return take_offset(take, by)

@@ -79,6 +79,7 @@ class LabelPresenter(QObject):
             return
         # A loop may have jumped back while the key was held.
         duration = max(self._model.playing.position - start, 0.0)
+        # A key that was only tapped marks a moment.
         if duration < SHORTEST_SPAN:
             duration = 0.0
         self._add(Label(start, duration, self._tier, self._bench.words.word(number)))
@@ -86,6 +87,7 @@ class LabelPresenter(QObject):
     def _on_word(self, word: str) -> None:
         chosen = self._bench.timeline.chosen_label
         start, end = self._bench.timeline.span or (self._model.playing.position,) * 2
+        # A label that is chosen gets the word; a selected span gets one of its own.
         if chosen is not None and chosen.tier == self._tier and self._bench.timeline.span is None:
             self._on_edited(LabelEdit(chosen, Label(chosen.t, chosen.duration, chosen.tier, word)))
         else:
@@ -93,6 +95,7 @@ class LabelPresenter(QObject):
 
     def _on_type(self) -> None:
         start, end = self._bench.timeline.span or (self._model.playing.position,) * 2
+        # Typing takes longer than the moment that is to be labelled.
         self._model.playing.pause()
         self._bench.timeline.edit_label(Label(start, end - start, self._tier, ""), new=True)
 
@@ -103,11 +106,11 @@ class LabelPresenter(QObject):
     def _on_new_word(self, word: str) -> None:
         entry = f"{self._tier}={word}"
         others = tuple(one for one in self._own_words if one != entry)
-        self._keep_own_words((entry, *others))
+        self._save_own_words((entry, *others))
         self.show()
 
     def _on_vocabulary(self, name: str) -> None:
-        self._keep_own_words(with_vocabulary(name, self._own_words))
+        self._save_own_words(with_vocabulary(name, self._own_words))
         self.show()
 
     @property
@@ -115,8 +118,8 @@ class LabelPresenter(QObject):
         """The person's own label words, as "tier=word"."""
         return self._session.settings.label_words
 
-    def _keep_own_words(self, words: tuple[str, ...]) -> None:
-        """Keep them for the next time too."""
+    def _save_own_words(self, words: tuple[str, ...]) -> None:
+        """Save them for other projects too."""
         self._session.change_settings(label_words=words)
 
     def _on_read(self) -> None:
@@ -135,6 +138,7 @@ class LabelPresenter(QObject):
         except StudioError as error:
             self._model.fail(error)
             return
+        # Files of other programs may be of a longer cut of the same sound.
         inside = [label for label in found if label.t <= row.take.info.duration]
         missing = [label for label in inside if label not in row.selection.labels]
         late, before = len(found) - len(inside), self._model.dataset

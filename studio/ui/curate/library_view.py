@@ -48,7 +48,7 @@ class TakeTableView(QTableView):
                        Qt.Key.Key_Menu, Qt.Key.Key_Tab, Qt.Key.Key_Backtab})  # fmt: skip
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let words have the room that numbers leave."""
+        """Give text the width that numbers leave."""
         super().resizeEvent(event)
         self.divide()
 
@@ -60,6 +60,7 @@ class TakeTableView(QTableView):
         room = self.viewport().width() - sum(fixed.values())
         shares = {name: of for name, of in SHARES.items() if not self.isColumnHidden(_place(name))}
         widths = fixed | {name: max(least, int(room * share)) for name, (least, share) in shares.items()}
+        # What is left is the note's, which has no right length; only a very narrow table scrolls.
         widths["note"] = max(LEAST_NOTE, self.viewport().width() - sum(widths.values()))
         for column, name in enumerate(COLUMNS):
             if name in widths:
@@ -75,6 +76,7 @@ class TakeTableView(QTableView):
         if ours or Qt.Key(event.key()) in self._OURS:
             super().keyPressEvent(event)
         else:
+            # So that it reaches the view, which has the timeline's keys.
             event.ignore()
 
 

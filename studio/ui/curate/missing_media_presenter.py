@@ -78,6 +78,7 @@ class MissingMediaPresenter(QObject):
 
     def _on_listed(self, folder: Path, missing: tuple[Missing, ...]) -> None:
         project = self._session.project
+        # Another project may have been opened while the disk was read.
         if project is not None and project.folder == folder:
             self._show(missing)
 

@@ -61,6 +61,7 @@ class SuggestionsPresenter(QObject):
         reports = self._model.reports
         found = suggest(project.dataset, takes, reports, self._errors, self._run)
         used = {s.take for s in project.dataset.selections if s.split and s.take in takes}
+        # Buttons that change choices are off where choices cannot be written.
         self._list.set_editable(not project.read_only)
         self._list.show_suggestions(found, len(used - reports.keys()))
         self._library.show_count(len(found))

@@ -75,18 +75,18 @@ class TakeRow:
 
     @property
     def troubled(self) -> bool:
-        """Whether it wants a look: the take is missing, or its check found something that matters."""
+        """Whether it needs attention: the take is missing, or its check found something that matters."""
         return self.take is None or self.grade in ("C", "D")
 
     def text(self) -> str:
         """Everything a search looks through, in lower case."""
         s = self.selection
         labels = " ".join(label.text for label in s.labels)
-        words = (s.id, s.performer, s.emotion, *s.tags, s.note, labels, s.split, self.reason, self._heard_of)
+        words = (s.id, s.performer, s.emotion, *s.tags, s.note, labels, s.split, self.reason, self._origin)
         return " ".join(words).lower()
 
     @property
-    def _heard_of(self) -> str:
+    def _origin(self) -> str:
         """What the take itself tells: its slate, where it comes from, and what was noticed then."""
         info = self.take.info if self.take else None
         return " ".join((info.slate, info.source, *info.notes)) if info else ""
@@ -96,6 +96,7 @@ class TakeRow:
         s = self.selection
         number = {
             "length": self.seconds,
+            # The most stars first: whoever sorts by them looks for the best.
             "stars": -float(s.stars),
             "split": float(("train", "val", "test", "").index(s.split)),
             "grade": float(GRADES.index(self.grade)) if self.grade in GRADES else 9.0,

@@ -116,9 +116,8 @@ class DelayedVoicePresenter(QObject):
 
 def look_aheads_of(run: Run) -> tuple[LookAheadOption, ...]:
     """The look-aheads a run's report tells of, the shortest first; empty where it tells of none."""
-    found = (run.report or {}).get("look_aheads")
     made = []
-    for one in found if isinstance(found, list) else ():
+    for one in run.facts.look_aheads:
         try:
             figures = [
                 None if one.get(name) is None else float(one[name]) for name in ("rmse", "pearson_mouth")

@@ -28,7 +28,7 @@ from studio.ipc.events import (
 )
 from studio.motion import Pose, Skeleton
 from studio.project import Run
-from studio.training.run_choice import RunSelection, newest
+from studio.training.styles import RunSelection, newest
 from studio.ui.live.task import LiveTask
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask

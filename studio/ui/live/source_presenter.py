@@ -16,7 +16,7 @@ from studio.ipc.events import LiveStateEvent, PoseEvent
 from studio.playback.layers import presets
 from studio.settings import NO_MICROPHONE
 from studio.sound.sound_file import SoundInfo, sound_info
-from studio.training.run_choice import run_choice
+from studio.training.styles import run_choice
 from studio.ui import messages, tasks
 from studio.ui.live.model import LiveModel
 from studio.ui.live.source_view import LiveSourceCard

@@ -34,10 +34,24 @@ PHONE_QUIET_S = 2.0
 
 
 class InputsPresenter(QObject):
-    """Keeps the recorder's inputs as the person chose them, and remembers the choice."""
+    """Keeps the recorder's inputs as the person chose them, and remembers the choice.
 
-    def __init__(self, card: InputsCard, model: RecordModel, session: Session) -> None:
+    Args:
+        card: the layout.
+        model: of the tab.
+        session: the settings, and other tabs' requests.
+        list_devices: gives the microphones, anew where True; tests give one of their own.
+    """
+
+    def __init__(
+        self,
+        card: InputsCard,
+        model: RecordModel,
+        session: Session,
+        list_devices: Callable[[bool], tuple[AudioDevice, ...]] | None = None,
+    ) -> None:
         super().__init__(card)
+        self._input_devices = list_devices or _input_devices
         self._card, self._model, self._session = card, model, session
         self._devices: tuple[AudioDevice, ...] = ()
         self._opening: set[str] = set()
@@ -165,8 +179,6 @@ class InputsPresenter(QObject):
             self._open_sound(again=True)
 
     def _list_devices(self, refresh: bool, asked: bool = False) -> None:
-        from studio.capture.microphone import input_devices
-
         def done(devices: tuple[AudioDevice, ...]) -> None:
             self._devices = devices
             self._show_devices()
@@ -181,7 +193,7 @@ class InputsPresenter(QObject):
                 # Who waits for the list goes on with what it has.
                 self._session.microphones_listed.emit()
 
-        self._model.in_order(lambda: input_devices(refresh), done, failed)
+        self._model.in_order(lambda: self._input_devices(refresh), done, failed)
 
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
@@ -229,13 +241,11 @@ class InputsPresenter(QObject):
         refresh = again and self._model.may_refresh
 
         def work() -> None:
-            from studio.capture.microphone import input_devices
-
             recorder.close_audio()
             if device == NO_MICROPHONE:
                 return
             if refresh:
-                input_devices(refresh=True)
+                self._input_devices(True)
             recorder.open_audio(device or None, sample_rate=rate)
 
         self._open("sound", work, again)
@@ -379,6 +389,14 @@ def sound_health(snap: Snapshot, problems: dict[str, tuple[str, str]]) -> str:
     if snap.device is None:
         return ""
     return "warn" if snap.clipped or "silent" in snap.troubled else "good"
+
+
+def _input_devices(refresh: bool) -> tuple[AudioDevice, ...]:
+    """The microphones there are. Runs on a pool thread."""
+    # Not at the top: it loads the sound library, which takes a tenth of a second of the window's start.
+    from studio.capture.microphone import input_devices
+
+    return input_devices(refresh)
 
 
 def _tr(text: str) -> str:

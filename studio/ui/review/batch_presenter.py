@@ -14,7 +14,7 @@ from studio.files import leftovers
 from studio.ipc.commands import skip
 from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, QueueEvent, QueueProgressEvent
 from studio.playback.layers import presets
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui import messages
 from studio.ui.messages import counted
 from studio.ui.review.batch_view import BatchDialog, BatchRequest

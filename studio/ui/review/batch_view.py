@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.export.options import FormatChoice
-from studio.training.run_choice import RunChoice, RunSelection
+from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.review.export_view import MoreFormats
 from studio.ui.widgets.card import label

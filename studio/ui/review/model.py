@@ -13,7 +13,7 @@ from studio.playback.layers import Tuning
 from studio.playback.player import Player
 from studio.project import Run, sounds
 from studio.sound.peaks import Peaks
-from studio.training.run_choice import RunChoice, RunSelection, newest, run_choice
+from studio.training.styles import RunChoice, RunSelection, newest, run_choice
 from studio.ui import tasks
 from studio.ui.review import clip
 from studio.ui.review.clip import Captured, ReviewClip, ReviewItem, Tuned

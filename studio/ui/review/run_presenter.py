@@ -8,7 +8,7 @@ from functools import partial
 from PySide6.QtCore import QObject
 
 from studio.motion import Motion
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.generate_task import GenerateTask
 from studio.ui.review.model import A, B, ReviewModel
 from studio.ui.review.run_view import RunBar

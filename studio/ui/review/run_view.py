@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.training.run_choice import RunChoice, RunSelection
+from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject
 from studio.errors import StudioError
 from studio.files import atomic
 from studio.project import Project
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.model import A, B, ReviewModel
 from studio.ui.review.run_view import RunBar
 from studio.ui.session import Session

@@ -248,7 +248,7 @@ def finish_training(guide: Guide) -> None:
 
     def done() -> bool:
         runs = guide.project.runs
-        return bool(runs) and runs[-1].has_weights and (runs[-1].report or {}).get("status") == "done"
+        return bool(runs) and runs[-1].has_weights and runs[-1].facts.status == "done"
 
     guide.driver.wait(done, TRAINING_PATIENCE, "the run had its weights and its report")
     bar = guide.driver.find("train_bar", QProgressBar)

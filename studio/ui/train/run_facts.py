@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.ipc.events import EpochEvent
+from studio.metrics.scores import STILL_RATIO
 from studio.project import Run
 from studio.project.run import list_run_folders
-from studio.training.events import STILL_RATIO
 
 ALIVE = (0.8, 1.25)
 JITTERS = 1.6

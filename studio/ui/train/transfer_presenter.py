@@ -10,8 +10,8 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
+from studio.evaluation import model_card
 from studio.ipc.events import DoneEvent, UnpackDone
-from studio.training import model_card
 from studio.training.run_file import SUFFIX
 from studio.ui import messages
 from studio.ui.session import Session

@@ -8,7 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QToolButton, QWidget
 
-from studio.training.run_choice import RunChoice, RunSelection
+from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.widgets.card import label
 

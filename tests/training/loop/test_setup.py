@@ -10,8 +10,8 @@ import torch
 
 from studio.errors import StudioError
 from studio.ipc.events import EpochEvent, ListeningEvent, OutOfMemoryEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project
-from studio.training.events import Event
 from studio.training.loop.setup import is_out_of_memory, smaller_batch
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe

@@ -20,13 +20,13 @@ from safetensors.torch import load_file
 from studio.dataset import edits
 from studio.errors import RequestError, StudioError
 from studio.ipc.events import EpochEvent, NoteEvent, StartedEvent
+from studio.ipc.events import TrainingEvent as Event
 from studio.motion import Motion
 from studio.project import Project, Run
 from studio.take import TakeInfo
-from studio.training.events import Event
-from studio.training.gains import CALMEST, LIVELIEST
 from studio.training.loop.setup import learning_rate
 from studio.training.loop.train import resumed_recipe, train
+from studio.training.loop.validation import CALMEST, LIVELIEST
 from studio.training.recipe import Recipe, TrainingSettings, load_recipe, read_recipe
 from tests import toys
 from tests.tolerance import same_figures, same_weights
@@ -86,8 +86,8 @@ def test_a_toy_is_learnt_and_moves(make_toy_project: MakeProject) -> None:
     assert best.val["motion_ratio"] > 0.4
     assert run.status == "done"
     assert run.report is not None
-    assert run.report["best_epoch"] == best.epoch
-    assert run.report["best_val"] == best.val
+    assert run.report.best_epoch == best.epoch
+    assert run.report.best_val == best.val
 
 
 def test_the_run_folder_holds_what_others_read(run: Run, two_epochs: tuple[Path, list[Event]]) -> None:
@@ -101,8 +101,8 @@ def test_the_run_folder_holds_what_others_read(run: Run, two_epochs: tuple[Path,
     assert [event["epoch"] for event in run.epochs()] == [1, 2]
     assert run.epochs()[0]["event"] == "epoch"
     assert run.report is not None
-    assert run.report["train"] == ["Toy_001", "Toy_002"]
-    assert run.report["seed"] == 1
+    assert run.report.train == ("Toy_001", "Toy_002")
+    assert run.report.seed == 1
     assert run.has_weights
 
 
@@ -186,7 +186,7 @@ def test_the_best_weights_are_those_of_the_best_epoch(make_toy_project: MakeProj
     best = min(told, key=lambda e: e.val_loss)
     assert told[-1] is not best
     assert run.report is not None
-    assert run.report["best_epoch"] == best.epoch
+    assert run.report.best_epoch == best.epoch
     learnt = load_file(run.folder / "best.safetensors")
     del learnt["gain"]
     assert all(torch.equal(tensor, at_best[f"network.{name}"]) for name, tensor in learnt.items())
@@ -200,8 +200,8 @@ def test_a_cycle_is_not_judged_by_a_lucky_epoch_of_its_fast_part(make_toy_projec
         told = epochs(events)
         assert told[-1].best
         assert run.report is not None
-        assert run.report["best_epoch"] == 5
-        assert run.report["best_val"] == told[-1].val
+        assert run.report.best_epoch == 5
+        assert run.report.best_val == told[-1].val
         lucky = min(told, key=lambda e: e.val_loss).epoch < 5
         if lucky:
             break

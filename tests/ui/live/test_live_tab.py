@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from studio.errors import StudioError
 from studio.ipc.events import ChannelsEvent, LookAheadEvent
 from studio.project import Project
-from studio.ui import messages
 from studio.ui.live.latency_presenter import look_aheads_of
 from studio.ui.live.latency_view import LatencyCard, LookAheadOption
 from studio.ui.live.model import PendingSwitches
@@ -228,11 +228,12 @@ def test_closing_asks_while_it_is_live(
     view, presenter, _ = room(toy_project, child)
     asked: list[str] = []
 
-    def stay(_parent: object, question: str, *_words: str) -> bool:
-        asked.append(question)
-        return False
+    def stay(box: QMessageBox) -> int:
+        asked.append(box.text())
+        next(button for button in box.buttons() if button.text() == "Stay live").click()
+        return 0
 
-    monkeypatch.setattr(messages, "ask", stay)
+    monkeypatch.setattr(QMessageBox, "exec", stay)
     assert presenter.may_close()
     assert not asked
     view.source.start.click()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from studio import clock
-from studio.capture import microphone
+from studio.capture.microphone import AudioDevice
 from studio.capture.snapshot import Snapshot
 from studio.errors import StudioError
 from studio.motion import Motion
@@ -83,13 +83,10 @@ def test_a_body_and_a_face_show_who_gives_what(qtbot, session: Session) -> None:
     presenter.close()
 
 
-def test_another_room_is_answered_while_a_take_is_recorded(
-    qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_room_is_answered_while_a_take_is_recorded(qtbot, session: Session, card: InputsCard) -> None:
     asked: list[bool] = []
-    monkeypatch.setattr(microphone, "input_devices", lambda refresh=False: asked.append(refresh) or ())
     model = RecordModel(session, card)
-    inputs = InputsPresenter(card, model, session)
+    inputs = InputsPresenter(card, model, session, lambda refresh: asked.append(refresh) or ())
     session.set_rolling(True)
     request = MicrophoneRequest()
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
@@ -103,15 +100,12 @@ def test_another_room_is_answered_while_a_take_is_recorded(
     assert toast.remedy.text() == "Look again after the take."
 
 
-def test_another_room_is_answered_where_listing_fails(
-    qtbot, session: Session, card: InputsCard, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(refresh: bool = False) -> tuple[microphone.AudioDevice, ...]:
+def test_another_room_is_answered_where_listing_fails(qtbot, session: Session, card: InputsCard) -> None:
+    def broken(_refresh: bool) -> tuple[AudioDevice, ...]:
         raise StudioError("The sound system did not answer.", "Start it again.")
 
-    monkeypatch.setattr(microphone, "input_devices", broken)
     model = RecordModel(session, card)
-    inputs = InputsPresenter(card, model, session)
+    inputs = InputsPresenter(card, model, session, broken)
     request = MicrophoneRequest()
     with qtbot.waitSignal(session.microphones_listed, timeout=30_000):
         session.microphones_requested.emit(request)

@@ -20,7 +20,7 @@ from studio.formats import bvh
 from studio.ipc.events import QueueEvent
 from studio.project import Project
 from studio.take.motion_file import read_motion
-from studio.training.run_choice import RunSelection, run_choice
+from studio.training.styles import RunSelection, run_choice
 from studio.ui.review.batch_presenter import BatchPresenter, batch_arguments
 from studio.ui.review.batch_view import BatchDialog, BatchRequest
 from studio.ui.review.model import ReviewModel

@@ -14,7 +14,7 @@ from studio.motion import Motion
 from studio.project import Project
 from studio.project.run import generated_path
 from studio.take.motion_file import write_motion
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.generate_task import GenerateTask
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter

@@ -17,7 +17,7 @@ from studio.cli import main
 from studio.dataset import edits
 from studio.formats import bvh
 from studio.take.motion_file import read_motion
-from studio.training.run_choice import RunChoice, RunSelection
+from studio.training.styles import RunChoice, RunSelection
 from studio.ui.messages import Toast
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from studio.project import Project
 from studio.project.run import generated_path
 from studio.take.motion_file import read_motion, write_motion
-from studio.training.run_choice import RunChoice, RunSelection, run_choice
+from studio.training.styles import RunChoice, RunSelection, run_choice
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.run_view import RunBar
 from studio.ui.review.view import ReviewView

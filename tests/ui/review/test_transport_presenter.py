@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.model import A, B
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView

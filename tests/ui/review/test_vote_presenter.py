@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from studio.project import Project
-from studio.training.run_choice import RunSelection
+from studio.training.styles import RunSelection
 from studio.ui.review.vote_presenter import FILE, Tally, Vote, save_vote, saved_votes, tally
 
 QUICK, BEST, CALM = RunSelection("quick_001"), RunSelection("best_001"), RunSelection("best_001", "静か")

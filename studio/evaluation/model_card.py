@@ -15,9 +15,10 @@ from typing import Any
 from studio import __version__
 from studio.errors import StudioError
 from studio.files import atomic
-from studio.project import Run
+from studio.project import RunReport
+from studio.project.run import EVALUATION_FILE, LICENCE_FILE
 
-CARD_FILE, LICENCE_FILE, EVALUATION_FILE = "card.html", "licence.txt", "evaluation.json"
+CARD_FILE = "card.html"
 NO_LICENCE = "Nobody has said yet what may be done with this model, and whether the performers agreed."
 LONGEST_LICENCE = 20_000
 _FIGURES = (
@@ -68,11 +69,13 @@ def write_card(run: Path) -> Path:
 
 def card_html(run: Path) -> str:
     """The card's text; what is not known is left out."""
-    report = Run.load(run).report or {}
+    # Read from the folder alone, so that a card can be written for a run from elsewhere.
+    report = RunReport.load(run) or RunReport()
     evaluation: dict[str, Any] = {}
     with suppress(OSError, StudioError):
         evaluation = atomic.read_json(run / EVALUATION_FILE)
     licence = licence_of(run) or NO_LICENCE
+    # Escaped: the licence is anybody's text, and the card is opened in a browser.
     paragraphs = "".join(f"<p>{escape(line)}</p>" for line in licence.splitlines() if line.strip())
     parts = [
         f"<h1>{escape(run.name)}</h1>",
@@ -80,7 +83,7 @@ def card_html(run: Path) -> str:
         "<h2>Learnt from</h2>" + _table(_data(report)),
         "<h2>Made by</h2>" + _table(_recipe(report)),
         _figures(report, evaluation),
-        _notes(report.get("notes")),
+        _notes(report.notes),
         f"<h2>Licence and consent</h2>{paragraphs}",
         f"<p><small>Written by Saia Studio {escape(__version__)}.</small></p>",
     ]
@@ -91,47 +94,45 @@ def card_html(run: Path) -> str:
     )
 
 
-def _what(report: Mapping[str, Any]) -> str:
-    minutes = _number(report.get("minutes"))
-    told = "A network that turns speech into motion"
-    return f"{told}, learnt from {minutes:.1f} minutes of it." if minutes is not None else f"{told}."
+def _what(report: RunReport) -> str:
+    minutes = _number(report.minutes)
+    what = "A network that turns speech into motion"
+    return f"{what}, learnt from {minutes:.1f} minutes of it." if minutes is not None else f"{what}."
 
 
-def _data(report: Mapping[str, Any]) -> list[tuple[str, str]]:
-    performers = _names(report.get("performers"))
+def _data(report: RunReport) -> list[tuple[str, str]]:
     return [
-        ("Takes", _names(report.get("train"))),
-        ("Length", _unit(report.get("minutes"), 2, "minutes")),
-        ("Performers", performers or "not named"),
-        ("Best epoch chosen on", _names(report.get("val"))),
-        ("Frames a second", _unit(report.get("fps"), 0)),
-        ("Channels", _unit(report.get("channels"), 0)),
-        ("Styles", _names(report.get("styles"))),
+        ("Takes", ", ".join(report.train)),
+        ("Length", _unit(report.minutes, 2, "minutes")),
+        ("Performers", ", ".join(report.performers) or "not named"),
+        ("Best epoch chosen on", ", ".join(report.val)),
+        ("Frames a second", _unit(report.fps, 0)),
+        ("Channels", _unit(report.channels, 0)),
+        ("Styles", ", ".join(report.styles)),
     ]
 
 
-def _recipe(report: Mapping[str, Any]) -> list[tuple[str, str]]:
-    made = report.get("made_with")
-    versions = ", ".join(f"{k} {v}" for k, v in made.items()) if isinstance(made, dict) else ""
-    best, of = (_unit(report.get(key) or None, 0) for key in ("best_epoch", "epochs"))
+def _recipe(report: RunReport) -> list[tuple[str, str]]:
+    versions = ", ".join(f"{k} {v}" for k, v in (report.made_with or {}).items())
+    best, of = (_unit(number or None, 0) for number in (report.best_epoch, report.epochs))
     return [
-        ("Recipe", " ".join(str(report[key]) for key in ("title",) if report.get(key))),
-        ("Network", str(report.get("model") or "")),
-        ("Parameters", f"{report['parameters']:,}" if isinstance(report.get("parameters"), int) else ""),
+        ("Recipe", report.title),
+        ("Network", report.model),
+        ("Parameters", f"{report.parameters:,}" if report.parameters is not None else ""),
         ("Best epoch", f"{best} of {of}" if best and of else best),
-        ("Seed", _unit(report.get("seed"), 0)),
-        ("Style", str(report.get("style") or "")),
-        ("Training took", _unit(report.get("seconds"), 0, "s")),
-        ("Computed on", str(report.get("device") or "")),
+        ("Seed", _unit(report.seed, 0)),
+        ("Style", report.style),
+        ("Training took", _unit(report.seconds, 0, "s")),
+        ("Computed on", report.device),
         ("Made with", versions),
     ]
 
 
-def _figures(report: Mapping[str, Any], evaluation: Mapping[str, Any]) -> str:
+def _figures(report: RunReport, evaluation: Mapping[str, Any]) -> str:
     """Figures on validation, and on the takes of an evaluation beside its baselines."""
     columns: list[tuple[str, Mapping[str, Any]]] = []
-    if isinstance(report.get("best_val"), dict):
-        columns.append(("Validation", report["best_val"]))
+    if report.best_val is not None:
+        columns.append(("Validation", report.best_val))
     if isinstance(evaluation.get("metrics"), dict):
         columns.append((str(evaluation.get("split") or "Test").capitalize(), evaluation["metrics"]))
         found = evaluation.get("baselines")
@@ -149,19 +150,14 @@ def _figures(report: Mapping[str, Any], evaluation: Mapping[str, Any]) -> str:
     return f"<h2>Figures</h2><table>{head}{''.join(rows)}</table>"
 
 
-def _notes(notes: object) -> str:
-    if not isinstance(notes, list) or not notes:
-        return ""
-    return "<h2>Worth knowing</h2><ul>" + "".join(f"<li>{escape(str(n))}</li>" for n in notes) + "</ul>"
+def _notes(notes: Sequence[str]) -> str:
+    items = "".join(f"<li>{escape(note)}</li>" for note in notes)
+    return f"<h2>Worth knowing</h2><ul>{items}</ul>" if items else ""
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
     lines = (f"<tr><th>{escape(a)}</th><th>{escape(b)}</th></tr>" for a, b in rows if b)
     return f"<table>{''.join(lines)}</table>"
-
-
-def _names(value: object) -> str:
-    return ", ".join(str(one) for one in value) if isinstance(value, list) else ""
 
 
 def _unit(value: object, digits: int, unit: str = "") -> str:

@@ -6,7 +6,7 @@ import json
 import math
 
 from studio.ipc.events import EpochEvent
-from studio.training.events import is_still
+from studio.metrics.scores import is_still
 
 
 def test_an_epoch_survives_json() -> None:

@@ -1,14 +1,17 @@
-"""What is wrong with the motion of a take."""
+"""What is wrong with the motion and the sound of a take."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, rotation
+from studio.motion import Motion, lag, rotation
 from studio.motion.channels import is_blink_shape, is_mouth_shape
+from studio.sound.sound_file import sound_blocks, sound_info
 from studio.take.take import Finding
 
 STILL = 3.0
@@ -28,8 +31,10 @@ _MOVING = ("Head", "Neck", "Chest", "Spine")
 def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
     """All that is wrong with a motion of two frames or more, and its jitter in seconds."""
     steps = np.diff(motion.times)
+    # The median: pauses and bursts must not change what counts as an interval.
     median = float(np.median(steps))
     gap_length = max(3 * median, GAP)
+    # Gaps are a finding of their own; within the jitter they would hide it.
     even = steps[steps <= gap_length]
     jitter = float(np.sqrt(np.mean((even - median) ** 2))) if len(even) else 0.0
     findings = [*_rate(motion, median, jitter), *_gaps(motion, steps, gap_length)]
@@ -76,6 +81,7 @@ def value_findings(motion: Motion) -> Iterator[Finding]:
         what = f"{_frames(off)} rotations that are not of length one."
         remedy = "They are mended when used; check the motion program."
         yield Finding("non_unit", "minor", what, remedy, _first(motion, off))
+    # A little beyond is usual for trackers that smooth; only what is far off spoils the scale.
     low, high = motion.shapes.min(initial=0.0), motion.shapes.max(initial=0.0)
     if low < -0.05 or high > 1.05:
         what = f"Blend shapes reach from {low:.2f} to {high:.2f} instead of 0 to 1."
@@ -195,3 +201,120 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
 def _some(names: list[str]) -> str:
     text = ", ".join(names[:4])
     return f"{text} and {len(names) - 4} more" if len(names) > 4 else text
+
+
+FLOOR_DBFS = -100.0
+_BLOCK = 10.0
+_FULL_SCALE = 0.9985
+_CLIPPED_RUN = 3
+"""Samples in a row at full scale that make a clip: one alone may be a true peak."""
+
+
+@dataclass(frozen=True, eq=False)
+class SoundStats:
+    """What one pass over a sound file tells.
+
+    Args:
+        duration, sample_rate: of the file.
+        power: mean square, lag.RATE values a second (K,).
+        peak_dbfs: highest sample.
+        clipped: samples at full scale in runs; first_clip is where the first stands, seconds.
+        dc: mean of all samples.
+    """
+
+    duration: float
+    sample_rate: int
+    power: NDArray[np.float64]
+    peak_dbfs: float
+    clipped: int
+    first_clip: float
+    dc: float
+
+    @property
+    def levels_dbfs(self) -> NDArray[np.float64]:
+        """Level of each moment."""
+        return 10 * np.log10(np.maximum(self.power, 10 ** (FLOOR_DBFS / 10)))
+
+    @property
+    def noise_dbfs(self) -> float:
+        """Level of the quietest tenth."""
+        return float(np.percentile(self.levels_dbfs, 10)) if len(self.power) else FLOOR_DBFS
+
+    @property
+    def speech_dbfs(self) -> float:
+        """Level of the loudest twentieth."""
+        return float(np.percentile(self.levels_dbfs, 95)) if len(self.power) else FLOOR_DBFS
+
+    @property
+    def speech(self) -> float:
+        """Part of the moments that are loud enough for a voice."""
+        if not len(self.power) or self.speech_dbfs < -60:
+            return 0.0
+        bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
+        return float((self.levels_dbfs > bar).mean())
+
+
+def measure_sound(path: Path) -> SoundStats:
+    """Go over a sound file once, in bounded memory.
+
+    Raises:
+        StudioError: it is missing or damaged.
+    """
+    info = sound_info(path)
+    powers, peak, clipped, first_clip, total, count = [], 0.0, 0, 0.0, 0.0, 0
+    for block in sound_blocks(path, None, _BLOCK):
+        powers.append(lag.power(block, info.sample_rate))
+        loud = np.abs(block)
+        peak = max(peak, float(loud.max(initial=0.0)))
+        runs = _runs(loud >= _FULL_SCALE)
+        if len(runs) and not clipped:
+            first_clip = (count + int(runs[0, 0])) / info.sample_rate
+        clipped += int((runs[:, 1] - runs[:, 0]).sum())
+        total += float(block.sum(dtype=np.float64))
+        count += len(block)
+    power = np.concatenate(powers) if powers else np.zeros(0)
+    peak_dbfs = max(20 * np.log10(max(peak, 1e-9)), FLOOR_DBFS)
+    return SoundStats(
+        info.duration, info.sample_rate, power, float(peak_dbfs), clipped, first_clip, total / max(count, 1)
+    )
+
+
+def sound_findings(stats: SoundStats) -> Iterator[Finding]:
+    """Clipping, levels, noise, silence and rate."""
+    if stats.duration <= 0 or stats.speech_dbfs < -60:
+        what = "The sound is silent." if stats.duration > 0 else "The sound is empty."
+        yield Finding(
+            "silence", "fatal", what, "Check the microphone and its mute switch, then record again."
+        )
+        return
+    if stats.clipped:
+        part = stats.clipped / max(stats.duration * stats.sample_rate, 1)
+        what = f"The sound is clipped in {stats.clipped} samples."
+        remedy = "Turn the microphone's gain down and record again."
+        yield Finding("clipping", "major" if part > 0.001 else "minor", what, remedy, stats.first_clip)
+    if stats.peak_dbfs < -30:
+        what = f"The sound is quiet: its peak is {stats.peak_dbfs:.0f} dBFS."
+        yield Finding("quiet", "minor", what, "Turn the microphone's gain up or come closer.")
+    distance = stats.speech_dbfs - stats.noise_dbfs
+    if stats.noise_dbfs > -50 and distance < 25:
+        what = f"The background noise is only {distance:.0f} dB below the voice."
+        remedy = "Record in a quieter room, closer to the microphone."
+        yield Finding("noise", "major" if distance < 12 else "minor", what, remedy)
+    if stats.speech < 0.2:
+        what = f"There is voice in only {stats.speech:.0%} of the take."
+        yield Finding("silence", "note", what, "Trim the silence, or leave it for a resting face.")
+    if stats.sample_rate < 16000:
+        what = f"The sound was recorded at {stats.sample_rate} Hz, too low for clear consonants."
+        yield Finding("rate", "minor", what, "Record at 44100 or 48000 Hz.")
+    if abs(stats.dc) > 0.02:
+        what = "The sound does not swing around zero (DC offset)."
+        yield Finding("dc", "note", what, "Check the microphone's cable or interface.")
+
+
+def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(first, one past last) of each run of at least _CLIPPED_RUN true values, (K, 2)."""
+    if not mask.any():
+        return np.zeros((0, 2), dtype=np.intp)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    runs = edges.reshape(-1, 2)
+    return runs[runs[:, 1] - runs[:, 0] >= _CLIPPED_RUN]

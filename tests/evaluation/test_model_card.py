@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from studio.training.model_card import NO_LICENCE, card_html, keep_licence, licence_of
+from studio.evaluation.model_card import NO_LICENCE, card_html, keep_licence, licence_of
 
 REPORT = {
     "version": 1, "status": "done", "title": "Quick look", "model": "balanced", "minutes": 2.18, "fps": 30.0,

@@ -1,12 +1,21 @@
-"""How far sound and motion are apart by claps: where the hands meet, against where the sound jumps up."""
+"""How far sound and motion of a saved take are apart: by mouth and voice, or by claps.
+
+A clap is where the hands meet, against where the sound jumps up.
+"""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion
-from studio.motion.lag import RATE, REACH, Alignment
+from studio.motion.lag import RATE, REACH, Alignment, level_of, power, voice_offset
+from studio.sound.sound_file import sound_blocks
+from studio.take.motion_file import load_motion
+from studio.take.take import Take
 
 Array = NDArray[np.float64]
 
@@ -21,12 +30,43 @@ STOPPED = 0.5
 BETWEEN = 0.15
 """Seconds between two claps at least."""
 
+LISTEN_RATE = 16_000
+"""Samples a second of what is listened to; a block of sound is a whole number of spans long."""
 
-def clap_offset(power: Array, motion: Motion) -> Alignment:
+By = Literal["mouth", "clap"]
+"""What sound and motion are brought together by."""
+
+
+def take_offset(take: Take, by: By = "mouth") -> Alignment | None:
+    """The alignment of a saved take, of any length; None where it lacks sound or motion.
+
+    Raises:
+        StudioError: a file is missing or damaged.
+    """
+    if take.audio_path is None or (motion := load_motion(take)) is None:
+        return None
+    audio_power = power_of_sound(take.audio_path)
+    return clap_offset(audio_power, motion) if by == "clap" else voice_offset(level_of(audio_power), motion)
+
+
+def power_of_sound(sound: Path) -> NDArray[np.float64]:
+    """Mean square of a sound in each hundredth of a second (K,), in bounded memory."""
+    rest = np.zeros(0, np.float32)
+    parts: list[NDArray[np.float64]] = []
+    for block in sound_blocks(sound, LISTEN_RATE):
+        samples = np.concatenate([rest, block])
+        # Whole hundredths only; the rest goes before the next block, or spans would slip at every seam.
+        whole = len(samples) // (LISTEN_RATE // 100) * (LISTEN_RATE // 100)
+        rest = samples[whole:]
+        parts.append(power(samples[:whole], LISTEN_RATE))
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def clap_offset(audio_power: Array, motion: Motion) -> Alignment:
     """The offset at which the hands meet when the clap is heard.
 
     Args:
-        power: mean square of the sound, RATE values a second (K,); see lag.power.
+        audio_power: mean square of the sound, RATE values a second (K,); see lag.power.
         motion: of the take.
 
     Returns:
@@ -35,8 +75,8 @@ def clap_offset(power: Array, motion: Motion) -> Alignment:
     """
     lags = int(REACH * RATE)
     offsets = np.arange(-lags, lags + 1) / RATE
-    jumps, moments = loud_jumps(power), claps(motion)
-    moments = moments[(moments > 0) & (moments < len(power) / RATE)]
+    jumps, moments = loud_jumps(audio_power), claps(motion)
+    moments = moments[(moments > 0) & (moments < len(audio_power) / RATE)]
     nothing = Alignment(0.0, 0.0, offsets, np.zeros(len(offsets)), 0.0)
     if not len(moments) or jumps.max(initial=0.0) <= 0:
         return nothing
@@ -53,6 +93,7 @@ def claps(motion: Motion) -> Array:
         return np.zeros(0)
     fps = float(np.clip(motion.fps, 20.0, 240.0))
     times = np.arange(motion.times[0], motion.times[-1], 1 / fps)
+    # On even times: a dropped frame would look like hands that stopped.
     distance = np.interp(times, motion.times, distance)
     speed = -np.gradient(distance) * fps
     span = max(round(0.04 * fps), 1)

@@ -7,7 +7,7 @@ import pytest
 
 from studio.motion import Motion
 from studio.motion.lag import power
-from studio.take.clap import clap_offset, claps, hand_distance
+from studio.take.alignment import clap_offset, claps, hand_distance
 
 RATE, FPS = 16_000, 60.0
 BONES = ("Hips", "LeftHand", "RightHand")

@@ -12,7 +12,7 @@ from studio.features.examples import Example
 from studio.features.motion import Layout, fit
 from studio.motion import Motion, rotation
 from studio.motion.grid import Grid
-from studio.training.gains import CALM, CALMEST, LIVELIEST, region_gains, regions
+from studio.training.loop.validation import CALM, CALMEST, LIVELIEST, region_gains, regions
 
 T = np.arange(300) / 30.0
 
