@@ -37,12 +37,13 @@ class FileThereError(RequestError):
     Args:
         what, remedy: the two sentences.
         file: the name of the file.
+        in_window: the remedy in the window.
     """
 
     code = "exists"
 
-    def __init__(self, what: str, remedy: str, file: str) -> None:
-        super().__init__(what, remedy)
+    def __init__(self, what: str, remedy: str, file: str, *, in_window: str = "") -> None:
+        super().__init__(what, remedy, in_window=in_window)
         self.file = file
 
 

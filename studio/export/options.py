@@ -153,4 +153,6 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
             raise wrong_folder(what)
         if file.exists() and not force:
             remedy = "Choose another name with -o, or add --force to write over it."
-            raise FileThereError(f"{file} is there already.", remedy, file.name)
+            # In the window a field holds the name, and no option.
+            in_window = "Choose another name, or add --force to write over it."
+            raise FileThereError(f"{file} is there already.", remedy, file.name, in_window=in_window)

@@ -15,7 +15,7 @@ sanitize        Sanitizes motion: values that are no numbers or impossible, as d
 skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
 """
 
-from studio.motion.motion import Motion, Pose, concatenate
+from studio.motion.motion import Motion, MotionBuffer, Pose, concatenate
 from studio.motion.skeleton import Skeleton
 
-__all__ = ["Motion", "Pose", "Skeleton", "concatenate"]
+__all__ = ["Motion", "MotionBuffer", "Pose", "Skeleton", "concatenate"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -220,6 +221,54 @@ def concatenate(parts: list[Motion]) -> Motion:
         root_position=np.concatenate([m.root_position for m in parts]),
         root_rotation=np.concatenate([m.root_rotation for m in parts]),
     )
+
+
+_COLUMNS = ("times", "shapes", "positions", "rotations", "root_position", "root_rotation")
+
+
+class MotionBuffer:
+    """A motion that grows at its end; appending costs what is new and not what is there already.
+
+    What `motion` gave before stays as it was while more is appended, so that others may read it meanwhile.
+    """
+
+    def __init__(self) -> None:
+        self._store: Motion | None = None  # with room for more frames than there are
+        self._frames = 0
+
+    def __len__(self) -> int:
+        return self._frames
+
+    @property
+    def motion(self) -> Motion:
+        """All frames so far, as a view: nothing is copied. There must have been something to append."""
+        assert self._store is not None, "nothing tells the channels yet"
+        return self._store.at_rows(slice(0, self._frames))
+
+    def append(self, part: Motion) -> None:
+        """Add frames behind those that are there; the channels must be the same."""
+        start, end = self._frames, self._frames + len(part)
+        store = self._store = self._with_room(self._store or part.at_rows(slice(0, 0)), end)
+        for name in _COLUMNS:
+            getattr(store, name)[start:end] = getattr(part, name)
+        if 0 < start < end:
+            # q and -q are one rotation: the part goes on with the sign that the frame before it has.
+            turned = (store.rotations[start - 1] * store.rotations[start]).sum(axis=-1) < 0
+            store.rotations[start:end, turned] *= -1.0
+        self._frames = end
+
+    def _with_room(self, store: Motion, frames: int) -> Motion:
+        if frames <= len(store):
+            return store
+        # Half as much again each time: all copies together stay in proportion to the length, and an hour
+        # needs less to spare than it would with twice as much. Rows that are not written take no memory.
+        capacity = max(frames, len(store) * 3 // 2)
+        columns: dict[str, Any] = {}
+        for name in _COLUMNS:
+            before = getattr(store, name)
+            columns[name] = np.empty((capacity, *before.shape[1:]), before.dtype)
+            columns[name][: self._frames] = before[: self._frames]
+        return replace(store, **columns)
 
 
 def _floats(values: ArrayLike, shape: tuple[int, ...]) -> Floats:

@@ -5,6 +5,7 @@ avatars   Avatars of a project: copies of .vrm files in its folder, and which of
 contents  What makes a folder a project, and which files it is made of: anything else in a zip is left out
 project   A project folder, opened to look or to change
 run       Training runs on disk: folders `<recipe>_<nnn>` with a recipe, metrics, weights and a report
+sounds    Sounds that are no takes: dropped on Review, copied into the project, trashed and brought back
 trash     Removed takes and runs: moved into the project's trash, and back again
 """
 

@@ -1,12 +1,12 @@
 """Motion: true times, resampling, and what bad numbers become."""
 
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from studio.motion import Motion, concatenate, rotation
+from studio.motion import Motion, MotionBuffer, concatenate, rotation
 from studio.motion.channels import BONES, VRM0_SHAPES
 
 
@@ -192,3 +192,21 @@ def test_the_rest_skeleton_is_the_median_of_the_motion() -> None:
     positions[:, 0, 1] = [0.9, 1.0, 1.0, 1.0, 7.0]
     motion = Motion.build(np.arange(5), (), None, ("Hips", "Head"), positions)
     assert motion.skeleton.rest_positions[0, 1] == pytest.approx(1.0)
+
+
+def test_a_motion_that_grows_is_that_made_at_once() -> None:
+    t = np.arange(90) / 30
+    turn = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), 2.0 * t)[:, None]
+    whole = Motion.build(t, ("A",), t[:, None] / 3, ("Head",), None, turn)
+    buffer, seen = MotionBuffer(), []
+    for start in range(0, 90, 20):
+        part = whole.at_rows(slice(start, start + 20))
+        # Another sign for each part, as parts made one by one may have.
+        buffer.append(replace(part, rotations=part.rotations * (1.0 if start % 40 else -1.0)))
+        seen.append(buffer.motion)
+    assert len(buffer) == len(seen[-1]) == 90
+    assert [len(one) for one in seen] == [20, 40, 60, 80, 90]
+    np.testing.assert_array_equal(seen[-1].times, whole.times)
+    np.testing.assert_array_equal(seen[-1].shapes, whole.shapes)
+    np.testing.assert_array_equal(-seen[-1].rotations, whole.rotations)
+    np.testing.assert_array_equal(seen[0].shapes, whole.shapes[:20])

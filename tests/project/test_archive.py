@@ -153,13 +153,13 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.evaluation import model_card
     from studio.formats import _bone_tables, _find, saia_csv
     from studio.playback.layers import presets
-    from studio.project import avatars, contents
+    from studio.project import avatars, contents, sounds
     from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE
     from studio.take import folder, motion_file
     from studio.training import preview, run_file
     from studio.training.checkpoint import BEST, LAST
     from studio.training.loop import run_folder
-    from studio.ui.review import last_tuning, sounds, votes
+    from studio.ui.review import tune_presenter, vote_presenter
     from studio.ui.train import run_facts
 
     audio = {f"audio{suffix}" for suffix in (*folder.SOUND_SUFFIXES, *saia_csv.SOUND_SUFFIXES)}
@@ -178,12 +178,12 @@ def test_whatever_the_studio_writes_is_known() -> None:
             contents.PROJECT_FILE,
             contents.DATASET_FILE,
             contents.HISTORY_FILE,
-            last_tuning.FILE,
+            tune_presenter.FILE,
             _bone_tables.FILE,
         ),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
-        f"runs/{votes.FILE}",
+        f"runs/{vote_presenter.FILE}",
         f"avatars/x{avatars.SUFFIX}",
         f"{presets.FOLDER}/x{presets.SUFFIX}",
         *(f"{sounds.FOLDER}/x{suffix}" for suffix in _find.SOUND_SUFFIXES),

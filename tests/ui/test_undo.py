@@ -22,7 +22,7 @@ from studio.ui import app as application
 from studio.ui import messages, tasks
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
-from studio.ui.review.tune_panel import TunePanel
+from studio.ui.review.tune_view import TunePanel
 
 Key, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 NONE = Qt.KeyboardModifier.NoModifier
@@ -121,7 +121,7 @@ def show(qtbot: QtBot, window: MainWindow, tab: str) -> QWidget:
     window.show_room(tab)
     view, presenter = window.room(tab)
     if tab == "review":
-        qtbot.waitUntil(lambda: presenter.scene.tuned is not None)  # type: ignore[attr-defined]
+        qtbot.waitUntil(lambda: presenter.model.tuned is not None)  # type: ignore[attr-defined]
     return view
 
 
@@ -403,7 +403,7 @@ def test_messages_of_files_that_were_changed_lead_back_and_forth(
     qtbot.waitUntil(lambda: told(window) == ("Preset Evening deleted.", "Undo"))
     back_and_forth(qtbot, window, "Delete the preset Evening", first, [], kept)
 
-    presenter.add_sounds([sound])  # type: ignore[attr-defined]
+    presenter.sources.add([sound])  # type: ignore[attr-defined]
     qtbot.waitUntil(lambda: view.sources.count() == 4)  # type: ignore[attr-defined]
     view.sources.setCurrentRow(0)  # type: ignore[attr-defined]
     view.sources.setFocus()  # type: ignore[attr-defined]

@@ -1,6 +1,7 @@
 """What is laid over a motion without changing it: strength, smoothing, blinks, gaze, breath, masks, feet.
 
-`tuned` is for a whole motion, `Tuner` for one pose after another; both do the same.
+`tuned` is for a whole motion, `PieceTuner` for one that is still growing, `Tuner` for one pose after another;
+all do the same.
 
 apply      Applies a tuning to a whole motion, or to a stream of poses
 blinks     Blinks at human intervals, on top of those a motion has
@@ -17,8 +18,8 @@ strength   Strength of motion: blend shapes scaled, bones swung further or less 
 tuning     Tuning: settings of the layers over a motion, with their limits
 """
 
-from studio.playback.layers.apply import Tuner, tuned
+from studio.playback.layers.apply import PieceTuner, Tuner, tuned
 from studio.playback.layers.regions import Reference
 from studio.playback.layers.tuning import ShapeTuning, Tuning
 
-__all__ = ["Reference", "ShapeTuning", "Tuner", "Tuning", "tuned"]
+__all__ = ["PieceTuner", "Reference", "ShapeTuning", "Tuner", "Tuning", "tuned"]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, Pose, concatenate
+from studio.motion import Motion, MotionBuffer, Pose, concatenate
 from studio.playback.layers import foot_lock, regions, strength
-from studio.playback.layers.blinks import CLEAR, INFERRED, Blinks, blinking, blinks_of
+from studio.playback.layers.blinks import CLEAR, INFERRED, LONGEST, Blinks, blinking, blinks_of
 from studio.playback.layers.gaze import Saccades, with_saccades
 from studio.playback.layers.idle import breathing, swaying
 from studio.playback.layers.regions import Reference, is_lid
-from studio.playback.layers.smoothing import StreamSmoothing, smoothed
+from studio.playback.layers.smoothing import StreamSmoothing, reach, smoothed
 from studio.playback.layers.tuning import Tuning
 
 BLOCK = 8192
@@ -38,12 +39,7 @@ def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) ->
     if len(motion) and not layers.empty:
         seen = tuning.blinks > 0 and "eyes" in tuning.moves
         inferred = blinks_of(motion) if seen else np.zeros(0)
-        posture = reference or Reference.of(motion)
-        blocks = [
-            layers.over(motion.at_rows(slice(start, start + BLOCK)), posture, inferred)
-            for start in range(0, len(motion), BLOCK)
-        ]
-        motion = blocks[0] if len(blocks) == 1 else concatenate(blocks)
+        motion = _in_blocks(layers, motion, reference or Reference.of(motion), inferred)
     if tuning.left_out:
         motion = regions.without(motion, tuning.moves)
     return motion.shifted(tuning.offset_ms / 1000.0) if tuning.offset_ms else motion
@@ -95,6 +91,86 @@ class Layers:
             motion = foot_lock.in_place(motion, reference)
         # Last: breath and sway move the hips, and the feet must not follow.
         return foot_lock.with_foot_lock(motion, reference) if tuning.plant_feet else motion
+
+
+def _in_blocks(layers: Layers, motion: Motion, posture: Reference, inferred: NDArray[np.float64]) -> Motion:
+    """Layers over a motion of at least one frame, some thousand frames at a time."""
+    blocks = [
+        layers.over(motion.at_rows(slice(start, start + BLOCK)), posture, inferred)
+        for start in range(0, len(motion), BLOCK)
+    ]
+    return blocks[0] if len(blocks) == 1 else concatenate(blocks)
+
+
+class PieceTuner:
+    """Lays a tuning over a motion that is still growing: each call works on the frames that are new.
+
+    It gives what `tuned` gives for the same frames, but for the posture that strengths and masks refer to:
+    the mean of all frames is known at the end only. Meanwhile it is the mean of what there was when the
+    length last doubled, from where all is tuned anew: twice the work in all, however long it gets. So tune
+    the whole with `tuned` once it is there. The newest frames are held back for as long as frames that come
+    after them could change them. Not for several threads at a time.
+
+    Args:
+        tuning: what to do.
+        reference: the posture that strengths and masks refer to, where it is known.
+    """
+
+    def __init__(self, tuning: Tuning, reference: Reference | None = None) -> None:
+        self.tuning = tuning
+        self._layers = Layers(tuning)
+        self._given = reference
+        self._reference = reference
+        self._fps = 0.0
+        self._seen = 0  # frames there were when the reference was worked out
+        self._done = 0  # frames that are tuned
+        self._out = MotionBuffer()
+
+    def tuned(self, motion: Motion) -> Motion | None:
+        """The beginning of a motion with the tuning over it, None while all of it is held back.
+
+        Args:
+            motion: what was given before, with more frames behind it.
+        """
+        if self.tuning.neutral:
+            return motion
+        count = len(motion)
+        if count >= 2 * self._seen and count:
+            self._begin_anew(motion)
+        around = self._frames_around()
+        ready = count - around
+        if ready > self._done:
+            # The frames before are worked on once more, as the surroundings of the first new one.
+            start = max(self._done - around, 0)
+            part = self._over(motion.at_rows(slice(start, count)))
+            self._out.append(part.at_rows(slice(self._done - start, ready - start)))
+            self._done = ready
+        return self._out.motion if self._done else None
+
+    def _begin_anew(self, motion: Motion) -> None:
+        self._seen, self._done, self._out = len(motion), 0, MotionBuffer()
+        self._fps = motion.fps
+        self._reference = self._given or Reference.of(motion)
+
+    def _frames_around(self) -> int:
+        """How many frames on either side decide about a frame."""
+        around = reach(self.tuning.smoothing, self._fps)
+        if self.tuning.blinks > 0:  # one that the motion has by itself keeps others away
+            around += math.ceil((CLEAR + LONGEST) * self._fps)
+        return around
+
+    def _over(self, motion: Motion) -> Motion:
+        tuning = self.tuning
+        if tuning.smoothing > 0:
+            motion = smoothed(motion, tuning.smoothing, self._fps)
+        if not self._layers.empty:
+            assert self._reference is not None
+            seen = tuning.blinks > 0 and "eyes" in tuning.moves
+            inferred = blinks_of(motion) if seen else np.zeros(0)
+            motion = _in_blocks(self._layers, motion, self._reference, inferred)
+        if tuning.left_out:
+            motion = regions.without(motion, tuning.moves)
+        return motion.shifted(tuning.offset_ms / 1000.0) if tuning.offset_ms else motion
 
 
 class Tuner:

@@ -22,6 +22,8 @@ SPREAD = 0.8
 """Standard deviation of the intervals, as a share of their mean."""
 CLOSING, SHUT, OPENING = (0.100, 0.150), 0.034, (0.170, 0.250)
 """Seconds; a lid that is shut for a thirtieth is seen shut at 30 frames a second."""
+LONGEST = CLOSING[1] + SHUT + OPENING[1]
+"""Seconds that no blink exceeds."""
 CLEAR = 1.0
 """Seconds about an inferred blink in which none is added."""
 INFERRED = 0.5

@@ -19,14 +19,15 @@ GAP = 0.5
 """Seconds without a pose after which a stream begins anew."""
 
 
-def smoothed(motion: Motion, sigma: float) -> Motion:
+def smoothed(motion: Motion, sigma: float, fps: float | None = None) -> Motion:
     """A whole motion calmed without delay.
 
     Args:
         motion: T frames.
         sigma: standard deviation of the (near Gaussian) filter in seconds.
+        fps: frames per second where `motion` is a piece of another one; its own where None.
     """
-    frames = sigma * motion.fps
+    frames = sigma * (motion.fps if fps is None else fps)
     if len(motion) < 3 or frames <= 0:
         return motion
     low = _low_passed(motion.shapes, frames)
@@ -38,6 +39,11 @@ def smoothed(motion: Motion, sigma: float) -> Motion:
         root_position=_low_passed(motion.root_position, frames).astype(np.float32),
         root_rotation=_low_passed_rotations(motion.root_rotation, frames),
     )
+
+
+def reach(sigma: float, fps: float) -> int:
+    """How many frames before and after a frame decide what `smoothed` makes of it."""
+    return BOX_PASSES * _half_width(sigma * fps) if sigma > 0 and fps > 0 else 0
 
 
 class StreamSmoothing:
@@ -102,11 +108,16 @@ def _low_passed(values: NDArray[np.floating], sigma: float) -> NDArray[np.float6
     Source: Kovesi 2010, Fast almost-Gaussian filtering.
     """
     out = np.asarray(values, dtype=np.float64)
-    width = np.sqrt(12.0 * sigma**2 / BOX_PASSES + 1.0)
-    half = max(round((width - 1.0) / 2.0), 1)
+    half = _half_width(sigma)
     for _ in range(BOX_PASSES):
         # One more in front than behind: the difference of two sums needs a first one to subtract.
         padded = np.concatenate([out[:1].repeat(half + 1, 0), out, out[-1:].repeat(half, 0)])
         total = np.cumsum(padded, axis=0)
         out = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
     return out
+
+
+def _half_width(sigma: float) -> int:
+    """Frames on either side of the middle of one box, for a filter of sigma frames."""
+    width = np.sqrt(12.0 * sigma**2 / BOX_PASSES + 1.0)
+    return max(round((width - 1.0) / 2.0), 1)

@@ -19,13 +19,11 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.review.camera import CameraButton
-from studio.ui.review.export_panel import ExportPanel
-from studio.ui.review.pair_meters import PairMeters
-from studio.ui.review.run_bar import RunBar
-from studio.ui.review.source_card import ReviewListCard
-from studio.ui.review.stage import Stage
-from studio.ui.review.tune_panel import TunePanel
+from studio.ui.review.export_view import ExportPanel
+from studio.ui.review.run_view import RunBar
+from studio.ui.review.sources_view import ReviewListCard
+from studio.ui.review.stage_view import CameraButton, PairMeters, Stage
+from studio.ui.review.tune_view import TunePanel
 from studio.ui.shortcuts import pressed, sequence
 from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel
@@ -80,6 +78,7 @@ class ReviewView(QWidget):
         parts = (self.sources_card, 182, 0), (self._middle(), 756, 1), (self._right(), 294, 0)
         self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)
+        # A shortcut and no key press: a focused button would take the space bar for a click.
         space = QShortcut(sequence("play"), self)
         space.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         space.activated.connect(self.play_toggled)
@@ -106,6 +105,7 @@ class ReviewView(QWidget):
     def show_curve_choices(self, names: Sequence[str], chosen: str) -> None:
         """Fill the list of channels the timeline can draw."""
         with QSignalBlocker(self.curve):
+            # Blocked: filling it would choose the first channel, and the person's own would be lost.
             self.curve.clear()
             self.curve.addItems(list(names))
             self.curve.setCurrentText(chosen)
@@ -114,6 +114,7 @@ class ReviewView(QWidget):
     def show_metrics(self, text: str, tip: str) -> None:
         """The figures of what is on screen."""
         self._metrics.setText(text)
+        # In a small window the figures are cut; the tip has them whole, and says what they mean.
         self._metrics.setToolTip(f"{text}\n\n{tip}" if text else "")
 
     def show_legend(self, both: bool) -> None:
@@ -166,7 +167,8 @@ class ReviewView(QWidget):
         time_card.body.addLayout(self._transport_row())
         time_card.body.addWidget(self.timeline, 1)
         middle = rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
-        middle.setMinimumWidth(LEAST_MIDDLE)  # what a bar shows or hides must not move the columns
+        # What a bar shows or hides must not move the columns: without a floor here they jump with each run.
+        middle.setMinimumWidth(LEAST_MIDDLE)
         return middle
 
     def _transport_row(self) -> QHBoxLayout:
@@ -190,7 +192,8 @@ class ReviewView(QWidget):
         self._time = label(f"{clock(0.0)} / {clock(0.0)}", "", "transport_time")
         self._time.setFont(theme.figures_font())
         self._notice = label("", "warn", "sound_notice")
-        self._notice.setWordWrap(True)  # in one line it would push the tools out of a small window
+        # In one line it would push the tools out of a small window.
+        self._notice.setWordWrap(True)
         self._notice.setMinimumWidth(90)
         self._notice.hide()
         self._metrics = CutLabel("muted", "review_metrics")
@@ -243,6 +246,7 @@ class ReviewView(QWidget):
         self.tabs.setObjectName("review_tabs")
         self.tabs.setDocumentMode(True)
         self.tabs.tabBar().setDrawBase(False)
+        # In the order of work: what is tuned is what is sent and exported.
         self.tabs.addTab(self.tune, self.tr("Tune"))
         self.tabs.addTab(self.send, self.tr("Send"))
         self.tabs.addTab(self.export, self.tr("Export"))
@@ -255,6 +259,7 @@ class ReviewView(QWidget):
         meters.head.addWidget(legend)
         meters.body.addWidget(self.meters, 1)
         column = rows("review_tools", (tools, 440, 3), (meters, 260, 2))
+        # Narrower, the Send panel's fields would be cut.
         column.setMinimumWidth(280)
         column.setMaximumWidth(460)
         return column

@@ -7,9 +7,10 @@ import pytest
 
 from studio.motion import Motion, rotation
 from studio.motion.channels import ALL_BONES, ARKIT_SHAPES, VRM0_SHAPES
-from studio.playback.layers import Reference, ShapeTuning, Tuner, Tuning, tuned
+from studio.playback.layers import PieceTuner, Reference, ShapeTuning, Tuner, Tuning, tuned
 from studio.playback.layers.regions import BODY_REGIONS, FACE_REGIONS, REGIONS, bone_region, shape_region
 from studio.playback.layers.tuning import FACE_ONLY, LIMITS, UPPER_BODY
+from tests.tolerance import LAST_BITS
 
 EVERYTHING_ON = Tuning(
     expressiveness=1.3, mouth=1.2, head=1.4, arms=0.6, torso=0.8,
@@ -243,3 +244,77 @@ def test_every_number_of_a_tuning_has_limits_that_hold_its_default() -> None:
             low, high = LIMITS[field.name]
             assert low <= field.default <= high
     assert set(REGIONS) <= set(LIMITS)
+
+
+# -- a motion that grows ------------------------------------------------------------------------------
+
+
+def _pieces_of(motion: Motion, tuner: PieceTuner, seconds: float = 1.7) -> Motion:
+    """What a tuner gives while a motion grows, piece by piece."""
+    found = None
+    for end in np.arange(seconds, motion.times[-1] + seconds, seconds):
+        before, found = found, tuner.tuned(motion.between(0.0, end))
+        if before is not None and found is not None:
+            assert len(found) >= len(before)
+    assert found is not None
+    return found
+
+
+def _blinking(motion: Motion) -> Motion:
+    """The same with blinks of its own, which keep added ones away."""
+    shapes = motion.shapes.copy()
+    shapes[(motion.times % 4.3) < 0.2, motion.shape_names.index("Blink")] = 0.9
+    return replace(motion, shapes=shapes)
+
+
+@pytest.mark.parametrize(
+    "tuning",
+    [
+        Tuning(smoothing=0.1), Tuning(blinks=30.0), Tuning(blinks=30.0, smoothing=0.2, offset_ms=120.0),
+        EVERYTHING_ON, replace(EVERYTHING_ON, smoothing=0.15),
+        Tuning(moves=UPPER_BODY, left_out=True, smoothing=0.05),
+    ],
+)  # fmt: skip
+def test_a_motion_tuned_piece_by_piece_is_that_tuned_as_a_whole(tuning: Tuning) -> None:
+    motion = _blinking(_lively(20.0))
+    posture = Reference.of(motion)
+    grown, whole = _pieces_of(motion, PieceTuner(tuning, posture)), tuned(motion, tuning, posture)
+    held_back = len(whole) - len(grown)
+    assert 0 <= held_back < 4.0 * 60
+    whole = whole.at_rows(slice(0, len(grown)))
+    assert grown.shape_names == whole.shape_names
+    # A running sum that began at another frame differs in its last bits; a frame that a filter or a blink
+    # saw too little of differs by a hundredth.
+    np.testing.assert_allclose(grown.times, whole.times, atol=1e-9)
+    np.testing.assert_allclose(grown.shapes, whole.shapes, atol=LAST_BITS)
+    np.testing.assert_allclose(grown.positions, whole.positions, atol=LAST_BITS)
+    np.testing.assert_allclose(grown.root_position, whole.root_position, atol=LAST_BITS)
+    # q and -q are one rotation.
+    same = np.abs((grown.rotations.astype(np.float64) * whole.rotations).sum(axis=-1))
+    np.testing.assert_allclose(same, 1.0, atol=LAST_BITS)
+
+
+def test_a_growing_motion_that_is_not_tuned_is_the_very_same() -> None:
+    motion = _lively(1.0)
+    assert PieceTuner(Tuning()).tuned(motion) is motion
+
+
+def test_strengths_of_a_growing_motion_refer_to_the_mean_of_what_was_there() -> None:
+    motion = _lively(16.0)
+    tuner, tuning = PieceTuner(Tuning(head=0.0)), Tuning(head=0.0)
+    for seconds in (4.0, 8.0, 15.0):
+        found = tuner.tuned(motion.between(0.0, seconds))
+        seen = motion.between(0.0, min(seconds, 8.0))  # 15 is not yet the double of 8
+        assert found is not None
+        expected = tuned(motion.between(0.0, seconds), tuning, Reference.of(seen))
+        np.testing.assert_allclose(found.rotations, expected.rotations, atol=LAST_BITS)
+
+
+def test_what_was_shown_stays_as_it_was_while_the_motion_grows() -> None:
+    motion, tuner = _lively(12.0), PieceTuner(Tuning(smoothing=0.1, mouth=0.5))
+    first = tuner.tuned(motion.between(0.0, 5.0))
+    assert first is not None
+    before = first.shapes.copy()
+    for end in (6.0, 8.0, 12.0):
+        tuner.tuned(motion.between(0.0, end))
+    np.testing.assert_array_equal(first.shapes, before)

@@ -32,7 +32,7 @@ def opened(qtbot: QtBot, session: Session) -> Iterator[Tab]:
 def tab(qtbot: QtBot, opened: Tab) -> Tab:
     """The tab with a take on its stage."""
     _, presenter = opened
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None)
+    qtbot.waitUntil(lambda: presenter.model.tuned is not None)
     return opened
 
 

@@ -42,6 +42,10 @@ def _row(window: MainWindow) -> TargetRow:
     return found
 
 
+def _light(row: TargetRow) -> str:
+    return next(token for one in row.findChildren(QLabel) if (token := one.property("token")))
+
+
 def _words(window: MainWindow) -> str:
     found = window.findChild(QLabel, "target_state")
     assert found is not None
@@ -55,15 +59,16 @@ def test_a_target_that_is_the_studio_itself_is_amber_and_says_so(qtbot: QtBot, w
     row.port.setValue(heard)
     said = f"Port {heard} is where this studio itself listens. Choose another port in Record"
     qtbot.waitUntil(lambda: _words(window).startswith(said))
-    assert row._light.property("token") == "warn"
-    sending = window.room("review")[1]._sending  # type: ignore[attr-defined]
+    assert _light(row) == "warn"
+    sending = window.room("review")[1].send  # type: ignore[attr-defined]
     row.send.click()
-    qtbot.waitUntil(lambda: row in sending._counts and sending._counts[row][1] > 0)
+    qtbot.waitUntil(lambda: sending.targets[row].shown > 0)
     assert _words(window).startswith(said), "not green while it sends"
-    assert row._light.property("token") == "warn"
+    assert _light(row) == "warn"
     row.port.setValue(heard - 1)
     qtbot.waitUntil(lambda: not _words(window).startswith("Port"))
     row.send.click()
+    assert sending.targets[row].pool.waitForDone(60_000), "the start at the other port may still be under way"
     qtbot.waitUntil(lambda: not sending.sending)
     row.port.setValue(heard)
     qtbot.waitUntil(lambda: _words(window).startswith(said))

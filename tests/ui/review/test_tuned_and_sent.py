@@ -41,18 +41,18 @@ class Damaged:
 
 def test_sliders_live_on_after_a_tuning_that_failed(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
-    scene, right = presenter.scene, presenter.scene.captured
-    qtbot.waitUntil(lambda: not presenter._making._tuning)
-    scene.captured = replace(right, motion=cast(Motion, Damaged()))
+    model, right = presenter.model, presenter.model.captured
+    qtbot.waitUntil(lambda: not presenter.tune.busy)
+    model.captured = replace(right, motion=cast(Motion, Damaged()))
     view.tune.set_tuning(Tuning(smoothing=0.1))
     told = "There is not enough memory."
     qtbot.waitUntil(lambda: told in [one.text() for one in view.window().findChildren(QLabel, "toast_text")])
-    scene.captured = right
-    before = scene.tuned
+    model.captured = right
+    before = model.tuned
     view.tune.set_tuning(Tuning(mouth=0.0))
-    qtbot.waitUntil(lambda: scene.tuned is not None and scene.tuned is not before)
-    assert scene.tuned is not None
-    assert scene.tuned.shapes[:, scene.tuned.shape_names.index("A")].max() == 0.0
+    qtbot.waitUntil(lambda: model.tuned is not None and model.tuned is not before)
+    assert model.tuned is not None
+    assert model.tuned.shapes[:, model.tuned.shape_names.index("A")].max() == 0.0
 
 
 def _choose(view: ReviewView, title: str) -> None:
@@ -79,35 +79,35 @@ def test_a_preset_changes_what_is_seen_and_what_every_target_gets(
     for listener in listeners:
         until(lambda listener=listener: "Head" in _channels(listener))
     _choose(view, "Mouth only")
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and not presenter.scene.tuned.bone_names)
-    assert presenter.scene.tuned is not None
-    assert presenter.scene.tuned.shape_names == ("A",)
+    qtbot.waitUntil(lambda: presenter.model.tuned is not None and not presenter.model.tuned.bone_names)
+    assert presenter.model.tuned is not None
+    assert presenter.model.tuned.shape_names == ("A",)
     for listener in listeners:  # what was under way still comes
         until(lambda listener=listener: _channels(listener) == {"A"})
     view.tune.undo_button.click()
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not None and bool(presenter.scene.tuned.bone_names))
+    qtbot.waitUntil(lambda: presenter.model.tuned is not None and bool(presenter.model.tuned.bone_names))
     for listener in listeners:
         until(lambda listener=listener: "Head" in _channels(listener))
 
 
 def test_playing_goes_on_while_it_is_tuned(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
-    player, before = presenter.scene.player, presenter.scene.tuned
+    player, before = presenter.model.player, presenter.model.tuned
     assert player is not None
     view.loop.setChecked(True)
     qtbot.mouseClick(view.play, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: player.playing and player.position > 0)
     for place in range(0, 40, 4):
         view.tune.rows["mouth"].slider.setValue(place)
-    qtbot.waitUntil(lambda: presenter.scene.tuned is not before)
-    assert presenter.scene.player is player
+    qtbot.waitUntil(lambda: presenter.model.tuned is not before)
+    assert presenter.model.player is player
     assert player.playing
     wanted = view.tune.rows["mouth"].value
-    original = presenter.scene.captured.motion
+    original = presenter.model.captured.motion
     assert original is not None
 
     def newest() -> bool:
-        tuned = presenter.scene.tuned
+        tuned = presenter.model.tuned
         assert tuned is not None
         return np.allclose(tuned.shapes[:, 0], np.clip(original.shapes[:, 0] * wanted, 0, 1), atol=1e-5)
 

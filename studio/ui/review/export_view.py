@@ -1,0 +1,493 @@
+"""The Export panel: which formats, part, span, frame rate, name and folder, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio import formats
+from studio.export.options import FormatChoice
+from studio.files.atomic import safe_name
+from studio.ui import theme
+from studio.ui.review.tune_controls import Fold
+from studio.ui.widgets.card import label
+
+SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
+LABELS_PX = 52
+DRAWN = frozenset({"mp4", "png"})
+"""Formats that are pictures."""
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What was chosen.
+
+    Args:
+        part: "all", "face" or "body".
+        selection: only what is selected on the timeline.
+        tuned: with the sliders of Tune.
+        size: pixels of a film or still.
+        clear: a still without the room.
+    """
+
+    part: str = "all"
+    selection: bool = False
+    tuned: bool = True
+    size: tuple[int, int] = SIZES[0]
+    clear: bool = False
+
+
+class MoreFormats(QToolButton):
+    """A menu of further formats for the same export.
+
+    Signals:
+        changed: others are ticked now.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("more_formats")
+        self.setAccessibleName(self.tr("Further formats"))
+        self.setToolTip(self.tr("Export to several formats at once"))
+        theme.set_icon(self, "mdi6.plus", "muted")
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = QMenu(self)
+        self.setMenu(self._menu)
+        self._actions: dict[str, QAction] = {}
+
+    def show_formats(self, formats: dict[str, str]) -> None:
+        """Fill the menu: titles by name."""
+        self._menu.clear()
+        self._actions = {}
+        for name, title in formats.items():
+            action = self._menu.addAction(title)
+            action.setCheckable(True)
+            action.setObjectName(f"more_{name}")
+            action.toggled.connect(lambda _: self.changed.emit())
+            self._actions[name] = action
+
+    def chosen(self, besides: str) -> tuple[str, ...]:
+        """The names that are ticked, without the one that is exported anyway."""
+        return tuple(name for name, one in self._actions.items() if one.isChecked() and name != besides)
+
+
+class OptionsForm(QWidget):
+    """What matters for this export alone, and `fold` with the rest, closed until it is opened.
+
+    Signals:
+        changed: something was chosen.
+
+    Attributes:
+        fold: part, frames and sliders; its head names what is not as it comes.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._build_boxes()
+        self._span_words, self._size_words = caption(self.tr("Span")), caption(self.tr("Picture"))
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        for row, (text, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
+            grid.addWidget(text, 2 * row, 0)
+            grid.addWidget(box, 2 * row, 1)
+        grid.addWidget(self.clear_room, 1, 0, 1, 2)
+        self.fold = Fold("export", self.tr("Options"), is_open=False)
+        for row, (title, box) in enumerate(((self.tr("Part"), self.part), (self.tr("Frames"), self.fps))):
+            self.fold.grid.addWidget(caption(title), row, 0)
+            self.fold.grid.addWidget(box, row, 1)
+        self.fold.grid.addWidget(self.tuned, 2, 0, 1, 2)
+        self.fold.reset_requested.connect(self._on_reset)
+        self.changed.connect(self._show_changed)
+        self.show_selection(None)
+        self.show_drawn(film=False, still=False)
+
+    @property
+    def options(self) -> ExportOptions:
+        """What is chosen."""
+        return ExportOptions(
+            str(self.part.currentData()),
+            bool(self.span.currentData()) and self.span.isEnabled(),
+            self.tuned.isChecked(),
+            tuple(self.picture.currentData()),
+            self.clear_room.isChecked(),
+        )
+
+    def show_selection(self, span: tuple[float, float] | None) -> None:
+        """Offer what is selected on the timeline; where nothing is, all of it is exported."""
+        self._selected = span is not None
+        self.span.setEnabled(span is not None)
+        self.span.setVisible(span is not None)
+        self._span_words.setVisible(span is not None)
+        text = (
+            self.tr("Selection, {0} s").format(f"{span[1] - span[0]:.1f}") if span else self.tr("Selection")
+        )
+        with QSignalBlocker(self.span):
+            self.span.setItemText(1, text)
+            if span is None:
+                self.span.setCurrentIndex(0)
+        self._fit()
+
+    def show_drawn(self, film: bool, still: bool) -> None:
+        """Ask for the size of pictures where some are drawn."""
+        self._drawn = film or still
+        self.picture.setVisible(film or still)
+        self._size_words.setVisible(film or still)
+        self.clear_room.setVisible(still)
+        self._fit()
+
+    def _fit(self) -> None:
+        # An empty row would leave a gap.
+        self.setVisible(self._selected or self._drawn)
+
+    def _on_reset(self) -> None:
+        self.part.setCurrentIndex(0)
+        self.fps.setCurrentIndex(0)
+        self.tuned.setChecked(True)
+
+    def _show_changed(self) -> None:
+        """What is chosen is read on a closed fold, too."""
+        text = [self.part.currentText().lower()] if self.part.currentIndex() else []
+        text += [self.fps.currentText()] if self.fps.currentIndex() else []
+        text += [] if self.tuned.isChecked() else [self.tr("without Tune")]
+        summary = self.tr("Options: {0}").format(", ".join(text)) if text else self.tr("Options")
+        self.fold.head.setText(summary)
+        self.fold.head.setToolTip(summary if text else "")
+        self.fold.show_changed(bool(text))
+
+    def _build_boxes(self) -> None:
+        self._selected = self._drawn = False
+        self.part = self._box("export_part", self.tr("Part"))
+        for text, name in (
+            (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
+        ):  # fmt: skip
+            self.part.addItem(text, name)
+        self.fps = self._box("export_fps", self.tr("Frames"))
+        self.fps.addItem(self.tr("As they are"), 0.0)
+        for fps in (24, 30, 60, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
+        self.span = self._box("export_span", self.tr("Span"))
+        self.span.addItem(self.tr("All of it"), False)
+        self.span.addItem(self.tr("Selection"), True)
+        self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
+        self.picture = self._box("export_size", self.tr("Picture"))
+        for wide, high in SIZES:
+            self.picture.addItem(f"{wide} x {high}", (wide, high))
+        self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
+        self.tuned.setObjectName("export_tuned")
+        self.tuned.setChecked(True)
+        self.tuned.toggled.connect(lambda _: self.changed.emit())
+        self.clear_room = QCheckBox(self.tr("Still without the room"))
+        self.clear_room.setObjectName("export_clear")
+
+    def _box(self, name: str, text: str) -> QComboBox:
+        box = QComboBox()
+        box.setObjectName(name)
+        box.setAccessibleName(text)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setMinimumContentsLength(12)
+        box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        return box
+
+
+def caption(text: str) -> QLabel:
+    """What stands before a field; all are as wide, so that the fields stand in one line."""
+    made = label(text, "muted")
+    made.setMinimumWidth(LABELS_PX)
+    return made
+
+
+SIDES_PX, RIGHT_PX = 12, 4
+"""Around the panel, and between its fields and a scroll bar."""
+
+
+@dataclass(frozen=True)
+class ExportRequest:
+    """What to export: name without suffix, formats, frames a second (0: as they are), folder, options."""
+
+    name: str
+    formats: tuple[FormatChoice, ...]
+    fps: float
+    folder: Path
+    options: ExportOptions = field(default_factory=ExportOptions)
+
+    @property
+    def files_there(self) -> tuple[Path, ...]:
+        """Files that would be written over."""
+        paths = [self.folder / f"{safe_name(self.name)}{one.suffix}" for one in self.formats]
+        return tuple(file for path in paths for file in formats.targets(path) if file.exists())
+
+
+class ExportPanel(QWidget):
+    """The form.
+
+    Signals:
+        export_requested: an ExportRequest.
+        cancel_requested: stop the export.
+        folder_requested: show the exported files.
+    """
+
+    export_requested = Signal(object)
+    cancel_requested = Signal()
+    folder_requested = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._formats: tuple[FormatChoice, ...] = ()
+        self._ready = self._busy = False
+        self._body = True
+        self._proposed = ""
+        form = QVBoxLayout()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(SIDES_PX, SIDES_PX, SIDES_PX, SIDES_PX)
+        column.setSpacing(10)
+        column.addWidget(self._scrolling(form), 1)
+        self.what = label("", "caption", "export_what")
+        self.what.setWordWrap(True)
+        self.what.hide()
+        self.options = OptionsForm()
+        self.fps = self.options.fps
+        self._build_format(form)
+        form.addWidget(self.options)
+        form.addLayout(self._build_target())
+        form.addWidget(self.options.fold)
+        form.addStretch(1)
+        # A scroll bar that comes or goes changes the width that the note may wrap in.
+        self._scroll.verticalScrollBar().rangeChanged.connect(lambda *_: self._fit_note())
+        column.addWidget(self.what)
+        column.addLayout(self._build_buttons())
+        self._build_outcome(column)
+
+    def _scrolling(self, form: QVBoxLayout) -> QScrollArea:
+        """The form; where a small window is too low for it, it scrolls, and the button stays in sight."""
+        scroll = self._scroll = QScrollArea()
+        scroll.setObjectName("export_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        page = QWidget()
+        page.setObjectName("scrolled")
+        page.setLayout(form)
+        scroll.setWidget(page)
+        form.setContentsMargins(0, 0, RIGHT_PX, 0)
+        form.setSpacing(10)
+        return scroll
+
+    def show_formats(self, formats: Sequence[FormatChoice]) -> None:
+        """Fill the list."""
+        self._formats = tuple(formats)
+        self.format.clear()
+        for choice in formats:
+            self.format.addItem(f"{choice.title} ({choice.suffix})", choice.name)
+        self.more.show_formats({one.name: f"{one.title} ({one.suffix})" for one in formats})
+        self._show_note()
+
+    def show_fps(self, fps: float) -> None:
+        """Choose a frame rate; one that is not offered is added."""
+        if self.fps.findData(fps) < 0:
+            self.fps.addItem(self.tr("{0} frames/s").format(f"{fps:g}"), fps)
+        self.fps.setCurrentIndex(self.fps.findData(fps))
+
+    def show_target(self, name: str, folder: Path | None, ready: bool, body: bool = True) -> None:
+        """What would be exported and where to.
+
+        Args:
+            name: of the files, without suffix.
+            folder: where to, unless one was chosen.
+            ready: whether there is a motion.
+            body: whether it has bones; a face alone is better off in another format.
+        """
+        if ready and body != self._body:
+            # A face alone is proposed as CSV: BVH, for one, holds nothing but bones.
+            self._body = body
+            proposed = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
+            self.format.setCurrentIndex(max(self.format.findData(proposed), 0))
+        self.name.setText(name)
+        # A folder that a person chose stays; one that was only proposed follows the project.
+        if folder is not None and self.folder.text() in ("", self._proposed):
+            # Another project has another one.
+            self._proposed = str(folder)
+            self.folder.setText(self._proposed)
+        self._ready = ready
+        self.what.setVisible(ready and bool(self.what.text()))
+        self.export.setEnabled(ready and not self._busy)
+        self.export.setToolTip("" if ready else self.tr("There is no motion to export yet"))
+
+    def show_what(self, predicted: bool) -> None:
+        """Which motion is exported: the one a run predicted, or the captured one."""
+        text = self.tr("The predicted motion will be exported.")
+        self.what.setText(text if predicted else self.tr("The captured motion will be exported."))
+        self.what.setVisible(self._ready)
+
+    def show_busy(self, fraction: float | None) -> None:
+        """Show progress 0..1; negative only moves; None where nothing is under way."""
+        self._busy = fraction is not None
+        self.export.setEnabled(self._ready and not self._busy)
+        self.cancel.setVisible(self._busy)
+        self.bar.setVisible(self._busy)
+        if fraction is not None:
+            self.bar.setRange(0, 0 if fraction < 0 else 1000)
+            self.bar.setValue(round(max(fraction, 0.0) * 1000))
+            self.show_result("", False)
+
+    def show_result(self, text: str, good: bool) -> None:
+        """Say how it ended."""
+        theme.as_role(self.result, "good" if good else "bad")
+        self.result.setText(text)
+        self.result.setVisible(bool(text))
+        self.show_folder.setVisible(bool(text) and good)
+        # A small window has room for only one of the two.
+        self.note.setVisible(not text)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_note()
+
+    def _show_note(self) -> None:
+        choice, also = self._chosen(), self._also()
+        text = choice.note if choice else ""
+        if also:
+            text = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
+        self.note.setText(text)
+        names = {one.name for one in (choice, *also) if one is not None}
+        self.options.show_drawn(bool(names & DRAWN), "png" in names)
+        self.note.show()
+        self._fit_note()
+
+    def _fit_note(self) -> None:
+        # A tab's page does not pass on that wrapped text grows with less width. What a label needs is never
+        # less than its least height, which is taken away first.
+        self.note.setMinimumHeight(0)
+        bar = self._scroll.verticalScrollBar()
+        margins = 2 * SIDES_PX + RIGHT_PX + (bar.sizeHint().width() if bar.maximum() > 0 else 0)
+        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - margins, 100)))
+
+    def _chosen(self) -> FormatChoice | None:
+        name = self.format.currentData(Qt.ItemDataRole.UserRole)
+        return next((choice for choice in self._formats if choice.name == name), None)
+
+    def _also(self) -> tuple[FormatChoice, ...]:
+        """The further formats that are ticked."""
+        names = self.more.chosen(besides=str(self.format.currentData() or ""))
+        return tuple(choice for choice in self._formats if choice.name in names)
+
+    def _choose_folder(self) -> None:
+        found = QFileDialog.getExistingDirectory(self, self.tr("Export into"), self.folder.text())
+        if found:
+            self.folder.setText(found)
+
+    def _on_export(self) -> None:
+        choice, name = self._chosen(), self.name.text().strip()
+        if not name:
+            self.show_result(self.tr("Give it a name first."), False)
+        elif not self.folder.text().strip():
+            self.show_result(self.tr("Choose a folder first."), False)
+        elif choice is not None:
+            folder = Path(self.folder.text().strip()).expanduser()
+            fps, options = float(self.fps.currentData()), self.options.options
+            self.export_requested.emit(ExportRequest(name, (choice, *self._also()), fps, folder, options))
+
+    def _build_format(self, form: QVBoxLayout) -> None:
+        """Which formats, and what they leave out."""
+        self.format = QComboBox()
+        self.format.setObjectName("export_format")
+        self.format.setAccessibleName(self.tr("Format"))
+        self.format.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.format.currentIndexChanged.connect(lambda _: self._show_note())
+        self.more = MoreFormats()
+        self.more.changed.connect(self._show_note)
+        self.note = label("", "caption", "export_note")
+        self.note.setWordWrap(True)
+        choice = QHBoxLayout()
+        choice.setSpacing(theme.TIGHT)
+        choice.addWidget(self.format, 1)
+        choice.addWidget(self.more)
+        form.addLayout(choice)
+        form.addWidget(self.note)
+
+    def _build_target(self) -> QGridLayout:
+        """What the files are called, and where they go."""
+        self.name = QLineEdit()
+        self.name.setObjectName("export_name")
+        self.name.setAccessibleName(self.tr("Name"))
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(theme.INSIDE)
+        grid.setVerticalSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        grid.addWidget(caption(self.tr("Name")), 0, 0)
+        grid.addWidget(self.name, 0, 1)
+        grid.addWidget(caption(self.tr("Folder")), 1, 0)
+        grid.addLayout(self._build_folder(), 1, 1)
+        return grid
+
+    def _build_folder(self) -> QHBoxLayout:
+        self.folder = QLineEdit()
+        self.folder.setObjectName("export_folder")
+        self.folder.setAccessibleName(self.tr("Folder"))
+        choose = QToolButton()
+        choose.setObjectName("choose_export_folder")
+        choose.setAccessibleName(self.tr("Choose the folder"))
+        theme.set_icon(choose, "mdi6.folder-outline", "muted")
+        choose.clicked.connect(self._choose_folder)
+        row = QHBoxLayout()
+        row.setSpacing(theme.TIGHT)
+        row.addWidget(self.folder, 1)
+        row.addWidget(choose)
+        return row
+
+    def _build_buttons(self) -> QHBoxLayout:
+        self.export = QPushButton(self.tr("Export"))
+        self.export.setObjectName("export_button")
+        theme.as_role(self.export, "primary")
+        self.export.clicked.connect(self._on_export)
+        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel.setObjectName("cancel_export")
+        self.cancel.clicked.connect(self.cancel_requested)
+        self.cancel.hide()
+        row = QHBoxLayout()
+        row.addWidget(self.export, 1)
+        row.addWidget(self.cancel)
+        return row
+
+    def _build_outcome(self, column: QVBoxLayout) -> None:
+        """How far it is, and what came of it."""
+        self.bar = QProgressBar()
+        self.bar.setObjectName("export_bar")
+        self.bar.setTextVisible(False)
+        self.bar.setAccessibleName(self.tr("Export progress"))
+        self.bar.hide()
+        self.result = label("", "good", "export_result")
+        self.result.setWordWrap(True)
+        self.result.hide()
+        self.show_folder = QPushButton(self.tr("Show in folder"))
+        self.show_folder.setObjectName("show_export_folder")
+        self.show_folder.clicked.connect(self.folder_requested)
+        self.show_folder.hide()
+        column.addWidget(self.bar)
+        column.addWidget(self.result)
+        column.addWidget(self.show_folder, 0, Qt.AlignmentFlag.AlignLeft)

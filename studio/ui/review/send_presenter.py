@@ -1,0 +1,232 @@
+"""Presenter of Review's Send panel: one VMC target per row, and how each one is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, QThreadPool, QTimer
+
+from studio.errors import StudioError
+from studio.motion.neutral import WAVE_SECONDS
+from studio.ui import messages, tasks
+from studio.ui.review.model import ReviewModel
+from studio.ui.session import Session
+from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
+from studio.vmc.sender import TargetState, VmcTarget
+
+STATE_MS = 400
+CLOSING_MS = 1000
+
+
+class RowTarget:
+    """What one row sends to, with a thread of its own: what was asked of it last is what holds.
+
+    Args:
+        parent: owns the thread.
+
+    Attributes:
+        shown: frames sent when the row was shown last while sending.
+    """
+
+    def __init__(self, parent: QObject) -> None:
+        self.target = VmcTarget()
+        self.pool = QThreadPool(parent)
+        self.pool.setMaxThreadCount(1)
+        self.shown = 0
+        self._shown_at: float | None = None
+
+    def rate(self, state: TargetState) -> float:
+        """Frames a second since it was asked before; 0 the first time."""
+        now, before, sent = time.monotonic(), self._shown_at, state.sent - self.shown
+        self._shown_at, self.shown = now, state.sent
+        return max(sent / (now - before), 0.0) if before is not None and now > before else 0.0
+
+
+class SendPresenter(QObject):
+    """Presenter of the Send panel: keeps a sender per row, and shows how each one is.
+
+    Args:
+        panel: its layout.
+        model: what is sent.
+        session: for the saved preferences.
+
+    Attributes:
+        targets: where each row of the panel sends to.
+    """
+
+    def __init__(self, panel: SendPanel, model: ReviewModel, session: Session) -> None:
+        super().__init__(panel)
+        self._panel, self._model, self._session = panel, model, session
+        self.targets: dict[TargetRow, RowTarget] = {}
+        # Removed, and may still fade to rest.
+        self._leaving: list[RowTarget] = []
+        self._timer = QTimer(self)
+        self._timer.setInterval(STATE_MS)
+        self._timer.timeout.connect(self._show_states)
+        panel.row_added.connect(self._on_added)
+        panel.row_removed.connect(self._on_removed)
+        panel.options_changed.connect(self._on_options)
+        # Saved only once it is filled: while it is, each row would write a list that is still short.
+        self._listening = self._filled = False
+        session.status_changed.connect(self._on_status)
+        session.settings_changed.connect(self.update_states)
+        model.motion_changed.connect(self.refresh)
+        settings = session.settings
+        panel.set_options(settings.send_fps, settings.send_names)
+        for address in kept_targets(settings):
+            panel.add_target(address)
+        panel.add.clicked.connect(self._save)
+        self._filled = True
+
+    @property
+    def sending(self) -> bool:
+        """Whether any target is being sent to."""
+        return any(one.target.running for one in self.targets.values())
+
+    def refresh(self) -> None:
+        """Send what the source gives now."""
+        for one in self.targets.values():
+            one.target.show(self._model.pose_source())
+
+    def update_states(self) -> None:
+        """Show anew how each target is: Record may listen elsewhere by now."""
+        for row, one in self.targets.items():
+            # The timer shows those that run.
+            if not one.target.running:
+                self._show(row, one.target.state, 0.0)
+
+    def close(self) -> None:
+        """Fade all avatars to rest and stop."""
+        self._timer.stop()
+        everyone = [*self.targets.values(), *self._leaving]
+        for one in everyone:
+            one.pool.clear()
+            one.pool.waitForDone(CLOSING_MS)
+        # All begin to fade before any is waited for: together they take as long as one.
+        for one in everyone:
+            one.target.stop(wait=False)
+        for one in everyone:
+            one.target.stop()
+
+    def _on_added(self, row: TargetRow) -> None:
+        one = self.targets[row] = RowTarget(self)
+        row.send_toggled.connect(lambda on: self._on_send(row, on))
+        row.wave_requested.connect(lambda: self._on_wave(row))
+        row.address_changed.connect(lambda: self._on_address(row))
+        row.preset.currentIndexChanged.connect(lambda _: self._save())
+        self._show(row, one.target.state, 0.0)
+
+    def _on_removed(self, row: TargetRow) -> None:
+        self._stop(row)
+        self._leaving.append(self.targets.pop(row))
+        self._save()
+        self.update_states()
+
+    def _on_send(self, row: TargetRow, on: bool) -> None:
+        if on:
+            self._start(row)
+            self._save()
+        else:
+            self._stop(row)
+
+    def _stop(self, row: TargetRow) -> None:
+        """Fade the avatar to rest, after a start that may still look for the target's name."""
+        one = self.targets[row]
+        tasks.run(lambda: one.target.stop(wait=False), lambda _: None, pool=one.pool)
+
+    def _start(self, row: TargetRow, then: Callable[[], None] | None = None) -> None:
+        one, destination = self.targets[row], self._panel.destination(row)
+        source = self._model.pose_source()
+
+        def failed(error: BaseException) -> None:
+            row.set_sending(False)
+            messages.show_error(self._panel, error)
+
+        def started(_: None) -> None:
+            if then is not None:
+                then()
+            self._timer.start()
+
+        # A name may have to be looked up on the network: not on the GUI thread.
+        tasks.run(lambda: one.target.start(destination, source), started, failed, owner=row, pool=one.pool)
+
+    def _on_wave(self, row: TargetRow) -> None:
+        target = self.targets[row].target
+        if target.running and row.send.isChecked():
+            target.wave()
+            return
+
+        def wave() -> None:
+            target.wave()
+            # Switched on for the wave alone, it goes off again after it.
+            QTimer.singleShot(round(WAVE_SECONDS * 1000) + 100, row, lambda: self._end_wave(row))
+
+        self._start(row, wave)
+
+    def _end_wave(self, row: TargetRow) -> None:
+        if row in self.targets and not row.send.isChecked():
+            self._stop(row)
+
+    def _on_address(self, row: TargetRow) -> None:
+        if row.send.isChecked():
+            self._start(row)
+        self._save()
+        self.update_states()
+
+    def _on_options(self) -> None:
+        for row in self.targets:
+            if row.send.isChecked():
+                self._start(row)
+        names, fps = str(self._panel.names.currentData()), float(self._panel.fps.currentData())
+        self._session.change_settings(send_names=names, send_fps=fps)
+
+    def _save(self) -> None:
+        """Remember all targets for the next time."""
+        if self._filled:
+            self._session.change_settings(**self._panel.kept)
+
+    def _show_states(self) -> None:
+        for row, one in self.targets.items():
+            state = one.target.state
+            self._show(row, state, one.rate(state))
+        if not self.sending:
+            self._timer.stop()
+
+    def _show(self, row: TargetRow, state: TargetState, rate: float) -> None:
+        """The row's light, and a warning where the studio would only talk to itself."""
+        address = row.address
+        own = _is_this_computer(address.host) and self._listens_to(address.port)
+        warning = StudioError(
+            self.tr("Port {0} is where this studio itself listens.").format(address.port),
+            self.tr("Choose another port in Record, or give the other program its own port and set it here."),
+        )
+        row.warn(warning if own else self._duplicate(row))
+        row.show_state(state, rate)
+
+    def _duplicate(self, row: TargetRow) -> StudioError | None:
+        """A warning of a target that another row sends to already."""
+        here = row.address
+        rows = self._panel.rows
+        before = rows[: rows.index(row)] if row in rows else []
+        if not any((one.address.host, one.address.port) == (here.host, here.port) for one in before):
+            return None
+        return StudioError(
+            self.tr("{0} port {1} is in the list twice.").format(here.host, here.port),
+            self.tr("Remove one, or give the other program a port of its own and set it here."),
+        )
+
+    def _listens_to(self, port: int) -> bool:
+        """Whether Record has this port open; where another program was first, it has not."""
+        settings = self._session.settings
+        return self._listening and str(port) in (str(settings.vmc_port), *settings.more_ports)
+
+    def _on_status(self, key: str, _text: str, health: str) -> None:
+        """Record says whether its ports are open; it does so several times a second."""
+        if key == "motion" and (health != "warn") != self._listening:
+            self._listening = health != "warn"
+            self.update_states()
+
+
+def _is_this_computer(host: str) -> bool:
+    return host.lower() == "localhost" or host.startswith("127.") or host == "::1"

@@ -1,0 +1,68 @@
+"""The export form by itself."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QScrollArea
+from pytestqt.qtbot import QtBot
+
+from studio.export.options import FormatChoice, format_choices
+from studio.ui import theme
+from studio.ui.review.export_view import ExportOptions, ExportPanel
+
+
+@pytest.fixture
+def panel(qtbot, qapp) -> ExportPanel:
+    theme.apply(qapp)
+    made = ExportPanel()
+    qtbot.addWidget(made)
+    return made
+
+
+def test_another_project_exports_into_its_own_folder(panel: ExportPanel, tmp_path: Path) -> None:
+    for name in ("One", "Two"):
+        panel.show_target("Hello_001", tmp_path / name / "exports", ready=True)
+        assert panel.folder.text() == str(tmp_path / name / "exports")
+
+
+def test_a_folder_that_was_chosen_stays(panel: ExportPanel, tmp_path: Path) -> None:
+    panel.show_target("Hello_001", tmp_path / "One", ready=True)
+    panel.folder.setText(str(tmp_path / "Mine"))
+    panel.show_target("Hello_001", tmp_path / "Two", ready=True)
+    assert panel.folder.text() == str(tmp_path / "Mine")
+
+
+def _small(panel: ExportPanel) -> tuple[int, int]:
+    """What a window of 1280 x 800 leaves it, more where this machine's font is larger than DejaVu Sans."""
+    metrics = panel.fontMetrics()
+    wide = metrics.horizontalAdvance("The quick brown fox jumps over the lazy dog") / 268
+    return round(268 * max(wide, 1.0)), round(391 * max(metrics.height() / 19, 1.0))
+
+
+@pytest.mark.parametrize("choice", format_choices(), ids=lambda choice: choice.name)
+def test_every_format_fits_a_small_window_without_scrolling(
+    qtbot: QtBot, panel: ExportPanel, tmp_path: Path, choice: FormatChoice
+) -> None:
+    panel.show_formats(format_choices())
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    panel.show_what(predicted=True)
+    panel.resize(*_small(panel))
+    panel.show()
+    panel.format.setCurrentIndex(panel.format.findData(choice.name))
+    scroll = panel.findChild(QScrollArea, "export_scroll")
+    assert scroll is not None
+    bar = scroll.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() == 0)
+    qtbot.waitUntil(lambda: panel.note.height() >= panel.note.heightForWidth(panel.note.width()))
+
+
+def test_a_closed_fold_says_what_is_not_as_it_comes(panel: ExportPanel) -> None:
+    fold, options = panel.options.fold, panel.options
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
+    options.part.setCurrentIndex(1)
+    panel.show_fps(30.0)
+    options.tuned.setChecked(False)
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options: face, 30 frames/s, without Tune", False)
+    fold.reset.click()
+    assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
+    assert options.options == ExportOptions()
