@@ -9,6 +9,7 @@ from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
+from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 
 FORMAT_VERSION = 1
 FILE = "settings.json"
@@ -47,7 +48,7 @@ class Settings:
 
     theme: str = _setting("dark", "Theme", "The colours of the window.", choices=("dark", "light"))
     vmc_port: int = _setting(
-        39539, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535, unit="port"
+        MARIONETTE_PORT, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535, unit="port"
     )
     vmc_host: str = _setting(
         "127.0.0.1", "Motion address", "Address listened on; 0.0.0.0 hears other computers too."
@@ -70,7 +71,7 @@ class Settings:
     slate: str = _setting("Take", "Slate", "Name given to new takes.")
     send_host: str = _setting("127.0.0.1", "Send to", "Address that motion is sent to.")
     send_port: int = _setting(
-        39540, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
+        PERFORMER_PORT, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
     )
     send_targets: tuple[str, ...] = ()
     """All programs that motion is sent to, each as "program=host:port"; empty for the one above alone."""

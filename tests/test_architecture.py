@@ -24,7 +24,7 @@ MAY_USE: dict[str, set[str]] = {
     **{name: set() for name in FREE},
     "files": set(),
     "ipc": set(),
-    "settings": {"files", "dataset", "take", "sound"},
+    "settings": {"files", "dataset", "take", "sound", "vmc"},
     "motion": set(),
     "sound": {"files"},
     "vmc": {"motion"},

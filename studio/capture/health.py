@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from studio.capture.snapshot import Problem
 from studio.take.take import TakeInfo
 from studio.vmc.senders import NO_FLOOD, Flood
 from studio.vmc.watch import LATELY_S, MOST_FRAMES_PER_S
 
+Problem = tuple[str, str]
+"""A sentence, and what to do about it."""
 _QUIET_DBFS = -65.0
 _FEW_FPS = 20.0
 _MINUTES_LEFT = 10

@@ -1,4 +1,4 @@
-"""Writer of a take's crash-safe journal: blocks with checksums, each readable without the others."""
+"""Writer of a take's crash-safe journal, and the blocks it is made of: each readable without the others."""
 
 from __future__ import annotations
 
@@ -11,13 +11,50 @@ import time
 import zlib
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from studio.capture.journal_format import CLOCK, FACTS, FILE, HEAD, MAGIC, NAMES, ROWS, pack
 from studio.vmc.rows import ChannelLayout, RowBlock
+
+FILE = "journal.bin"
+MAGIC = b"SAIAJRN2"
+MAGIC_1 = b"SAIAJRN1"
+HEAD, NAMES, ROWS, CLOCK, FACTS = b"HEAD", b"NAME", b"ROWS", b"CLCK", b"FACT"
+# Read as a number in a row of floats it would be -2.7e38, and UTF-8 has no such bytes: only blocks have it.
+MARK = b"\xfeSJ\xff"
+HEADER = struct.Struct("<4s4sIIIII")
+CHECK = struct.Struct("<I")
+HEADER_BYTES = HEADER.size + CHECK.size
+HEADER_1 = struct.Struct("<4sII")
+
+
+@dataclass(frozen=True)
+class Block:
+    """One whole block.
+
+    Args:
+        kind: HEAD, NAMES, ROWS, CLOCK, FACTS, or one of a later version.
+        payload: its content. at, end: where it lies, bytes.
+        number, rows: blocks and rows written before it. layout: what its rows have. All 0 in version 1.
+    """
+
+    kind: bytes
+    payload: memoryview
+    at: int
+    end: int
+    number: int = 0
+    rows: int = 0
+    layout: int = 0
+
+
+def pack(kind: bytes, payload: bytes, number: int, rows: int, layout: int) -> bytes:
+    """A block as version 2 writes it."""
+    header = HEADER.pack(MARK, kind, number, rows, layout, len(payload), zlib.crc32(payload))
+    return header + CHECK.pack(zlib.crc32(header)) + payload
+
 
 _BLOCK_BYTES = 128 * 1024
 """Rows of more than that go into several blocks, since damage costs a whole one."""

@@ -16,7 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.capture.journal_format import (
+from studio.capture.journal import (
     CHECK,
     CLOCK,
     FACTS,

@@ -3,7 +3,7 @@
 A window that draws keeps Python's lock for tens of milliseconds at a time; an unbundled body at 120 Hz is
 13,000 packets a second. Here they meet a process that does nothing else. It ends with its parent.
 
-Spoken on stdin: one pickled list of sockets, then nothing; its end is the wish to end.
+Spoken on stdin: one pickled list of sockets, then nothing; its end is the request to end.
 Spoken on stdout: pickled (sent blocks, ReceiverStats), one at a time; see `SentBlock`.
 """
 
@@ -24,9 +24,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import clock
-from studio.capture.priority import raise_priority
 from studio.capture.receiver import Receiver
 from studio.vmc.rows import ChannelLayout, RowBlock
+
+_HIGH_PRIORITY = 0x80
+_NICER = -10
+
+
+def raise_priority(before_all: bool = False) -> None:
+    """Let this process run before others.
+
+    Args:
+        before_all: in real time where the system allows it; for one that mostly waits.
+    """
+    if sys.platform == "win32":
+        import ctypes
+
+        kernel = ctypes.windll.kernel32
+        kernel.SetPriorityClass(kernel.GetCurrentProcess(), _HIGH_PRIORITY)
+        return
+    with contextlib.suppress(OSError):
+        os.nice(_NICER)
+    if before_all and hasattr(os, "sched_setscheduler"):
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+
 
 WORD = "_listen"
 """The command line that leads here."""

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from studio import clock
-from studio.capture import cut_off, roll, snapshot_builder
-from studio.capture.cut_off import CutOff
-from studio.capture.folder_watch import FolderWatch
+from studio.capture import cut_off, recovery, roll, snapshot
+from studio.capture.cut_off import CutOff, FolderWatch
+from studio.capture.health import Problem
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.recovery import recover
-from studio.capture.snapshot import Problem, RecorderState, Snapshot
+from studio.capture.snapshot import RecorderState, Snapshot
 from studio.errors import StudioError
 from studio.files import disk
 from studio.files.atomic import safe_name
@@ -23,6 +23,7 @@ from studio.motion import Motion
 from studio.sound.sound_file import Sound
 from studio.take.folder import next_number
 from studio.take.take import Take
+from studio.vmc import MARIONETTE_PORT
 from studio.vmc.rows import RowBlock
 
 __all__ = ["MAX_PRE_ROLL", "Recorder", "RecorderState", "Snapshot", "recover"]
@@ -69,7 +70,7 @@ class Recorder:
         self._watch = FolderWatch(takes_folder, ())
         self._last: tuple[list[RowBlock], list[SoundBlock]] = [], []
         self._silence_reported = False
-        self._before = snapshot_builder.Counts()
+        self._before = snapshot.Counts()
         self._rows: deque[RowBlock] = deque()
         self._blocks: deque[SoundBlock] = deque()
         self._disk_free = 0
@@ -82,7 +83,9 @@ class Recorder:
         self._pump.start()
         self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
 
-    def open_motion(self, port: int = 39539, host: str = "127.0.0.1", *, also: Sequence[int] = ()) -> None:
+    def open_motion(
+        self, port: int = MARIONETTE_PORT, host: str = "127.0.0.1", *, also: Sequence[int] = ()
+    ) -> None:
         """Listen for motion on a port, or on several at once; others that were open are closed first.
 
         Args:
@@ -191,7 +194,7 @@ class Recorder:
             blocks = [block for block in self._blocks if block.captured >= begin]
             rows = [row for row in self._rows if row.arrivals[-1] >= begin - 1.0]
             rate = self._sound.audio.sample_rate if self._sound is not None else 0
-        return snapshot_builder.recent(rows, blocks, rate)
+        return snapshot.recent(rows, blocks, rate)
 
     def start(self, slate: str, number: int | None = None, *, pre_roll: float = 0.0) -> None:
         """Begin a take.
@@ -257,7 +260,7 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             # Its own files alone: who moved just these may have put them among others.
-            roll.remove(self._watch.moved_to() or ended.folder)
+            recovery.remove(self._watch.moved_to() or ended.folder)
             self._watch.close()
             self._finish()
 
@@ -295,7 +298,7 @@ class Recorder:
         assert rolling is not None
         self._until, self.cut_off, self._silence_reported = None, None, False
         self._ended.clear()
-        self._before = snapshot_builder.counts(self._motion, self._sound)
+        self._before = snapshot.counts(self._motion, self._sound)
         self._state = RecorderState.ROLLING
         self._disk_at = 0.0
         self._write(list(self._rows), list(self._blocks))
@@ -394,7 +397,7 @@ class Recorder:
             self._end_early(rolling, cut_off.lost_folder(rolling, self._watch, rolling.seconds))
             return
         try:
-            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
+            rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
             if now - self._synced_at >= _SYNC_S:
                 self._synced_at = now
                 rolling.sync()
@@ -427,7 +430,7 @@ class Recorder:
 
     def _close_roll(self, rolling: roll.Roll) -> None:
         try:
-            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
+            rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
         except OSError as error:  # the last moments; where it ended early before, that is known already
             self.cut_off = self.cut_off or cut_off.failed(error, rolling.seconds)
         sound = self._sound
@@ -446,7 +449,7 @@ class Recorder:
         ended = (cut.what, cut.remedy) if cut is not None else None
         extra = tuple(problem for problem in (ended, self._fault) if problem is not None)
         until = self._until if self._until is not None else now
-        self._snapshot = snapshot_builder.snapshot(
+        self._snapshot = snapshot.build_snapshot(
             self._state,
             now,
             self._motion,

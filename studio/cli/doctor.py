@@ -14,11 +14,11 @@ from pathlib import Path
 
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
+from studio.vmc import MARIONETTE_PORT
 
 HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
 EXAMPLE = "saia doctor"
 
-VMC_PORT = 39539
 PROBE_TIMEOUT = 120.0
 """Seconds a probe may take; a first import of torch on a cold disk is slow."""
 LEAST_FREE_BYTES = 2 * 2**30
@@ -56,7 +56,7 @@ class SystemCheck:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--port", type=int, default=VMC_PORT, help="the motion port to look at (default 39539)"
+        "--port", type=int, default=MARIONETTE_PORT, help="the motion port to look at (default 39539)"
     )
 
 

@@ -14,6 +14,7 @@ from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
 from studio.ipc.commands import Command, read_live
+from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
     from studio.inference.live.build import LivePerformance
@@ -73,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.file is not None:
         check_sound(args.file)
     _check_voice(args)
-    from studio.capture.priority import raise_priority
+    from studio.capture.listener import raise_priority
     from studio.cli._project import opened
     from studio.inference.live.build import LiveOptions, make
 
@@ -256,7 +257,7 @@ def _addresses(args: argparse.Namespace) -> list[str]:
         raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
     if args.to == [NOWHERE]:
         return []
-    wanted = args.to or ["127.0.0.1:39539"]
+    wanted = args.to or [f"127.0.0.1:{MARIONETTE_PORT}"]
     for one in wanted:
         address(one)
     return list(wanted)

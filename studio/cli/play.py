@@ -12,6 +12,7 @@ from studio.cli._output import Output, address, counted
 from studio.cli._project import check_sound, recover_takes
 from studio.cli._run import as_request
 from studio.errors import RequestError
+from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
     from studio.motion import Motion
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
-    addresses = [address(text) for text in args.to or ["127.0.0.1:39539"]]
+    addresses = [address(text) for text in args.to or [f"127.0.0.1:{MARIONETTE_PORT}"]]
     if args.audio is not None:
         check_sound(args.audio)
     project = _project_of(args.motion)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
+from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
     from studio.capture.cut_off import CutOff
@@ -34,7 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--slate", required=True, help="what the take is called")
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
-    parser.add_argument("--port", default="39539", help="where VMC motion comes in (39539), or none")
+    parser.add_argument(
+        "--port", default=str(MARIONETTE_PORT), help="where VMC motion comes in (39539), or none"
+    )
     parser.add_argument("--host", default="127.0.0.1", help="0.0.0.0 hears other computers too")
     parser.add_argument(
         "--device",

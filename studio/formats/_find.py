@@ -10,9 +10,9 @@ from types import ModuleType
 
 from studio import formats
 from studio.errors import RequestError, StudioError
-from studio.formats._bone_tables import BoneTables
-from studio.formats._imported import Imported, sanitized_note
-from studio.formats._table import why_unknown
+from studio.formats import Imported
+from studio.formats._bones import BoneTables
+from studio.formats._table import sanitized_note, why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
 from studio.motion.sanitize import sanitized
 

@@ -308,3 +308,8 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
         csv.writer(line, lineterminator="\n").writerow(names)
         file.write(line.getvalue().encode())
         arrow_csv.write_csv(table, file, options)
+
+
+def sanitized_note(path: Path, frames: int) -> str:
+    """What to say of frames whose values could not be."""
+    return f"{path.name}: {counted(frames, 'frame')} with values that are no numbers mended or left out."

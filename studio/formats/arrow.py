@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.formats._imported import Imported, sanitized_note
-from studio.formats._table import check_suffix
+from studio.formats import Imported
+from studio.formats._table import check_suffix, sanitized_note
 from studio.formats._writing import checked
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion

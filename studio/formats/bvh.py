@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats import _bvh_text
+from studio.formats import Imported, _bvh_text
 from studio.formats._any_skeleton import to_humanoid
-from studio.formats._bone_names import humanoid_names
-from studio.formats._bone_tables import BoneTables, UnknownSkeleton, corrected, pairs
+from studio.formats._bones import BoneTables, UnknownSkeleton, corrected, humanoid_names, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
-from studio.formats._imported import Imported
 from studio.formats._table import check_suffix, counted
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio

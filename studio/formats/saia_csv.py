@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
-from studio.formats import _writing
-from studio.formats._imported import Imported
+from studio.formats import Imported, _writing
 from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
 from studio.formats._writing import not_read_back, reading_back
 from studio.motion import Motion

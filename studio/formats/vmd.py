@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats._imported import Imported
+from studio.formats import Imported
 from studio.formats._table import check_suffix, counted
 from studio.formats._writing import checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio

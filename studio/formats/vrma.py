@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError
-from studio.formats import _glb
-from studio.formats._imported import Imported
+from studio.formats import Imported, _glb
 from studio.formats._table import check_suffix
 from studio.formats._vrm import animation
 from studio.formats._vrm.animation import EYES, MIRROR_POSITION, MIRROR_ROTATION, SLOWEST

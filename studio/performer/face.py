@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from studio.motion.channels import VRM0_SHAPES
 from studio.performer.curves import Curve, chance, plateau, ramp, smoothed, wander, window
-from studio.performer.phonemes import MOUTH, targets
-from studio.performer.script import Line
+from studio.performer.script import Line, Style
 from studio.performer.sentences import MOODS
-from studio.performer.style import Style
+from studio.performer.speech import MOUTH, targets
 
 _REACH = 0.4
 _REST_DOMINANCE = 0.02

@@ -14,9 +14,8 @@ from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.motion.skeleton import Skeleton
 from studio.performer import body, face
 from studio.performer.curves import GRID_FPS, grid
-from studio.performer.script import REACH, Line, Script
+from studio.performer.script import REACH, Line, Script, Style
 from studio.performer.speech import SAMPLE_RATE
-from studio.performer.style import Style
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.performer.curves import Curve
-from studio.performer.phonemes import is_vowel
-from studio.performer.speech import SAMPLE_RATE, Phone, Speech
+from studio.performer.speech import SAMPLE_RATE, Phone, Speech, is_vowel
 
 RATE = 100
 """Measurements a second."""

@@ -1,6 +1,6 @@
 """The figure's shape: a capsule for every bone, a ball for every joint, a head with eyes.
 
-Plain arrays, computed at the display's rate; studio.picture.stick draws them.
+Plain arrays, computed at the display's rate; `actors` draws them.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from studio.errors import RequestError, StudioError
 from studio.motion import Motion
 from studio.motion.avatar import Avatar
 from studio.render.camera import FIELD_OF_VIEW, Orbit, project, to_picture
-from studio.render.face_card import FaceCard, laid_over
-from studio.render.palette import DARK, LIGHT, Palette
+from studio.render.face import FaceCard, laid_over
+from studio.render.palette import DARK, LIGHT, Palette, rgb
 from studio.render.world_pose import WorldPose
 
 if TYPE_CHECKING:
@@ -93,9 +93,7 @@ class Painter:
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
-        self._scene = (
-            _scene(drawing, avatar) if bodily else None
-        )  # last: nothing may fail once it is open
+        self._scene = _scene(drawing, avatar) if bodily else None  # last: nothing may fail once it is open
 
     def __enter__(self) -> Painter:
         return self
@@ -177,7 +175,7 @@ class Painter:
         drawing = self._drawing
         if drawing.clear:
             return np.zeros((drawing.height, drawing.width, 4), np.uint8)
-        top, low = (_bytes(value) for value in (drawing.palette.sky, drawing.palette.floor))
+        top, low = (rgb(value).astype(np.float64) for value in (drawing.palette.sky, drawing.palette.floor))
         mix = np.linspace(0.0, 1.0, drawing.height)[:, None, None]
         rows = np.concatenate([top * (1 - mix) + low * mix, np.full((drawing.height, 1, 1), 255.0)], axis=2)
         return np.ascontiguousarray(np.broadcast_to(rows, (drawing.height, drawing.width, 4))).astype(
@@ -203,7 +201,3 @@ def _scene(drawing: Drawing, avatar: Avatar | None) -> RenderScene:
         scene.close()
         raise
     return scene
-
-
-def _bytes(value: str) -> NDArray[np.float64]:
-    return np.array([[[int(value[i : i + 2], 16) for i in (1, 3, 5)]]], dtype=np.float64)

@@ -9,8 +9,7 @@ from studio.motion.avatar import MIRROR, Avatar, Expression, Floats, Morph, Surf
 from studio.motion.skeleton import Skeleton
 from studio.render import body
 from studio.render.face import FaceShape, face_shape
-from studio.render.palette import LIGHT, Palette
-from studio.render.stick import rgb
+from studio.render.palette import LIGHT, Palette, rgb
 
 _AROUND = 20
 _SKIN, _INK, _WHITE, _LIMB = range(4)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from studio.vmc import osc, phones
+from studio.vmc import decode, osc
 from studio.vmc.decode import Decoder, Placed
 from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
 
@@ -160,7 +160,7 @@ class FrameAssembler:
         # Before this datagram is read: what came long before it belongs to a frame of its own.
         stream.end_if_silent(arrival)
         stream.arrival = arrival
-        if kind := phones.kind_of(datagram):
+        if kind := decode.face_app(datagram):
             return self._feed_face(stream, kind, datagram)
         parts, good = osc.split(datagram)
         self.messages += len(parts)
@@ -190,7 +190,7 @@ class FrameAssembler:
     def _feed_face(self, stream: Stream, kind: str, datagram: bytes) -> list[Frame]:
         self.messages += 1
         try:
-            shapes, turns = phones.read(kind, datagram)
+            shapes, turns = decode.read_face(kind, datagram)
         except osc.MalformedError as error:
             self.packets_bad += 1
             self.absurd += isinstance(error, osc.AbsurdError)

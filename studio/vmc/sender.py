@@ -12,6 +12,7 @@ from enum import StrEnum
 from studio.errors import StudioError
 from studio.motion import Pose
 from studio.motion.neutral import WAVE_SECONDS, between, neutral_pose, wave_pose
+from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.encode import SendOptions, encode_frame
 
 FADE_SECONDS = 0.5
@@ -38,7 +39,7 @@ class Destination:
     """
 
     host: str = "127.0.0.1"
-    port: int = 39539
+    port: int = MARIONETTE_PORT
     fps: float = 60.0
     options: SendOptions = field(default_factory=SendOptions)
 
@@ -58,9 +59,6 @@ class TargetPreset:
         """What to do in that program, one sentence."""
         return f"In {self.title}, switch receiving VMC on and set the same port as here."
 
-
-MARIONETTE_PORT, PERFORMER_PORT = 39539, 39540
-"""Where avatars listen, and where programs listen that pass motion on. Source: the VMC protocol."""
 
 PRESETS: tuple[TargetPreset, ...] = (
     TargetPreset("VSeeFace", PERFORMER_PORT),

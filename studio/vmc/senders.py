@@ -14,7 +14,7 @@ from collections import deque
 from itertools import count
 from typing import NamedTuple
 
-from studio.vmc import phones
+from studio.vmc import decode
 from studio.vmc.osc import BUNDLE_MARK, LEAST_BYTES, MOST_BYTES
 from studio.vmc.udp import Datagram
 from studio.vmc.watch import RateWatch
@@ -275,4 +275,4 @@ def _is_plausible(data: bytes) -> bool:
     """Whether a datagram may be motion, at a glance."""
     if not LEAST_BYTES <= len(data) <= MOST_BYTES:
         return False
-    return data.startswith((b"/", BUNDLE_MARK)) or bool(phones.kind_of(data))
+    return data.startswith((b"/", BUNDLE_MARK)) or bool(decode.face_app(data))

@@ -148,9 +148,9 @@ def test_only_what_a_project_is_made_of_is_written_and_the_rest_is_counted(
 def test_whatever_the_studio_writes_is_known() -> None:
     """Every part of the studio that keeps files in a project, by its own names."""
     from studio import formats
-    from studio.capture import journal_format
+    from studio.capture import journal
     from studio.dataset import label_files, relink, suggest
-    from studio.formats import _bone_tables, _find, saia_csv
+    from studio.formats import _bones, _find, saia_csv
     from studio.playback.layers import presets
     from studio.project import avatars, files
     from studio.take import folder, motion_file
@@ -170,9 +170,9 @@ def test_whatever_the_studio_writes_is_known() -> None:
     )  # fmt: skip
     writers = [formats.written_suffix(module) for module in formats.writers().values()]
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
-    take = (folder.INFO_FILE, journal_format.FILE, f"motion{motion_file.SUFFIX}", *audio)
+    take = (folder.INFO_FILE, journal.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
-        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, last_tuning.FILE, _bone_tables.FILE),
+        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, last_tuning.FILE, _bones.FILE),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
         f"runs/{votes.FILE}",

@@ -9,11 +9,19 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, Pose, concatenate
 from studio.playback.layers import foot_lock, regions, strength
-from studio.playback.layers.blinks import CLEAR, INFERRED, Blinks, blinking, blinks_of
-from studio.playback.layers.gaze import Saccades, with_saccades
-from studio.playback.layers.idle import breathing, swaying
+from studio.playback.layers.idle import (
+    CLEAR,
+    INFERRED,
+    Blinks,
+    Saccades,
+    blinking,
+    blinks_of,
+    breathing,
+    swaying,
+    with_saccades,
+)
 from studio.playback.layers.regions import Reference, is_lid
-from studio.playback.layers.smoothing import StreamSmoothing, smoothed
+from studio.playback.layers.strength import StreamSmoothing, smoothed
 from studio.playback.layers.tuning import Tuning
 
 BLOCK = 8192

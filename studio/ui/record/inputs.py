@@ -24,10 +24,11 @@ from studio.ui import theme
 from studio.ui.record.phone_row import PhoneRow
 from studio.ui.widgets.card import Card, Picture, label
 from studio.ui.widgets.level_meter import LevelMeterBar
-from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
+from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
+from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
-PORTS = (39539, 39540)
+PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
 

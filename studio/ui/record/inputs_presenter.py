@@ -14,7 +14,7 @@ from studio.ui import messages, tasks
 from studio.ui.record.inputs import EVERYWHERE, InputsCard
 from studio.ui.record.phone import PhoneLink
 from studio.ui.session import Session
-from studio.vmc.phones import IFACIALMOCAP_PORT
+from studio.vmc.decode import IFACIALMOCAP_PORT
 
 if TYPE_CHECKING:
     from studio.capture.microphone import AudioDevice

@@ -10,7 +10,7 @@ from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio import clock
 from studio.capture.snapshot import Snapshot
-from studio.vmc.phones import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
+from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 
 ASK_EVERY_MS = 2_000
 _QUIET_S = 2.0

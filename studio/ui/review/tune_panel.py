@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QTo
 
 from studio.dataset.history import History
 from studio.playback.layers import Tuning
-from studio.playback.layers.gaze import has_eyes
+from studio.playback.layers.idle import has_eyes
 from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
 from studio.playback.layers.tuning import LIMITS
 from studio.ui import theme

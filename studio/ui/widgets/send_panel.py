@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from studio.ui import theme
 from studio.ui.widgets.card import label
 from studio.ui.widgets.target_row import Address, TargetRow, kept_targets
+from studio.vmc import MARIONETTE_PORT
 from studio.vmc.encode import SendOptions
 from studio.vmc.sender import Destination
 
@@ -52,7 +53,7 @@ class SendPanel(QWidget):
         self.add.setObjectName("add_target")
         theme.set_icon(self.add, "mdi6.plus", "muted")
         theme.as_role(self.add, "quiet")
-        self.add.clicked.connect(lambda: self.add_target(Address("", "127.0.0.1", 39539)))
+        self.add.clicked.connect(lambda: self.add_target(Address("", "127.0.0.1", MARIONETTE_PORT)))
         self.all = QPushButton(self.tr("Send to all"))
         self.all.setObjectName("send_all")
         theme.as_role(self.all, "quiet")

@@ -15,7 +15,7 @@ from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.phone import PhoneLink
 from studio.ui.session import Session
 from studio.vmc.assemble import Sender
-from studio.vmc.phones import HELLO, IFACIALMOCAP_PORT
+from studio.vmc.decode import HELLO, IFACIALMOCAP_PORT
 
 
 def face(last: float) -> Snapshot:
