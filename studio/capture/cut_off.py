@@ -91,7 +91,8 @@ class FolderWatch:
         except (FileNotFoundError, NotADirectoryError):
             return False
         except OSError:
-            return True  # a network that stumbles says nothing of the folder; what cannot be written does
+            # A network that stumbles says nothing of the folder; what cannot be written does.
+            return True
 
 
 def _path_of(descriptor: int) -> Path | None:
@@ -230,14 +231,16 @@ def _completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
     try:
         take = recovery.complete(folder, *notes)
     except StudioError as error:
-        if not folder.exists():  # nothing came in, and the reason is known better here
+        # Nothing came in, and the reason is known better here.
+        if not folder.exists():
             if cut is None:
                 raise
             what = f"{cut.cause} Nothing of {folder.name} was recorded."
             raise StudioError(what, _before_again(cut)) from error
         what = cut.what if cut is not None else error.what
         lies = f"What was recorded lies in {folder}"
-        if cut is not None and cut.reason == "folder_gone":  # no project ever looks into that place
+        # No project ever looks into that place.
+        if cut is not None and cut.reason == "folder_gone":
             remedy = f"{lies}. {cut.todo}"
         else:
             remedy = f"{lies} and becomes a take when the project is opened next."

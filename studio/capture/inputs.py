@@ -25,13 +25,13 @@ from studio.vmc.rows import RowBlock
 from studio.vmc.udp import bind_wide
 
 _REFIT_S = 2.0
+# Seconds without a block after which a microphone that said nothing of leaving counts as gone.
 _LOST_S = 5.0
-"""Seconds without a block after which a microphone that said nothing of leaving counts as gone."""
 _POINTS = 2000
+# How long the listener may take to end; on a busy machine it may just be starting.
 _PATIENCE_S = 5.0
-"""How long the listener may take to end; on a busy machine it may just be starting."""
+# Minutes of what the listener told, for a recorder that is held up.
 _KEPT_TURNS = 60_000
-"""Minutes of what the listener told, for a recorder that is held up."""
 _log = logging.getLogger(__name__)
 
 

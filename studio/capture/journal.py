@@ -56,12 +56,12 @@ def pack(kind: bytes, payload: bytes, number: int, rows: int, layout: int) -> by
     return header + CHECK.pack(zlib.crc32(header)) + payload
 
 
+# Rows of more than that go into several blocks, since damage costs a whole one.
 _BLOCK_BYTES = 128 * 1024
-"""Rows of more than that go into several blocks, since damage costs a whole one."""
+# Flushes after which head and names are written again, at the latest.
 _REPEAT = 25
-"""Flushes after which head and names are written again, at the latest."""
+# How many tables of names are written again: those that came last.
 _TABLES = 16
-"""How many tables of names are written again: those that came last."""
 _LOCK_TRIES, _LOCK_S = 40, 0.005
 
 
@@ -130,7 +130,8 @@ class Journal:
     def close(self) -> None:
         """End the file; the lock on it goes too."""
         self._syncer.shutdown(wait=True)
-        with suppress(OSError):  # bytes that did not fit are lost; the ones before are not
+        # Bytes that did not fit are lost; the ones before are not.
+        with suppress(OSError):
             self._file.close()
 
     def _add_names(self, names: ChannelLayout) -> None:
@@ -219,7 +220,8 @@ def _lock(file: IO[bytes]) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        file.seek(0x7FFF_FFFF)  # a byte far behind the content, since Windows locks forbid reading
+        # A byte far behind the content, since Windows locks forbid reading.
+        file.seek(0x7FFF_FFFF)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         finally:

@@ -34,12 +34,12 @@ from studio.capture.journal import (
 )
 from studio.vmc.rows import ChannelLayout, RowBlock
 
+# No block was ever longer; a damaged length must not have the rest of a large file summed up in vain.
 _LONGEST = 1 << 28
-"""No block was ever longer; a damaged length must not have the rest of a large file summed up in vain."""
+# What one look at a place that is no block costs of the patience, in bytes, whatever its length says.
 _LOOK = 4096
-"""What one look at a place that is no block costs of the patience, in bytes, whatever its length says."""
+# Bytes summed up in vain before a file is given up, which only one made to hold us up ever reaches.
 _PATIENCE = 1 << 30
-"""Bytes summed up in vain before a file is given up, which only one made to hold us up ever reaches."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,8 @@ def holds_only_head(data: bytes) -> bool:
         if size < HEADER_1.size:
             return True
         kind, length, _ = HEADER_1.unpack_from(data, at)
-        others = any(tag in data for tag in (NAMES, ROWS, CLOCK, FACTS))  # its length may be damaged
+        # Its length may be damaged.
+        others = any(tag in data for tag in (NAMES, ROWS, CLOCK, FACTS))
         return kind == HEAD and size <= HEADER_1.size + length and not others
     if size < HEADER_BYTES:
         return True
@@ -158,7 +159,8 @@ class _Scanner:
         if at + HEADER_1.size > len(self._data):
             return None, 0
         kind, length, check = HEADER_1.unpack_from(self._view, at)
-        if kind not in self._next or not length:  # zeros are the right checksum of nothing, so prove nothing
+        # Zeros are the right checksum of nothing, so prove nothing.
+        if kind not in self._next or not length:
             return None, 0
         payload = self._payload(at + HEADER_1.size, length)
         if payload is None or zlib.crc32(payload) != check:
@@ -170,8 +172,8 @@ class _Scanner:
         return self._view[at : at + length] if inside else None
 
 
+# No clock of ours is ever further from 0 than that, seconds.
 _LATEST = 1e9
-"""No clock of ours is ever further from 0 than that, seconds."""
 _SECTOR = 4096
 
 
@@ -250,7 +252,8 @@ def contents(data: bytes) -> JournalContents:
     unreadable: dict[object, Block] = {}
     for block, names in _with_names(blocks, found, data):
         identity = _identity(block, found.version)
-        if identity in understood:  # the disk has it twice
+        # The disk has it twice.
+        if identity in understood:
             continue
         content = _understood(block, names)
         if content is None:
@@ -312,7 +315,8 @@ def _identity(block: Block, version: int) -> object:
     """What two copies of one block share, and no two blocks."""
     if version == 2:
         return block.number
-    if block.kind == NAMES:  # may come again on purpose
+    # May come again on purpose.
+    if block.kind == NAMES:
         return block.at
     # Rows and clock pairs begin with moments that no other block has.
     return block.kind, len(block.payload), zlib.crc32(block.payload), bytes(block.payload[:20])
@@ -356,7 +360,8 @@ def _understood(block: Block, names: ChannelLayout | None) -> Any:
 def _object(payload: memoryview) -> dict[str, Any] | None:
     try:
         content = json.loads(bytes(payload))
-        json.dumps(content, ensure_ascii=False).encode()  # no half characters, which no file can hold
+        # No half characters, which no file can hold.
+        json.dumps(content, ensure_ascii=False).encode()
     except (ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
@@ -394,7 +399,8 @@ def _clock(payload: memoryview) -> NDArray[np.float64] | None:
 
 
 def _plausible(times: NDArray[np.float64]) -> bool:
-    return bool((np.abs(times) < _LATEST).all())  # False for NaN
+    # False for NaN.
+    return bool((np.abs(times) < _LATEST).all())
 
 
 def _missing(found: Scan, blocks: Sequence[Block], unreadable: Iterable[Block]) -> list[Damage]:

@@ -54,13 +54,14 @@ WORD = "_listen"
 """The command line that leads here."""
 _TURN_S = 0.004
 _SEND_S = 0.05
+# Turns kept for a parent that is held up: minutes.
 _MOST_WAITING = 20_000
-"""Turns kept for a parent that is held up: minutes."""
 
 
 def main() -> int:
     """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the parent, which ends the take well
+    # Ctrl+C is for the parent, which ends the take well.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise_priority(before_all=True)
     given: list[Any] = pickle.load(sys.stdin.buffer)
     sockets = [_opened(one) for one in given]
@@ -68,7 +69,8 @@ def main() -> int:
     ended = threading.Event()
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
     receiver = Receiver(sockets)
-    gc.freeze()  # what is there by now stays, and need never be looked through
+    # What is there by now stays, and need never be looked through.
+    gc.freeze()
     with contextlib.suppress(OSError, KeyboardInterrupt):
         _listen(receiver, writer, ended)
     receiver.close()
@@ -81,7 +83,8 @@ def _listen(receiver: Receiver, writer: PipeWriter, ended: threading.Event) -> N
     while not ended.is_set() and not writer.broken:
         receiver.wait(_SEND_S)
         if receiver.stamped:
-            ended.wait(_TURN_S)  # let some gather; without stamps, reading at once is the stamp
+            # Let some gather; without stamps, reading at once is the stamp.
+            ended.wait(_TURN_S)
         now = clock.now()
         blocks = receiver.poll(now)
         if not blocks and now - sent_at < _SEND_S:

@@ -30,8 +30,8 @@ _NO_AUDIO = (
 )
 opening = threading.RLock()
 """Held while PortAudio opens a stream or looks for devices: it must not be asked twice at once."""
+# Looking for devices anew would cut them off.
 _open_inputs: WeakSet[AudioInput] = WeakSet()
-"""Looking for devices anew would cut them off."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +91,11 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     """
     sd = library()
     try:
-        with opening:  # nobody may ask while another one starts it anew
+        # Nobody may ask while another one starts it anew.
+        with opening:
             if refresh and not _open_inputs:
-                sd._terminate()  # PortAudio lists devices only when it starts
+                # PortAudio lists devices only when it starts.
+                sd._terminate()
                 sd._initialize()
             listed = sd.query_devices()
             chosen = sd.default.device[0]
@@ -266,7 +268,8 @@ class AudioInput:
         """Close the device; safe to call twice, from two threads at once, and with the device gone."""
         self._stopping = True
         if not self._closing.acquire(blocking=False):
-            return  # another thread is at it: PortAudio must not be asked twice
+            # Another thread is at it: PortAudio must not be asked twice.
+            return
         try:
             if self._stream is not None:
                 with contextlib.suppress(library().PortAudioError):

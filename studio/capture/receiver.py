@@ -16,16 +16,15 @@ from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
 from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
 from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
 
+# A datagram that is stamped may take this long to where it can be read, so silence is judged later.
 _ON_THE_WAY = 0.005
-"""A datagram that is stamped may take this long to where it can be read, so silence is judged later."""
+# Decoding goes on for so long between two readings, and a turn before what was said is told.
+#
+# By time, since a datagram takes from a microsecond to some milliseconds. No thread reads beside the
+# decoding: it would wait for Python's lock after every datagram.
 _SLICE_S, _TURN_S = 0.002, 0.02
-"""Decoding goes on for so long between two readings, and a turn before what was said is told.
-
-By time, since a datagram takes from a microsecond to some milliseconds. No thread reads beside the decoding:
-it would wait for Python's lock after every datagram.
-"""
+# What decoding takes at most: the costliest, a new name in 48 bytes, some 15 us.
 _MOST_COST_S, _MOST_COST_S_A_BYTE = 20e-6, 0.5e-6
-"""What decoding takes at most: the costliest, a new name in 48 bytes, some 15 us."""
 
 
 @dataclass(frozen=True)

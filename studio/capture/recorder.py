@@ -35,10 +35,10 @@ _LOOK_S = 0.016
 _FLUSH_S = 0.2
 _SYNC_S = 2.0
 _DISK_S = 1.0
+# How long the end of the sound is waited for: it is handed over later than it is captured.
 _TAIL_S = 0.6
-"""How long the end of the sound is waited for: it is handed over later than it is captured."""
+# How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s.
 _MOTION_TAIL_S = 20.0
-"""How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s."""
 _RESERVE = 64 * 1024 * 1024
 _log = logging.getLogger(__name__)
 
@@ -161,7 +161,8 @@ class Recorder:
             return
         found = lost.reopened(refresh)
         with self._lock:
-            if self._sound is not lost:  # another one was chosen meanwhile
+            # Another one was chosen meanwhile.
+            if self._sound is not lost:
                 found.close()
                 return
             if self._roll is not None:
@@ -382,7 +383,8 @@ class Recorder:
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
         """Look after the disk and hand everything to it; a take that it takes no more of ends here."""
-        if self._ended.is_set():  # by what could not be written just now
+        # By what could not be written just now.
+        if self._ended.is_set():
             return
         if now - self._disk_at >= _DISK_S:
             self._disk_at = now
@@ -431,7 +433,8 @@ class Recorder:
     def _close_roll(self, rolling: roll.Roll) -> None:
         try:
             rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
-        except OSError as error:  # the last moments; where it ended early before, that is known already
+        except OSError as error:
+            # The last moments; where it ended early before, that is known already.
             self.cut_off = self.cut_off or cut_off.failed(error, rolling.seconds)
         sound = self._sound
         if self.cut_off is None and self._silence_reported and sound is not None and sound.audio.stalled:

@@ -29,8 +29,8 @@ from studio.take.take import Take, TakeInfo
 from studio.vmc.rows import motion_of
 
 _PATIENCE_S = 30.0
+# Nobody waits longer for the first frame of a take than they record at most.
 _LONGEST_PAUSE_S = 86_400.0
-"""Nobody waits longer for the first frame of a take than they record at most."""
 
 
 def complete(folder: Path, *notes: str) -> Take:
@@ -56,7 +56,8 @@ def complete(folder: Path, *notes: str) -> Take:
         if holds_anything(folder, contents):
             raise set_unreadable_aside(folder)
     except FileNotFoundError as error:
-        if is_take(folder):  # a program that opened the project just now took it for left behind
+        # A program that opened the project just now took it for left behind.
+        if is_take(folder):
             return load_take(folder)
         raise cannot_write(folder, error) from error
     except OSError as error:
@@ -138,7 +139,8 @@ def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[
             missing.append("Its sound was damaged on the disk and could not be read; the file is kept.")
         else:
             sound.unlink()
-    left = folder / f"motion{SUFFIX}"  # by who was killed before take.json was written
+    # By who was killed before take.json was written.
+    left = folder / f"motion{SUFFIX}"
     if motion is not None and left.is_file() and not _is_motion(left):
         set_aside(left)
     info = _info(contents, fit, folder)
@@ -189,7 +191,8 @@ def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit
     if not contents.damaged:
         return ""
     first = contents.damaged[0]
-    moment = max(0.0, fit.to_audio(first.since))  # NaN stays NaN
+    # NaN stays NaN.
+    moment = max(0.0, fit.to_audio(first.since))
     where = f"near {moment:.1f} s" if math.isfinite(first.since) else "at its beginning"
     if len(contents.damaged) > 1:
         where = f"in {len(contents.damaged)} places, the first {where}"
@@ -288,10 +291,10 @@ def _changed(folder: Path) -> str:
 _RECOVERED = "The studio ended while this was recorded; it was recovered."
 _LOCK_FILE = ".recovering"
 _WAIT_S, _LOOK_S = 60.0, 0.05
+# A recording as young as that may be about to begin, and not have its lock yet.
 _YOUNG_S = 60.0
-"""A recording as young as that may be about to begin, and not have its lock yet."""
+# After which no recording goes on that wrote nothing; the clock of a network drive may be off by some.
 _SILENT_S = 3600.0
-"""After which no recording goes on that wrote nothing; the clock of a network drive may be off by some."""
 _log = logging.getLogger(__name__)
 
 
@@ -299,7 +302,8 @@ def left_behind(takes_folder: Path) -> tuple[Path, ...]:
     """Folders that are no takes yet: recordings that go on, or were cut short."""
     try:
         return tuple(sorted(path.parent for path in takes_folder.glob(f"*/{journal.FILE}")))
-    except OSError:  # who opens the project will say what is wrong with its folder
+    except OSError:
+        # Who opens the project will say what is wrong with its folder.
         return ()
 
 
@@ -340,7 +344,8 @@ def _alone(takes_folder: Path) -> Iterator[None]:
     path = takes_folder / _LOCK_FILE
     try:
         file = path.open("wb")
-    except OSError:  # a folder to read only: why nothing is recovered is contents for each recording
+    except OSError:
+        # A folder to read only: why nothing is recovered is contents for each recording.
         yield
         return
     with file:
@@ -348,7 +353,8 @@ def _alone(takes_folder: Path) -> Iterator[None]:
         while journal.is_busy(file) and time.monotonic() < until:
             time.sleep(_LOOK_S)
         yield
-    with suppress(OSError):  # Windows removes no file that another program waits for
+    # Windows removes no file that another program waits for.
+    with suppress(OSError):
         path.unlink()
 
 
@@ -365,7 +371,8 @@ def _recovered(folder: Path) -> Take | None:
             changed = path.stat().st_mtime
             # A disk without locks tells by the time alone: what goes on is written to five times a second.
             if not locked and (journal.is_busy(held) or time.time() - changed < _SILENT_S):
-                return None  # it goes on, or another program was faster
+                # It goes on, or another program was faster.
+                return None
             contents = journal_contents.read(folder)
             take = standing(folder, contents)
             recovered = save(folder, contents, (_RECOVERED,)) if take is None else None
@@ -383,7 +390,8 @@ def _recovered(folder: Path) -> Take | None:
         raise cannot_write(folder, error) from error
     except StudioError:
         raise
-    except Exception as error:  # one odd recording must not keep anybody from the rest of the project
+    except Exception as error:
+        # One odd recording must not keep anybody from the rest of the project.
         what = f"Something unexpected happened: {type(error).__name__}: {error}."
         raise StudioError(what, f"It is kept in {folder}; please report this.") from error
     return recovered

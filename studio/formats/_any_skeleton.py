@@ -14,13 +14,13 @@ Array = NDArray[np.floating]
 
 _MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 _MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
+# Thigh and shin of the built-in figure.
 _LEG_M = 0.81
-"""Thigh and shin of the built-in figure."""
 _PLAUSIBLE = (0.33, 1.6)
 _UNITS = {"centimetres": 0.01, "metres": 1.0}
 _RARE_UNITS = {"inches": 0.0254, "CMU's units (5.6 cm)": 0.056444, "millimetres": 0.001, "feet": 0.3048}
+# Limbs nearer to the T-pose than this rest in it.
 _T_POSE_DEGREES = 15.0
-"""Limbs nearer to the T-pose than this rest in it."""
 
 
 def to_humanoid(bvh: Bvh, bones: dict[str, int], skeleton: Skeleton) -> tuple[Motion, list[str]]:
@@ -154,6 +154,7 @@ def _arc(a: Array, b: Array) -> Array:
     if length < 1e-9:
         return rotation.IDENTITY
     b = b / length
-    if float(a @ b) < -0.9999:  # opposite: any axis across will do
+    # Opposite: any axis across will do.
+    if float(a @ b) < -0.9999:
         return rotation.from_axis_angle([0.0, 0.0, 1.0], np.pi)
     return rotation.normalised(np.append(np.cross(a, b), 1.0 + float(a @ b)))

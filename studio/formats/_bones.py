@@ -148,7 +148,8 @@ def _bare(name: str) -> tuple[str, str]:
     """The side ("Left", "Right" or "") and the name in small letters without punctuation."""
     text = _without_prefix(name)
     words = [word for word in re.split(r"[^A-Za-z0-9]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text)) if word]
-    if len(words) > 1 and words[0].lower() == "c":  # VRoid's centre
+    # VRoid's centre.
+    if len(words) > 1 and words[0].lower() == "c":
         words = words[1:]
     for place in (0, len(words) - 1):
         if len(words) > 1 and words[place].lower() in _SIDE_WORDS:

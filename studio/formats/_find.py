@@ -89,7 +89,8 @@ def _sources(files: list[Path]) -> Iterator[ImportCandidate]:
     for file in files:
         module = None if file.suffix.lower() in SOUND_SUFFIXES else formats.reader_for(file)
         if module is None and file.suffix.lower() == ".csv" and file.parent.name.lower() in _LAYOUT:
-            module = formats.load("saia_csv")  # it lies where motion lies, so reading it says what is wrong
+            # It lies where motion lies, so reading it says what is wrong.
+            module = formats.load("saia_csv")
         if module is not None and not _is_second_half(file, files):
             motions.append((file, module))
     used: set[Path] = set()

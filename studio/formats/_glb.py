@@ -114,7 +114,8 @@ class Glb:
         if "sparse" in accessor:
             raise self._unreadable()
         values = self._values(accessor)
-        with np.errstate(invalid="ignore"):  # a damaged file may hold NaNs that signal
+        # A damaged file may hold NaNs that signal.
+        with np.errstate(invalid="ignore"):
             floats = values.astype(np.float64)
         if accessor["componentType"] != FLOAT:
             floats = np.maximum(floats / np.iinfo(values.dtype).max, -1.0)

@@ -130,7 +130,8 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
             table = _arrow_table(form, types, empty_row, skipped)
         except pa.ArrowInvalid:
             skipped.clear()
-            table = _arrow_table(form, types, empty_row, skipped, threads=False)  # one thread knows the row
+            # One thread knows the row.
+            table = _arrow_table(form, types, empty_row, skipped, threads=False)
         columns = _joined(table) if form.doubled else [table.column(name) for name in unique]
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
         raise _sentence(form, error) from error
@@ -150,7 +151,8 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
     values = np.empty((table.num_rows, len(kept)), dtype=np.float64)
     for place, i in enumerate(kept):
         values[:, place] = columns[i].to_numpy()
-    values[np.abs(values) > LARGEST] = np.nan  # no time and no channel is; it would overflow further on
+    # No time and no channel is; it would overflow further on.
+    values[np.abs(values) > LARGEST] = np.nan
     return Table(tuple(form.names[i] for i in kept), values, texts, notes)
 
 
@@ -192,7 +194,8 @@ def _joined(table: pa.Table) -> list[Any]:
     from pyarrow import compute
 
     columns = []
-    join: Any = compute.binary_join_element_wise  # its types do not know the separator as a str
+    # Its types do not know the separator as a str.
+    join: Any = compute.binary_join_element_wise
     for i in range(0, table.num_columns, 2):
         text = join(table.column(i), table.column(i + 1), ".")
         columns.append(compute.cast(text, pa.float64()))
@@ -251,7 +254,8 @@ def _separator(text: str) -> str:
 def _split(line: str, separator: str) -> tuple[str, ...]:
     try:
         cells = next(csv.reader(io.StringIO(line), delimiter=separator), [])
-    except csv.Error:  # a cell of more than 131072 letters
+    except csv.Error:
+        # A cell of more than 131072 letters.
         return (line,)
     return tuple(cell.strip() for cell in cells)
 

@@ -33,15 +33,16 @@ def fits(path: Path, audio: Path) -> bool:
     """Whether a file holds as much sound as another, at its rate and with its channels."""
     got, expected = sound_info(path), sound_info(audio)
     same = (got.sample_rate, got.channels) == (expected.sample_rate, expected.channels)
-    if got.container != expected.container:  # where it was decoded, its length was only an estimate before
+    # Where it was decoded, its length was only an estimate before.
+    if got.container != expected.container:
         return same and got.duration > 0
     return same and abs(got.duration - expected.duration) < _ALIKE_SECONDS
 
 
+# What reading raises of a file that the disk did not keep as it was written.
 _UNREADABLE = (
     StudioError, OSError, LookupError, TypeError, AttributeError, struct.error, *atomic.UNREADABLE_ZIP
 )  # fmt: skip
-"""What reading raises of a file that the disk did not keep as it was written."""
 
 
 def checked(path: Path, put: Callable[[Path], object], fits: Callable[[Path], bool]) -> tuple[Path, ...]:

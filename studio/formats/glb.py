@@ -88,7 +88,8 @@ class Body:
         binds = np.tile(np.eye(4), (count + 1, 1, 1))
         binds[1:, :3, 3] = -rest
         use = np.bincount(surface.joints.ravel(), surface.weights.ravel(), len(surface.binds))
-        for i in np.argsort(use, kind="stable"):  # the bind that is used most is a bone's own
+        # The bind that is used most is a bone's own.
+        for i in np.argsort(use, kind="stable"):
             owner = int(surface.owners[i])
             binds[owner + 1, :3] = surface.binds[i]
             if owner >= 0:
@@ -151,7 +152,8 @@ def _influences(surface: Surface, bones: int) -> tuple[NDArray[np.uint16], Float
     joints = np.argsort(-dense, axis=1, kind="stable")[:, :count]
     weights = np.take_along_axis(dense, joints, axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
-    joints = np.where(weights > 0.0, joints, 0)  # an unused joint is written as 0
+    # An unused joint is written as 0.
+    joints = np.where(weights > 0.0, joints, 0)
     space = ((0, 0), (0, _INFLUENCES - count))
     return np.pad(joints, space).astype(np.uint16), np.pad(weights, space).astype(np.float32)
 

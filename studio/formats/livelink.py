@@ -90,8 +90,8 @@ BONES_KEPT = frozenset(("Head", "LeftEye", "RightEye"))
 
 TIMECODE_FPS = 60.0
 _DAY = 24 * 3600.0
+# Seconds before and after it in which a time that falls is the next day's.
 _AROUND_MIDNIGHT = 3600.0
-"""Seconds before and after it in which a time that falls is the next day's."""
 _TIMECODE = re.compile(r"([01]?\d|2[0-3]):([0-5]?\d):([0-5]?\d)[:;](\d{1,3})(\.\d+)?")
 _TURNS = {"Head": "head", "LeftEye": "lefteye", "RightEye": "righteye"}
 _ANGLES = ("yaw", "pitch", "roll")
@@ -211,7 +211,8 @@ def _fits(
         wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
         got = back.rotations[:, back.bone_names.index(bone)]
         apart.append(rotation.angle_between(got, wanted).max())
-    return all(far <= 1e-3 for far in apart)  # what is no number is never near
+    # What is no number is never near.
+    return all(far <= 1e-3 for far in apart)
 
 
 def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:

@@ -90,13 +90,15 @@ class _Film:
         import av
 
         self._fps = fps
-        options = {"movflags": "+faststart"}  # it begins to play before all of it is loaded
+        # It begins to play before all of it is loaded.
+        options = {"movflags": "+faststart"}
         self._container: Any = av.open(str(path.absolute()), "w", format="mp4", options=options)
         try:
             self._video = self._stream(drawing)
             self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
         except BaseException:
-            self._let_go()  # Windows removes no file that somebody holds
+            # Windows removes no file that somebody holds.
+            self._let_go()
             raise
         self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
         self._samples = 0
@@ -201,7 +203,8 @@ def _read_back(
 
     try:
         with av.open(str(path.absolute())) as film:
-            video = film.streams.video[0]  # to be asked nothing once the file is closed: its memory is gone
+            # To be asked nothing once the file is closed: its memory is gone.
+            video = film.streams.video[0]
             wide, high, rate = video.width, video.height, float(video.average_rate or 0)
             pictures, sound = _counted(film)
             film.seek(0)

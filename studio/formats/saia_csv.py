@@ -93,7 +93,8 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     shapes_path, bones_path, sound_path = targets(path)
     files: list[Path] = []
     shapes = bones = None
-    with ExitStack() as whole:  # none of them takes its name before all of them are right
+    # None of them takes its name before all of them are right.
+    with ExitStack() as whole:
 
         def beside(file: Path) -> Path:
             files.append(file)

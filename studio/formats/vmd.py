@@ -107,7 +107,8 @@ def to_humanoid(tracks: dict[str, tuple[Array, Array]], frames: int) -> tuple[tu
     names = tuple(dict.fromkeys(("Hips", *(bone for bone in BONES.values() if bone in present))))
     whole = np.tile(rotation.IDENTITY, (frames, 1))
     changes: dict[str, Array] = {}
-    for name, bone in BONES.items():  # parents come before their children in the table
+    # Parents come before their children in the table.
+    for name, bone in BONES.items():
         if bone in present:
             above = _above(bone, present)
             changes[bone] = rotation.multiply(changes[above] if above else whole, tracks[name][1])
@@ -264,7 +265,8 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
             file.write(_MAGIC.ljust(30, b"\0") + model)
             for part in (bone_rows, morph_rows):
                 file.write(struct.pack("<I", len(part)) + part.tobytes())
-            file.write(struct.pack("<3I", 0, 0, 0))  # camera, light, shadow
+            # Camera, light, shadow.
+            file.write(struct.pack("<3I", 0, 0, 0))
 
     return checked(path, put, lambda beside: _fits(beside, morphs, bones, len(even)))
 
@@ -391,4 +393,5 @@ def _fits(path: Path, morphs: dict[str, Array], bones: dict[str, tuple[Array, Ar
         moved, turned = bodies[name]
         angle = rotation.angle_between(turned, turn).max(initial=0.0)
         apart += [float(np.abs(moved - at).max()) / 10, float(angle)]
-    return all(far <= 1e-3 for far in apart)  # what is no number is never near
+    # What is no number is never near.
+    return all(far <= 1e-3 for far in apart)

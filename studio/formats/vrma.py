@@ -216,7 +216,8 @@ def _fits(path: Path, body: Motion, expressions: dict[str, Array]) -> bool:
     same = len(back) == len(body) and np.allclose(back.times, body.times, rtol=0, atol=1e-3)
     if same and set(expressions) == set(back.shape_names):
         weights = [np.abs(back.shapes[:, s] - expressions[n]).max() for s, n in enumerate(back.shape_names)]
-        same = all(far < 1e-5 for far in weights)  # what is no number is never near
+        # What is no number is never near.
+        same = all(far < 1e-5 for far in weights)
     if not same or not set(body.bone_names) <= set(back.bone_names):
         return False
     rows = np.unique(np.linspace(0, len(body) - 1, _FRAMES_COMPARED).astype(int))

@@ -23,8 +23,8 @@ Array = NDArray[np.floating]
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
+# Rest hips this share away from the length of the legs are somebody who sat: the legs count then.
 _STANDING = 0.2
-"""Rest hips this share away from the length of the legs are somebody who sat: the legs count then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,7 +281,8 @@ def _hips_height(skeleton: Skeleton) -> float:
     if min(leg) < 0:
         return rest
     length = float(np.linalg.norm(skeleton.rest_positions[leg[1:]], axis=1).sum())
-    length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09  # and the ankle above the sole
+    # And the ankle above the sole.
+    length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09
     return rest if abs(rest - length) < _STANDING * length else length
 
 

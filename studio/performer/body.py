@@ -160,8 +160,8 @@ Array = NDArray[np.floating]
 STANCE = 0.115
 """Metres from the middle to each ankle."""
 TOES_OUT_DEG = 8.0
+# How straight the straighter leg is: knees never lock.
 _SOFT_KNEES = 0.9992
-"""How straight the straighter leg is: knees never lock."""
 
 
 def hip_height(hips: Array, turn: Array) -> Array:
@@ -336,7 +336,8 @@ def _head(
     yaw = 0.45 * style.turn * look_yaw + 3.8 * wander(times, style.seed, "shake", 2.9)
     roll = style.head_roll + _tilts(times, lines, style) + 1.5 * wander(times, style.seed, "roll", 3.7)
     for name, share in _NECK:
-        lean = 5.0 if name == "Neck" else -5.0  # a neck rises forward; the face stays upright
+        # A neck rises forward; the face stays upright.
+        lean = 5.0 if name == "Neck" else -5.0
         found[name] = _euler(y=yaw * share, x=nod * share + lean, z=roll * share)
     return yaw, nod
 

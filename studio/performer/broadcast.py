@@ -26,8 +26,8 @@ NO_SOUND = "none"
 _AHEAD_SCENES = 2
 _NAP = 0.05
 _LATE_FRAMES = 2.0
+# How long the way to rest takes.
 _REST_SECONDS = 0.5
-"""How long the way to rest takes."""
 
 
 class Broadcast:
@@ -139,9 +139,11 @@ class Broadcast:
             self._stopping.set()
             self._speaking = ""
             self._clock.close()
-            with suppress(queue.Empty):  # the writer may wait for room
+            # The writer may wait for room.
+            with suppress(queue.Empty):
                 self._scenes.get_nowait()
-            if writer.is_alive():  # a thread left in mid-computation would abort a process that ends
+            # A thread left in mid-computation would abort a process that ends.
+            if writer.is_alive():
                 writer.join()
 
     def _write(self) -> None:
@@ -191,7 +193,8 @@ class Broadcast:
             return
         self._clock.put(first)
         scene, upcoming = first, self._after(first)
-        self._clock.begin()  # only now: the clock must not run while speech is still being made
+        # Only now: the clock must not run while speech is still being made.
+        self._clock.begin()
         while not self._stopping.is_set():
             self._send_scene(scene, channel, address)
             if upcoming is None:
@@ -300,7 +303,8 @@ class _Clock:
             heard = speaker.position()
         else:
             heard = time.monotonic() - self._zero if self._zero is not None else -math.inf
-        self._last = max(self._last, heard)  # a clock that is corrected never runs backwards
+        # A clock that is corrected never runs backwards.
+        self._last = max(self._last, heard)
         return self._last
 
     def lost(self) -> bool:

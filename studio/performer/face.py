@@ -66,7 +66,8 @@ def _add_line(
     rng = np.random.default_rng((*line.seed, 501))
     for phone in line.phones():
         start = phone.t + style.lag + float(rng.normal(0, 0.006))
-        accident = rng.normal(1.0, 0.1, 5)  # nobody says a sound twice alike
+        # Nobody says a sound twice alike.
+        accident = rng.normal(1.0, 0.1, 5)
         for letter, target, share in targets(phone.name):
             length = share * phone.duration
             part = window(times, start - _REACH, start + length + _REACH)
@@ -141,7 +142,8 @@ def gaze(times: Curve, lines: Sequence[Line], style: Style) -> tuple[Curve, Curv
     cell = 1.3
     index = np.floor(times / cell).astype(np.int64)
     yaw, pitch = np.zeros(len(times)), np.zeros(len(times))
-    for back in (0, 1):  # the glance of this cell, and the one it came from
+    # The glance of this cell, and the one it came from.
+    for back in (0, 1):
         k = index - back
         begins = (k + 0.15 + 0.6 * chance(style.seed, "saccade", k)) * cell
         aside = chance(style.seed, "aside", k) < 0.3

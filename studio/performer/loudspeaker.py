@@ -31,8 +31,10 @@ class Loudspeaker:
 
     def __init__(self, device: str | int | None = None) -> None:
         self._queue: deque[NDArray[np.float32]] = deque()
-        self._used = 0  # samples of the first block already played
-        self._played = 0  # samples of the performance given to the device
+        # Samples of the first block already played.
+        self._used = 0
+        # Samples of the performance given to the device.
+        self._played = 0
         self._last_callback = time.monotonic()
         self._hushed = False
         self._gain = 1.0
@@ -81,7 +83,8 @@ class Loudspeaker:
         now = time.monotonic()
         self._last_callback = now
         delay = info.outputBufferDacTime - info.currentTime
-        if not 0.0 < delay < 5.0:  # some drivers do not say
+        # Some drivers do not say.
+        if not 0.0 < delay < 5.0:
             delay = float(self._stream.latency)
         done = 0
         if self._queue:
@@ -98,7 +101,8 @@ class Loudspeaker:
         self._played += done
         if done < frames:
             out[done:] = 0.0
-        if self._hushed:  # over one block: a cut would click
+        # Over one block: a cut would click.
+        if self._hushed:
             out *= np.linspace(self._gain, 0.0, frames, dtype=np.float32)[:, None]
             self._gain = 0.0
 

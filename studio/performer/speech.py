@@ -165,7 +165,8 @@ class SpeakerVoice:
     def of(cls, performer: int) -> SpeakerVoice:
         """The voice of a performer, by number."""
         rng = np.random.default_rng((performer, 201))
-        female = bool(rng.integers(4))  # three in four: the first voice people meet is Mia
+        # Three in four: the first voice people meet is Mia.
+        female = bool(rng.integers(4))
         variants = _FEMALE if female else _MALE
         return cls(
             variant=variants[int(rng.integers(len(variants)))],
@@ -242,7 +243,8 @@ def _joined(starts: list[tuple[float, str]], end: float) -> tuple[Phone, ...]:
     for t, name in starts:
         if kept and not name and not kept[-1][1]:
             continue
-        if kept and t <= kept[-1][0]:  # a phoneme of no length: the next takes its place
+        # A phoneme of no length: the next takes its place.
+        if kept and t <= kept[-1][0]:
             kept.pop()
         kept.append((t, name))
     ends = [*(t for t, _ in kept[1:]), end]

@@ -51,7 +51,8 @@ TABLE: dict[tuple[TransportState, Event], TransportState] = {
     (_S.STOPPED, _E.PLAY): _S.STARTING,
     (_S.STOPPED, _E.PAUSE): _S.STOPPED,
     (_S.STOPPED, _E.SEEK): _S.STOPPED,
-    (_S.STOPPED, _E.PLAYED): _S.STOPPED,  # a last block arriving after the pause
+    # A last block arriving after the pause.
+    (_S.STOPPED, _E.PLAYED): _S.STOPPED,
     (_S.STOPPED, _E.END): _S.STOPPED,
     (_S.STARTING, _E.PLAY): _S.STARTING,
     (_S.STARTING, _E.PAUSE): _S.STOPPED,

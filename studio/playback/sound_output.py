@@ -76,7 +76,8 @@ class StreamClock:
         step = frame - self._frame
         expected = self._time + step * self._period
         error = time - expected
-        if not abs(error) < LOST_LOCK:  # also the first report, where expected is NaN
+        # Also the first report, where expected is NaN.
+        if not abs(error) < LOST_LOCK:
             self._frame, self._time, self._began = frame, time, frame
         else:
             young = (frame - self._began) * self._period < FAST_SECONDS
@@ -165,11 +166,13 @@ class Feed:
         self.position = position
         self.speed = speed
         self.stretch: Stretch | None = None
-        self.stretched = position  # seconds in the file of the next stretched sample
+        # Seconds in the file of the next stretched sample.
+        self.stretched = position
         # A start behind the loop's end plays through to the end instead.
         self.loop = loop if loop is not None and position < loop[1] else None
         self.queue: deque[Chunk] = deque()
-        self.used = 0  # frames of the first chunk already played
+        # Frames of the first chunk already played.
+        self.used = 0
 
 
 class SoundOutput:
@@ -246,7 +249,8 @@ class SoundOutput:
         now = time.monotonic()
         self._last_callback = now
         delay = info.outputBufferDacTime - info.currentTime
-        if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:  # some drivers do not say
+        # Some drivers do not say.
+        if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:
             delay = float(self._stream.latency)
         # The moment at which the device will play the block: it asks for it a buffer's length before.
         self._clock.report(self._frame, now + delay)
@@ -282,7 +286,8 @@ class SoundOutput:
     def _fall_silent(self, out: Samples) -> None:
         out[:] = 0.0
         count = min(len(out), len(self._ramp))
-        out[:count] = self._tail * self._ramp[:count]  # a cut to zero would click
+        # A cut to zero would click.
+        out[:count] = self._tail * self._ramp[:count]
         self._tail[:] = 0.0
 
     def _run(self) -> None:

@@ -143,7 +143,8 @@ def head_ball(plan: Plan, joints: Points, scale: float) -> tuple[Points, float]:
     size = float(np.linalg.norm(up))
     up = up / size if size > 1e-6 else np.array([0.0, 1.0, 0.0])
     centre = joints[plan.head] + up * (0.075 * scale)
-    if plan.eyes:  # the head joint sits over the spine; the skull reaches forward to the eyes
+    # The head joint sits over the spine; the skull reaches forward to the eyes.
+    if plan.eyes:
         forward = joints[list(plan.eyes)].mean(axis=0) - joints[plan.head]
         forward -= up * float(forward @ up)
         centre = centre + forward * 0.25

@@ -93,7 +93,8 @@ class Painter:
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
-        self._scene = _scene(drawing, avatar) if bodily else None  # last: nothing may fail once it is open
+        # Last: nothing may fail once it is open.
+        self._scene = _scene(drawing, avatar) if bodily else None
 
     def __enter__(self) -> Painter:
         return self
@@ -136,7 +137,8 @@ class Painter:
         if self._empty is None:
             picture = self._rendered(pose, t).copy()
             if self._narrow(pose) < self._drawing.width:
-                self._empty = picture.copy()  # beside the body it is the empty room
+                # Beside the body it is the empty room.
+                self._empty = picture.copy()
             return picture
         narrow = self._narrow(pose)
         if narrow == self._drawing.width:

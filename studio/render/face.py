@@ -102,7 +102,8 @@ def _mouth(v: Mapping[str, float]) -> tuple[float, float, float]:
             for i, weight in enumerate(weights):
                 total[i] += weight * value
     jaw = v.get("jawopen", 0.0)
-    if v.get("mouthclose", 0.0) > 0.0:  # ARKit's MouthClose is measured with the jaw open
+    # ARKit's MouthClose is measured with the jaw open.
+    if v.get("mouthclose", 0.0) > 0.0:
         total[0] = max(total[0], 0.1 * jaw)
     return total[0], total[1], total[2]
 
@@ -204,8 +205,8 @@ _HEAD = FacePart(
 )
 EYE_HEIGHT = 13.0
 """Half of an open eye; the eye of a person who looks up or down moves against this."""
+# An eye that is open less than this is drawn as a line.
 _SHUT = 1.5
-"""An eye that is open less than this is drawn as a line."""
 
 
 def face_parts(face: FaceShape) -> list[FacePart]:
@@ -232,7 +233,8 @@ def _mouth_parts(face: FaceShape) -> list[FacePart]:
     gap, corner = 34.0 * face.open, 44.0 - 10.0 * face.smile
     top, bottom = 44.0 - 0.3 * gap, 44.0 + 0.7 * gap + 8.0 * max(face.smile, 0.0)
     left, right = (-half, corner), (half, corner)
-    if face.open < 0.03:  # closed lips are a line
+    # Closed lips are a line.
+    if face.open < 0.03:
         return [FacePart("lips", ((left, (-half * 0.5, bottom), (half * 0.5, bottom), right),))]
     upper = (left, (-half * 0.5, top - 2), (half * 0.5, top - 2), right)
     lower = (right, (half * 0.6, bottom + 4), (-half * 0.6, bottom + 4), left)

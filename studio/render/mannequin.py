@@ -13,8 +13,8 @@ from studio.render.palette import LIGHT, Palette, rgb
 
 _AROUND = 20
 _SKIN, _INK, _WHITE, _LIMB = range(4)
+# The features lie this much before the ball of the head.
 _OUT = 1.012
-"""The features lie this much before the ball of the head."""
 
 
 def mannequin(skeleton: Skeleton, shapes: tuple[str, ...] = (), palette: Palette = LIGHT) -> Avatar:

@@ -28,14 +28,14 @@ Samples = NDArray[np.float32]
 
 LOUDEST = 1e6
 """No sample of a sound is larger."""
+# Samples of each channel read at a time.
 _BLOCK = 1 << 18
-"""Samples of each channel read at a time."""
+# Bytes that a WAV without samples has at most.
 _LARGEST_HEAD = 4096
-"""Bytes that a WAV without samples has at most."""
+# How the names of encodings begin whose samples all take the same room.
 _PLAIN = ("PCM", "FLOAT", "DOUBLE")
-"""How the names of encodings begin whose samples all take the same room."""
+# From here on the size of a WAV is what programs write that do not know it yet.
 _NOT_KNOWN = 0x7FFFF000
-"""From here on the size of a WAV is what programs write that do not know it yet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,8 @@ def open_file(path: Path) -> soundfile.SoundFile | None:
     # A name that ends in .raw makes soundfile ask for the rate instead of looking into the file.
     if is_mp3 or path.suffix.lower() in (".mp3", ".raw"):
         return None
-    if mark == b"OggS" and chained(path):  # of which libsndfile reads the first only
+    # Of which libsndfile reads the first only.
+    if mark == b"OggS" and chained(path):
         return None
     try:
         file = soundfile.SoundFile(str(path))
@@ -142,15 +143,18 @@ def _is_to_be_trusted(file: soundfile.SoundFile, path: Path) -> bool:
     """Whether a file is as long as it says; if not, FFmpeg reads what is there."""
     import soundfile
 
-    if not file.frames:  # its program may never have come to write the length
+    # Its program may never have come to write the length.
+    if not file.frames:
         return path.stat().st_size <= _LARGEST_HEAD
     if file.format in ("WAV", "WAVEX") and file.subtype.startswith(_PLAIN):
-        return True  # the length of plain samples is held against the file's by libsndfile
+        # The length of plain samples is held against the file's by libsndfile.
+        return True
     try:
         file.seek(file.frames - 1)
         last = file.read(1)
         file.seek(0)
-    except (soundfile.LibsndfileError, ValueError):  # ValueError: more than a seek can be told
+    except (soundfile.LibsndfileError, ValueError):
+        # ValueError: more than a seek can be told.
         return False
     return len(last) == 1
 
@@ -175,7 +179,8 @@ def read_sound(path: Path, sample_rate: int | None = None) -> Sound:
             with file:
                 empty = np.zeros((0, file.channels), np.float32)
                 sound = Sound(finite(np.concatenate([empty, *_blocks(file)])), file.samplerate)
-        except soundfile.LibsndfileError:  # damaged on the way: FFmpeg goes on behind the damage
+        except soundfile.LibsndfileError:
+            # Damaged on the way: FFmpeg goes on behind the damage.
             sound = _decode(path)
     return sound if sample_rate is None else sound.resampled(sample_rate)
 
@@ -372,7 +377,8 @@ class SoundSource:
             try:
                 self._file.seek(first)
                 block = finite(self._file.read(last - first, dtype="float32", always_2d=True))
-            except soundfile.LibsndfileError:  # damaged there: silence, and the player goes on
+            except soundfile.LibsndfileError:
+                # Damaged there: silence, and the player goes on.
                 block = np.zeros((0, 2), dtype=np.float32)
             stereo = block[:, [0, -1]] if block.shape[1] <= 2 else block.mean(axis=1, keepdims=True)
             out[first - start : first - start + len(block)] = stereo
@@ -385,7 +391,8 @@ class SoundSource:
         import soxr
 
         unit = self.sample_rate // math.gcd(self.sample_rate, rate)
-        pad = math.ceil(RESAMPLE_PAD / unit) * unit  # whole units keep the output grid where it was
+        # Whole units keep the output grid where it was.
+        pad = math.ceil(RESAMPLE_PAD / unit) * unit
         wide = soxr.resample(self.read(start - pad, count + 2 * pad), self.sample_rate, rate)
         first, length = pad * rate // self.sample_rate, round(count * rate / self.sample_rate)
         return np.ascontiguousarray(wide[first : first + length], dtype=np.float32)

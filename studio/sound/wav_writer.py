@@ -77,7 +77,8 @@ class WavWriter:
         if not self._file.closed:
             try:
                 self._file.close()
-            except OSError:  # what was buffered does not fit; the file descriptor is closed all the same
+            except OSError:
+                # What was buffered does not fit; the file descriptor is closed all the same.
                 self.frames = 0
 
 

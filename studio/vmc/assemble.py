@@ -17,10 +17,10 @@ _LEADER_SILENT = 0.25
 _ALIVE = 0.5
 _SENDER_GONE = 10.0
 _MAX_SENDERS = 8
+# Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs.
 _FEW = 2
-"""Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs."""
+# Damaged messages after which no more of a datagram is read.
 _MOST_FAULTS = 64
-"""Damaged messages after which no more of a datagram is read."""
 
 
 @dataclass(frozen=True)
@@ -203,7 +203,8 @@ class FrameAssembler:
         for bone, placed in turns.items():
             stream.bone(bone, placed)
         stream.kind = kind
-        if stream.held is not self._held:  # a face is a frame
+        # A face is a frame.
+        if stream.held is not self._held:
             stream.join(self._held)
         stream.end()
         return self._done

@@ -123,7 +123,8 @@ class Decoder:
                 sink.time(_number(osc.arguments(part), 0))
             case "/VMC/Ext/Root/Pos":
                 arguments = osc.arguments(part)
-                _name(arguments, may_be_empty=True)  # VMagicMirror sends ""
+                # VMagicMirror sends "".
+                _name(arguments, may_be_empty=True)
                 sink.root(self._placed(_seven(arguments)))
                 if part.startswith(_ROOT_HEAD) and len(arguments) == 8:
                     self._root_head = part[:-28]
@@ -231,8 +232,8 @@ _SWAPPED = {
     "MouthRight": "MouthLeft",
     "MouthLeft": "MouthRight",
 }
+# The packet's order, which is Unreal's: left before right, where the app's CSV has right before left.
 _LIVE_LINK_SHAPES = tuple(_SWAPPED.get(name, name) for name in ARKIT_SHAPES)
-"""The packet's order, which is Unreal's: left before right, where the app's CSV has right before left."""
 _INT, _FLOATS = struct.Struct(">i"), struct.Struct(f">{_VALUES}f")
 _LONGEST_TEXT = 256
 

@@ -25,7 +25,8 @@ NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
 MAX_DATAGRAM = 1200
 MAX_BONES = 13
 """Bones a bundle, as VirtualMotionCapture sends them: some receivers count on small datagrams."""
-_BUNDLE = b"#bundle\x00" + struct.pack(">Q", 1)  # time tag 1 is "at once"
+# Time tag 1 is "at once".
+_BUNDLE = b"#bundle\x00" + struct.pack(">Q", 1)
 _SEVEN, _ONE = struct.Struct(">7f"), struct.Struct(">f")
 
 _ARKIT_FROM_VRM0: dict[str, tuple[str, ...]] = {

@@ -159,7 +159,8 @@ def _rising(times: NDArray[np.float64]) -> NDArray[np.intp]:
 def _hold_back(columns: NDArray[np.float32]) -> None:
     """Fill, in place, what was not there yet with the column's first value, and gaps with the last one."""
     for at in np.flatnonzero(np.isnan(columns).any(axis=0)):
-        column = columns[:, at]  # a view: filling it fills the table
+        # A view: filling it fills the table.
+        column = columns[:, at]
         index = np.flatnonzero(~np.isnan(column))
         if not len(index):
             column[:] = 0.0

@@ -239,7 +239,8 @@ class VmcTarget:
         rest = neutral_pose(last.shape_names, last.bone_names, last.pose.positions)
         pace, count = _Pace(destination.fps), max(round(FADE_SECONDS * destination.fps), 1)
         for step in range(1, count + 1):
-            if not self._fade:  # stopped again, in a hurry
+            # Stopped again, in a hurry.
+            if not self._fade:
                 return
             pace.wait(threading.Event())
             pose = between(last.pose, rest, step / count)
@@ -277,7 +278,8 @@ class VmcTarget:
     def _send_one(self, sock: socket.socket, datagram: bytes) -> None:
         try:
             sock.send(datagram)
-            sock.recv(1)  # Windows reports a closed port here, Linux at the next send
+            # Windows reports a closed port here, Linux at the next send.
+            sock.recv(1)
         except BlockingIOError:
             pass
         except (ConnectionRefusedError, ConnectionResetError):

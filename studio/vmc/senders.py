@@ -212,7 +212,8 @@ class SenderQueues:
     def _admitted(self, sender: str, port: int, arrival: float) -> SenderQueue:
         """A queue for a new sender: its own, one of who is silent, or where there are too many the shared."""
         if len(self._queues) >= MOST_SENDERS:
-            if arrival < self._looked_at + _LOOK_S:  # a flood of ever new senders asks each time
+            # A flood of ever new senders asks each time.
+            if arrival < self._looked_at + _LOOK_S:
                 return self._shared
             self._looked_at = arrival
             silent = [q for q in self._queues.values() if q.last < arrival - _SILENT_S and not q.listed]

@@ -11,22 +11,22 @@ from studio.vmc.decode import MAX_BONES, MAX_SHAPES, Decoder, Placed
 
 GAP = 0.008
 """Seconds of silence that end a frame where nothing more of it is due."""
+# Seconds that the first frames of a sender are waited for, of which nobody knows yet how they end.
 _UNKNOWN = 0.5
-"""Seconds that the first frames of a sender are waited for, of which nobody knows yet how they end."""
 LATE_MARK = 0.25
 """Seconds that a whole frame is waited for whose end mark, or whose T, is still due."""
 STALLED = 5.0
 """Seconds that the rest of a frame is waited for, of a sender that marks its ends and was held up in one."""
+# Frames without a mark after which a sender is not expected to send it any more.
 _MARKS_FORGOTTEN = 100
-"""Frames without a mark after which a sender is not expected to send it any more."""
 _HABIT = 3
+# Seconds after which a channel that several senders have goes to another one.
 _OWNER_GONE = 0.5
-"""Seconds after which a channel that several senders have goes to another one."""
 _BRIEF = 0.5
+# Seconds after which a channel counts as left out, by a sender that still sends others.
 _MISSING_AFTER = 1.0
-"""Seconds after which a channel counts as left out, by a sender that still sends others."""
+# Channels of all senders together; one that uses up its own leaves as many to the others.
 _FULL_BODY, _FULL_FACE = 2 * MAX_BONES, 2 * MAX_SHAPES
-"""Channels of all senders together; one that uses up its own leaves as many to the others."""
 VMC = "VMC"
 
 
@@ -286,7 +286,8 @@ class Stream:
 
     def _open(self, name: str) -> None:
         if self.empty:
-            led = self.arrival - self._led_at <= GAP  # T came first, so the frame began with it
+            # T came first, so the frame began with it.
+            led = self.arrival - self._led_at <= GAP
             self.first = self._led_at if led else self.arrival
             self._led_at = -math.inf
         if not self._opener:
@@ -302,8 +303,8 @@ ANY = "*"
 _NEW_AT_ONCE = 4
 _WITHIN_S = 1.0
 _STEADY_S = 1.0
+# So many that a sender is met again though a flood of ever new addresses comes between its frames.
 _REMEMBERED = 4_096
-"""So many that a sender is met again though a flood of ever new addresses comes between its frames."""
 _HOSTS = 64
 
 
@@ -330,7 +331,8 @@ class Addresses:
         seen = self._first.get((sender, port))
         if seen is not None:
             self._first[sender, port] = self._first.pop((sender, port))  # the latest last
-            if arrival - seen >= _STEADY_S:  # it keeps this port after all
+            # It keeps this port after all.
+            if arrival - seen >= _STEADY_S:
                 return sender
             return f"{host}:{ANY}" if self._churns(host, port) else sender
         if len(self._first) >= _REMEMBERED:

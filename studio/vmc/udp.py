@@ -75,7 +75,8 @@ class DatagramInput:
         self.socket = self._given if self._given is not None else bind(self.port, self.host)
         self.socket.setblocking(False)
         self.stamped = stamp_arrivals(self.socket)
-        refuse_early(self.socket)  # a listener that died may have shut senders out
+        # A listener that died may have shut senders out.
+        refuse_early(self.socket)
         self.host, self.port = self.socket.getsockname()[:2]
 
     def stop(self) -> None:
@@ -122,7 +123,8 @@ class DatagramInput:
                 self._receive_stamped(listening, found, most, ahead)
             else:
                 self._receive_plain(listening, found, most)
-            self.emptied = False  # nothing said that there is no more
+            # Nothing said that there is no more.
+            self.emptied = False
         except BlockingIOError:
             pass
         except OSError:
@@ -322,10 +324,12 @@ def _socket() -> socket.socket:
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
     if _LINUX:
-        with contextlib.suppress(OSError):  # past the system's limit, where this user may
+        # Past the system's limit, where this user may.
+        with contextlib.suppress(OSError):
             opened.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, 4 * BUFFER_BYTES)
         refuse_early(opened)
-    stamp_arrivals(opened)  # before any comes: what waits while a reader gets ready has its true time too
+    # Before any comes: what waits while a reader gets ready has its true time too.
+    stamp_arrivals(opened)
     opened.setblocking(False)
     return opened
 

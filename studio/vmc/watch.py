@@ -16,8 +16,8 @@ MOST_FRAMES_PER_S = 500
 _WINDOW_S = 1.0
 _STEPS = 120
 _MIN_STEPS = 20
+# A sender counts as clocked when its T steps differ by no more than this part.
 _EVEN = 0.02
-"""A sender counts as clocked when its T steps differ by no more than this part."""
 
 
 class FrameWatch:
@@ -101,7 +101,8 @@ class FrameWatch:
             if math.isfinite(step) and step > 0 and not timeless:
                 self._steps.append(step)
         self.lost += missing
-        if not math.isfinite(gap):  # the first frame of all
+        # The first frame of all.
+        if not math.isfinite(gap):
             return
         if len(self._gaps) >= _MIN_STEPS and not missing and gap > 2.5 * float(np.median(self._gaps)):
             self.late += 1

@@ -203,7 +203,8 @@ def _tracks(glb: Glb, nodes: _Nodes, wanted: set[Any]) -> list[str]:
         values: Array = glb.numbers(sampler["output"])
         kind = sampler.get("interpolation", "LINEAR")
         if kind == "CUBICSPLINE":
-            values = values[1::3]  # each key is a tangent, the value and a tangent
+            # Each key is a tangent, the value and a tangent.
+            values = values[1::3]
         if len(values) != len(times) or values.shape[1:] != ((4,) if path == "rotation" else (3,)):
             raise ValueError(path)
         if times[0] < 0 or times[-1] > _LONGEST or (np.diff(times) <= 0).any():

@@ -54,7 +54,8 @@ def _material(one: dict[str, Any], properties: Any, pictures: _Pictures) -> Surf
         raise ValueError(colour)
     glow = np.array(one.get("emissiveFactor", (0, 0, 0)), dtype=np.float64).reshape(3)
     if texture is None and np.isfinite(glow).all():
-        numbers[:3] += glow  # without a picture, what glows is seen in that colour
+        # Without a picture, what glows is seen in that colour.
+        numbers[:3] += glow
     r, g, b, a = np.clip(numbers, 0.0, 1.0).tolist()
     mode = str(one.get("alphaMode", "OPAQUE"))
     return SurfaceMaterial(
@@ -98,7 +99,8 @@ class _Pictures:
             with Image.open(io.BytesIO(self._glb.block(image["bufferView"])), formats=_KINDS) as picture:
                 if picture.width * picture.height > MOST_PIXELS:
                     return None
-                picture.draft("RGB", (SIDE, SIDE))  # a large JPEG is never made at its full size
+                # A large JPEG is never made at its full size.
+                picture.draft("RGB", (SIDE, SIDE))
                 picture.thumbnail((SIDE, SIDE))
                 return np.asarray(picture.convert("RGBA"), dtype=np.uint8)
         except (
@@ -112,8 +114,8 @@ class _Pictures:
 
 
 MOST_NODES = 50_000
+# Half a turn about Y: a VRM 0 faces -Z.
 _AROUND = np.diag([-1.0, 1.0, -1.0, 1.0])
-"""Half a turn about Y: a VRM 0 faces -Z."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,12 +146,14 @@ class Nodes:
                     raise ValueError(child)
                 parents[child] = i
         order = [i for i in range(count) if parents[i] < 0]
-        for i in order:  # grows while it is walked
+        # Grows while it is walked.
+        for i in order:
             order += entries[i].get("children", ())
         if len(order) != count:
             raise ValueError("nodes hang in a circle")
         world, root = np.zeros((count, 4, 4)), _AROUND if turned else np.eye(4)
-        with np.errstate(over="ignore", invalid="ignore"):  # of damaged files; looked at below
+        # Of damaged files; looked at below.
+        with np.errstate(over="ignore", invalid="ignore"):
             for i in order:
                 world[i] = (world[parents[i]] if parents[i] >= 0 else root) @ _local(entries[i])
         if not np.isfinite(world).all():

@@ -282,17 +282,17 @@ SWAY_HZ = np.array([0.043, 0.071, 0.113, 0.179, 0.283])
 
 Angles = NDArray[np.float64]
 
+# Degrees about x, y and z at the top of a breath: the chest opens, shoulders rise, the head stays level.
 _BREATH: dict[str, tuple[float, float, float]] = {
     "Chest": (-0.9, 0.0, 0.0), "UpperChest": (-0.9, 0.0, 0.0),
     "Neck": (0.8, 0.0, 0.0), "Head": (0.8, 0.0, 0.0),
     "LeftShoulder": (0.0, 0.0, -1.8), "RightShoulder": (0.0, 0.0, 1.8),
     "LeftUpperArm": (0.0, 0.0, 1.4), "RightUpperArm": (0.0, 0.0, -1.4),
 }  # fmt: skip
-"""Degrees about x, y and z at the top of a breath: the chest opens, shoulders rise, the head stays level."""
+# Degrees about x, y and z; one standard deviation of each wave.
 _SWAY: dict[str, tuple[float, float, float]] = {
     "Spine": (0.7, 0.5, 0.9), "Chest": (-0.3, 0.4, -0.4), "Neck": (0.3, 0.6, 0.3), "Head": (0.5, 0.9, 0.5),
 }  # fmt: skip
-"""Degrees about x, y and z; one standard deviation of each wave."""
 
 
 def breathing(motion: Motion, amount: float) -> Motion:

@@ -188,7 +188,8 @@ def from_plain(plain: dict[str, Any], name: str) -> Tuning:
 def _number(value: Any, key: str, limits: tuple[float, float], name: str) -> float:
     low, high = limits
     number = not isinstance(value, bool) and isinstance(value, int | float)
-    if not number or not low <= value <= high:  # neither is true of what is no number
+    # Neither is true of what is no number.
+    if not number or not low <= value <= high:
         raise StudioError(f"{name}: {key} must be a number from {low:g} to {high:g}.", _ANOTHER)
     return float(value)
 
