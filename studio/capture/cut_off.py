@@ -40,8 +40,11 @@ class FolderWatch:
             if (folder / name).is_file():
                 self._files[name] = None
                 with suppress(OSError):
+                    # Windows would refuse to let anybody rename a folder with files that are open for
+                    # reading; there the writer's own handles do that already.
                     self._files[name] = os.open(folder / name, os.O_RDONLY) if os.name == "posix" else None
         # Some network drives number a file anew at every look; there only its absence tells anything.
+        # Assumed first, since _lie_in reads it.
         self._numbered = True
         self._numbered = self._lie_in(folder)
 
@@ -53,6 +56,7 @@ class FolderWatch:
         """The folder they lie in now; None where they were removed, or the system does not tell."""
         descriptor = next((one for one in self._files.values() if one is not None), None)
         path = _path_of(descriptor) if descriptor is not None else None
+        # A path in the trash is no place to go on: it is emptied without asking, so it counts as removed.
         if path is None or not path.is_absolute() or _is_trash(path) or not self._lie_in(path.parent):
             return None
         return path.parent
@@ -67,6 +71,7 @@ class FolderWatch:
             if descriptor is None:
                 continue
             with (folder / name).open("xb") as copy:
+                # By position, so that a second copy begins at the start again.
                 while piece := _read(descriptor, copy.tell()):
                     copy.write(piece)
                 copy.flush()
@@ -91,7 +96,7 @@ class FolderWatch:
         except (FileNotFoundError, NotADirectoryError):
             return False
         except OSError:
-            # A network that stumbles says nothing of the folder; what cannot be written does.
+            # A network drive that fails for a moment says nothing about the folder: a write that fails will.
             return True
 
 
@@ -205,6 +210,7 @@ def saved(
     Raises:
         StudioError: nothing came in, or it cannot be saved; says where lies what was recorded.
     """
+    # The folder first: whatever else ended the take, its files are where they belong.
     if watch.is_there():
         return _completed(rolling.folder, cut)
     cut = lost_folder(rolling, watch, cut.at if cut else rolling.seconds)
@@ -215,6 +221,7 @@ def saved(
     try:
         place.mkdir(parents=True)
         watch.copy(place)
+        # Only now is it known what the disk still gave; a journal without anything is no better than none.
         contents = journal_contents.read(place) if (place / roll.JOURNAL).is_file() else None
         if contents is None or not recovery.holds_anything(place, contents):
             shutil.rmtree(place)
@@ -231,7 +238,7 @@ def _completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
     try:
         take = recovery.complete(folder, *notes)
     except StudioError as error:
-        # Nothing came in, and the reason is known better here.
+        # Nothing was recorded, and the cause known here says more than that.
         if not folder.exists():
             if cut is None:
                 raise
@@ -239,7 +246,7 @@ def _completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
             raise StudioError(what, _before_again(cut)) from error
         what = cut.what if cut is not None else error.what
         lies = f"What was recorded lies in {folder}"
-        # No project ever looks into that place.
+        # No project ever looks into the rescue folder, so nothing would turn it into a take by itself.
         if cut is not None and cut.reason == "folder_gone":
             remedy = f"{lies}. {cut.todo}"
         else:

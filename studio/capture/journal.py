@@ -80,8 +80,10 @@ class Journal:
         self._names: ChannelLayout | None = None
         self._rows: list[RowBlock] = []
         self._clock: list[tuple[float, float]] = []
+        # fsync of a slow disk takes up to seconds; on a thread of its own nothing waits for it.
         self._syncer = ThreadPoolExecutor(1, thread_name_prefix="journal sync")
         self._syncing: Future[None] | None = None
+        # Everything of one flush goes out in one write, so that a block is either whole or not there.
         self._pending = bytearray(MAGIC)
         self._number = self._row_count = 0
         self._written = (0, 0, 0)
@@ -124,13 +126,14 @@ class Journal:
         Args:
             others: further file descriptors.
         """
+        # One at a time: a disk that is slower than two seconds would pile them up.
         if self._syncing is None or self._syncing.done():
             self._syncing = self._syncer.submit(_sync, self._file.fileno(), *others)
 
     def close(self) -> None:
         """End the file; the lock on it goes too."""
         self._syncer.shutdown(wait=True)
-        # Bytes that did not fit are lost; the ones before are not.
+        # Bytes that did not fit are lost, but not the ones before them.
         with suppress(OSError):
             self._file.close()
 
@@ -139,7 +142,9 @@ class Journal:
         payload = _plain({"shapes": names.shapes, "bones": names.bones})
         self._layout = zlib.crc32(payload)
         if self._tables.pop(self._layout, None) is None:
+            # A new table is repeated soon: rows that were just written are worth nothing without it.
             self._repeat_at = min(self._repeat_at, self._flushes + 2)
+        # Names that came last stand last, so that those of long ago are the first to be dropped.
         self._tables[self._layout] = payload
         if len(self._tables) > _TABLES:
             self._tables.pop(next(iter(self._tables)))
@@ -182,6 +187,7 @@ class Journal:
         except OSError:
             size, self._number, self._row_count = self._written
             with suppress(OSError):
+                # A torn block would be read as damage of the disk, and a person told so.
                 self._file.truncate(size)
                 self._file.seek(size)
             raise
@@ -212,6 +218,7 @@ def is_busy(file: IO[bytes]) -> bool:
     try:
         _lock(file)
     except OSError as error:
+        # Any other error says that this disk knows no locks at all, and then the file counts as free.
         return error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK)
     return False
 
@@ -220,7 +227,7 @@ def _lock(file: IO[bytes]) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        # A byte far behind the content, since Windows locks forbid reading.
+        # A byte far behind the content: on Windows nobody can read what is locked.
         file.seek(0x7FFF_FFFF)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
@@ -234,6 +241,7 @@ def _lock(file: IO[bytes]) -> None:
 
 def _hold_for_good(file: IO[bytes]) -> None:
     """Lock a journal that was just made; one who looks for abandoned ones may have it for a moment."""
+    # Tried for 0.2 s: whoever recovers journals locks each for a moment to see whether it is free.
     for _ in range(_LOCK_TRIES):
         if hold(file):
             return

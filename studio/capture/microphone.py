@@ -22,7 +22,9 @@ QUEUE_BLOCKS = 4000
 """Blocks kept for a pump that is held up: over 30 s at any usual block size."""
 STALL_AFTER = 0.75
 """Seconds without a block after which the sound counts as stalled; servers bunch blocks up to 0.1 s."""
+# More are a sound server's invention, see `_open`.
 _MAX_CHANNELS = 8
+# Seconds; less lets a busy machine lose sound, and the clock takes any latency out of the take.
 _LATENCY = 0.05
 _NO_AUDIO = (
     "The sound library PortAudio is missing.",
@@ -30,7 +32,7 @@ _NO_AUDIO = (
 )
 opening = threading.RLock()
 """Held while PortAudio opens a stream or looks for devices: it must not be asked twice at once."""
-# Looking for devices anew would cut them off.
+# Inputs that are open: looking for devices anew would cut them off.
 _open_inputs: WeakSet[AudioInput] = WeakSet()
 
 
@@ -91,15 +93,17 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     """
     sd = library()
     try:
-        # Nobody may ask while another one starts it anew.
+        # Nobody may query PortAudio while another thread starts it anew.
         with opening:
             if refresh and not _open_inputs:
-                # PortAudio lists devices only when it starts.
+                # PortAudio lists devices only when it starts, and sounddevice has no public way to restart
+                # it.
                 sd._terminate()
                 sd._initialize()
             listed = sd.query_devices()
             chosen = sd.default.device[0]
             api = sd.query_hostapis()
+        # Some host APIs name no default until something was played; then the first API's own is taken.
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
         raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
@@ -275,6 +279,8 @@ class AudioInput:
                 with contextlib.suppress(library().PortAudioError):
                     self._stream.close()
                 self._stream = None
+            # Even where closing fails: a stream that is half closed must not keep devices from being looked
+            # for.
             _open_inputs.discard(self)
         finally:
             self._closing.release()
@@ -315,6 +321,7 @@ class AudioInput:
         # A full queue drops its oldest block without a word, which is a loss of ours and counts as one.
         lost = bool(status.input_overflow) or len(self._blocks) == QUEUE_BLOCKS
         self.overruns += lost
+        # Copied: PortAudio uses the same memory for the next block.
         self._blocks.append(SoundBlock(captured, samples.copy(), lost, arrived))
         self.arrived.set()
 

@@ -90,6 +90,7 @@ class Receiver:
         self._present = self._read_until = -math.inf
         for port in self._inputs:
             port.start()
+        # Datagrams of one socket that another socket may still have something before.
         self._early: list[tuple[Datagram, int]] = []
 
     @property
@@ -109,6 +110,7 @@ class Receiver:
 
     def wait(self, seconds: float) -> None:
         """Sleep until something comes in, or that long."""
+        # select wakes up for whichever socket has something, and costs nothing while none has.
         opened = [port.socket for port in self._inputs if port.socket is not None]
         select.select(opened, (), (), seconds)
 
@@ -119,12 +121,14 @@ class Receiver:
             now: the present, from before this call.
         """
         frames: list[Frame] = []
+        # A turn ends even under a flood, so that what was decoded is told 50 times a second.
         ends = clock.now() + _TURN_S
         while True:
             self._read()
             self._decode(frames)
             if not self._queues.count or clock.now() > ends:
                 break
+        # After decoding, which is what tells a flood from motion.
         self._shut_out(clock.now())
         # Never backwards: frames up to there were flushed already.
         self._present = max(self._present, min(self._read_until, self._queues.oldest))
@@ -151,6 +155,7 @@ class Receiver:
         watch, assembler, queues = self._watch, self._assembler, self._queues
         for port in self._inputs:
             port.count()
+        # The kernel refuses what senders that are shut out send: it is counted, though nobody read it.
         unread = sum(port.refused for port in self._inputs)
         return ReceiverStats(
             self._assembler.whole_until(self._present),
@@ -189,7 +194,10 @@ class Receiver:
         read at once, that is its last datagram's arrival.
         """
         begun = clock.now()
+        # The kernel stamps with the wall clock, which may be set in mid-take; the difference is measured anew
+        # each time.
         ahead = self._wall.ahead()
+        # Shared among the sockets, so that a wide port reads no more in one go than a narrow one.
         most = max(AT_ONCE // len(self._inputs), 1)
         come = self._early
         known_until = begun

@@ -80,6 +80,7 @@ class Recorder:
         self._closing = threading.Event()
         self._left = False
         self._pump = threading.Thread(target=self._run, name="recorder", daemon=True)
+        # Runs from the start on, so that the meters move and the pre-roll fills before anybody records.
         self._pump.start()
         self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
 
@@ -98,6 +99,8 @@ class Recorder:
         # The same port twice is one port; but 0 asks for any free one, and two of those are two.
         ports = tuple(dict.fromkeys((port, *also)) if port else (port, *also))
         with self._lock:
+            # Choosing the same ports again must not interrupt the stream: its statistics and the senders
+            # known would be lost.
             opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
             if opened or self._left:
                 return
@@ -161,7 +164,7 @@ class Recorder:
             return
         found = lost.reopened(refresh)
         with self._lock:
-            # Another one was chosen meanwhile.
+            # Somebody chose another microphone while this one was being opened.
             if self._sound is not lost:
                 found.close()
                 return
@@ -192,6 +195,8 @@ class Recorder:
         """
         with self._lock:
             begin = clock.now() - min(seconds, MAX_PRE_ROLL)
+            # Copied under the lock; the arithmetic on them is done outside, so that the recorder's thread
+            # never waits.
             blocks = [block for block in self._blocks if block.captured >= begin]
             rows = [row for row in self._rows if row.arrivals[-1] >= begin - 1.0]
             rate = self._sound.audio.sample_rate if self._sound is not None else 0
@@ -220,6 +225,8 @@ class Recorder:
             self._poll(clock.now())
             begin = clock.now() - min(max(pre_roll, 0.0), MAX_PRE_ROLL)
             name = safe_name(slate or "take")
+            # Counted on the disk, not from the takes known here: another window may have recorded into the
+            # folder.
             number = next_number(self.takes_folder, name) if number is None else number
             form = (sound.audio.sample_rate, sound.audio.channels) if sound else None
             self._roll = roll.Roll(
@@ -234,6 +241,7 @@ class Recorder:
                 device=sound.name if sound else None,
             )
             self._watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
+            # Under the same lock as the poll above, so that no row falls between pre-roll and take.
             self._begin_roll()
 
     def stop(self) -> Take:
@@ -297,8 +305,10 @@ class Recorder:
         """What was kept from before goes in first."""
         rolling = self._roll
         assert rolling is not None
+        # Of the take before; what is reported from now on belongs to this one.
         self._until, self.cut_off, self._silence_reported = None, None, False
         self._ended.clear()
+        # The inputs count since they were opened; a take counts from here.
         self._before = snapshot.counts(self._motion, self._sound)
         self._state = RecorderState.ROLLING
         self._disk_at = 0.0
@@ -314,6 +324,7 @@ class Recorder:
                 self._until = clock.now()
             self._state = RecorderState.SAVING
             self._show(clock.now())
+        # Without the lock: the recorder's thread needs it to bring in what was captured before the stop.
         self._ended.wait(_MOTION_TAIL_S + 5.0)
         return rolling
 
@@ -329,6 +340,7 @@ class Recorder:
                 with self._lock:
                     self._turn(clock.now())
             except Exception as error:  # noqa: BLE001 - a fault here must not end a performer's take
+                # Once: it would come again every 8 ms.
                 if self._fault is None:
                     _log.exception("the recorder stumbled")
                 self._fault = (
@@ -344,11 +356,13 @@ class Recorder:
             self._note_lost_sound(rolling)
             self._keep_safe(rolling, now)
             self._end_if_due(rolling, now)
+        # Displays draw 60 times a second at most; building a snapshot more often would be in vain.
         if now - self._looked_at >= _LOOK_S:
             self._show(now)
 
     def _poll(self, now: float) -> tuple[list[RowBlock], list[SoundBlock]]:
         """Bring in what came, and keep the last seconds of it for a pre-roll."""
+        # Even while nothing is recorded: what is not fetched fills the listener's pipe.
         rows = self._motion.poll(now) if self._motion else []
         blocks = self._sound.poll(now) if self._sound else []
         self._rows.extend(rows)
@@ -383,7 +397,7 @@ class Recorder:
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
         """Look after the disk and hand everything to it; a take that it takes no more of ends here."""
-        # By what could not be written just now.
+        # Writing just now may have ended the take.
         if self._ended.is_set():
             return
         if now - self._disk_at >= _DISK_S:
@@ -395,6 +409,7 @@ class Recorder:
         if now - self._flushed_at < _FLUSH_S or self._ended.is_set():
             return
         self._flushed_at = now
+        # Looked at before each flush: a moved folder still takes what is written, and nobody would notice.
         if not self._watch.is_there():
             self._end_early(rolling, cut_off.lost_folder(rolling, self._watch, rolling.seconds))
             return
@@ -413,6 +428,7 @@ class Recorder:
         """
         if self._ended.is_set():
             return
+        # Set before the state changes: who sees SAVING finds the reason.
         self.cut_off = why
         # For a computer that dies before `stop`; on a full disk it may not fit, and `stop` says it again.
         rolling.notes.append(why.what)
@@ -423,6 +439,7 @@ class Recorder:
         if self._until is None or self._ended.is_set():
             return
         sound = self._sound
+        # A device that is gone hands over no more; waiting for it would hold up the stop.
         sound_complete = sound is None or sound.audio.stalled or rolling.audio_end >= self._until
         seen_out = self._motion is None or self._motion.received_until(self._until)
         sound_due = not sound_complete and now < self._until + _TAIL_S
@@ -434,12 +451,13 @@ class Recorder:
         try:
             rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
         except OSError as error:
-            # The last moments; where it ended early before, that is known already.
+            # Only the last 0.2 s are lost; a take that ended early before keeps its own reason.
             self.cut_off = self.cut_off or cut_off.failed(error, rolling.seconds)
         sound = self._sound
         if self.cut_off is None and self._silence_reported and sound is not None and sound.audio.stalled:
             self.cut_off = cut_off.lost_sound(sound.name, rolling.audio_seconds)
         rolling.close()
+        # Should the disk be gone with everything on it, these last ten seconds can still be saved.
         self._last = list(self._rows), list(self._blocks)
         self._ended.set()
 

@@ -48,6 +48,8 @@ def complete(folder: Path, *notes: str) -> Take:
         with (folder / journal.FILE).open("rb+") as held:
             _wait_for(held, folder)
             contents = journal_contents.read(folder)
+            # A take that is whole already is kept: recovery may have been interrupted between writing it and
+            # removing the journal.
             take = standing(folder, contents) or save(folder, contents, notes)
         # The journal goes last, once the take is safe: after a kill before that, recovery removes it.
         if take is not None:
@@ -56,7 +58,7 @@ def complete(folder: Path, *notes: str) -> Take:
         if holds_anything(folder, contents):
             raise set_unreadable_aside(folder)
     except FileNotFoundError as error:
-        # A program that opened the project just now took it for left behind.
+        # Another program that opened the project at this moment recovered it first.
         if is_take(folder):
             return load_take(folder)
         raise cannot_write(folder, error) from error
@@ -90,6 +92,7 @@ def standing(folder: Path, contents: journal_contents.JournalContents) -> Take |
         return None
     try:
         take = load_take(folder)
+        # Without rows in the journal there is nothing that a new take could hold more of.
         if not contents.row_blocks or _has_motion(take):
             return take
     except NewerVersionError:
@@ -123,7 +126,9 @@ def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[
         OSError, StudioError: it cannot be written.
     """
     sound = folder / SOUND
+    # The sizes in a WAV's head are written last; of a killed program they are still zero.
     samples = wav_writer.mend(sound, *_sound_form(contents.head)) if sound.is_file() else 0
+    # Fitted anew over the whole take, which is more exact than the fit that was shown while it rolled.
     fit = _fit(contents, samples)
     arrivals = [block.arrivals for block in contents.row_blocks]
     motion = motion_of(contents.row_blocks, fit.to_audio(np.concatenate(arrivals))) if arrivals else None
@@ -134,17 +139,19 @@ def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[
     damage = _damage_note(contents, fit)
     missing += [damage] if damage else []
     if not samples and sound.is_file():
+        # Bytes that cannot be understood may still be somebody's only copy.
         if _has_sound(folder):
             set_aside(sound)
             missing.append("Its sound was damaged on the disk and could not be read; the file is kept.")
         else:
             sound.unlink()
-    # By who was killed before take.json was written.
+    # Left by a program that was killed after the motion was written and before take.json was.
     left = folder / f"motion{SUFFIX}"
     if motion is not None and left.is_file() and not _is_motion(left):
         set_aside(left)
     info = _info(contents, fit, folder)
     extra = {**info.extra, "damage": damage} if damage else info.extra
+    # Each sentence once: a take that ended early has its reason from the journal and from its stop.
     notes_of = tuple(dict.fromkeys((*info.notes, *missing, *notes)))
     info = replace(info, notes=notes_of, extra=extra)
     return save_take(folder, info, motion, sound if samples else None)
@@ -191,7 +198,7 @@ def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit
     if not contents.damaged:
         return ""
     first = contents.damaged[0]
-    # NaN stays NaN.
+    # max gives NaN back where the second value is NaN, which is asked about below.
     moment = max(0.0, fit.to_audio(first.since))
     where = f"near {moment:.1f} s" if math.isfinite(first.since) else "at its beginning"
     if len(contents.damaged) > 1:
@@ -223,6 +230,7 @@ def _sound_form(head: dict[str, Any]) -> tuple[int, int]:
     if not isinstance(form, list) or len(form) != 2:
         return 0, 0
     sample_rate, channels = (_whole(number) for number in form)
+    # Only what a device can have: the numbers come from a file that may be damaged.
     return (sample_rate, channels) if sample_rate <= 1_000_000 and channels <= 64 else (0, 0)
 
 
@@ -242,6 +250,7 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
     facts, head = contents.facts, contents.head
     slate, _, number = folder.name.rpartition("_")
     named = int(number) if slate and number.isdecimal() else 1
+    # Of all blocks, since shapes may come only after a while.
     names = tuple(dict.fromkeys(name for block in contents.row_blocks for name in block.names.shapes))
     extra = {
         key: str(facts[key]) for key in ("avatar", "avatar_hash", "tracking", "sender") if facts.get(key)
@@ -254,6 +263,7 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
     moved = 0.0
     if len(contents.clock):
         extra["clock_residual_ms"] = f"{fit.residual_ms:.3f}"
+        # How far the first block's own stamp is from what all of them say: the offset that the fit took out.
         moved = float(fit.to_audio(contents.clock[0, 1]) - contents.clock[0, 0])
     notes = facts.get("notes")
     return TakeInfo(
@@ -303,7 +313,7 @@ def left_behind(takes_folder: Path) -> tuple[Path, ...]:
     try:
         return tuple(sorted(path.parent for path in takes_folder.glob(f"*/{journal.FILE}")))
     except OSError:
-        # Who opens the project will say what is wrong with its folder.
+        # A folder that cannot be listed is reported by whatever opens the project.
         return ()
 
 
@@ -324,6 +334,7 @@ def recover(
     found: list[Take] = []
     if not left_behind(takes_folder):
         return ()
+    # Looked for again under the lock: what another program recovered meanwhile is no longer there.
     with _alone(takes_folder):
         for folder in left_behind(takes_folder):
             try:
@@ -345,7 +356,7 @@ def _alone(takes_folder: Path) -> Iterator[None]:
     try:
         file = path.open("wb")
     except OSError:
-        # A folder to read only: why nothing is recovered is contents for each recording.
+        # In a folder that is read-only each recording then says for itself why it is not recovered.
         yield
         return
     with file:
@@ -371,7 +382,7 @@ def _recovered(folder: Path) -> Take | None:
             changed = path.stat().st_mtime
             # A disk without locks tells by the time alone: what goes on is written to five times a second.
             if not locked and (journal.is_busy(held) or time.time() - changed < _SILENT_S):
-                # It goes on, or another program was faster.
+                # It is still being recorded, or another program recovers it.
                 return None
             contents = journal_contents.read(folder)
             take = standing(folder, contents)
@@ -380,6 +391,7 @@ def _recovered(folder: Path) -> Take | None:
             put_away(folder, contents)
         elif holds_anything(folder, contents):
             raise set_unreadable_aside(folder)
+        # An empty one may belong to a recording that is just being begun.
         elif time.time() - changed > _YOUNG_S:
             remove(folder)
     except FileNotFoundError as error:

@@ -43,6 +43,7 @@ class Roll:
         self.head: dict[str, Any] = {"slate": slate, "number": number, **head}
         self.frames = 0
         self.notes: list[str] = []
+        # So that `seconds` is 0 before anything came.
         self.last_arrival = start
         self._wav: wav_writer.WavWriter | None = None
         self._last_end: float | None = None
@@ -51,6 +52,7 @@ class Roll:
         # All of it goes into the journal at once: after a kill, a take is made from nothing else.
         known = {"slate": slate, "number": number, "created": created, "start": start, "sound": sound, **head}
         try:
+            # Not exist_ok: two recorders that chose the same number must not write into one folder.
             folder.mkdir(parents=True)
             self._journal = journal.Journal(folder, known)
             if sound is not None:
@@ -85,11 +87,15 @@ class Roll:
         """
         wav = self._wav
         duration = len(block.samples) / wav.sample_rate if wav else 0.0
+        # A block that reaches into the take is kept whole; the clock pairs tell where its first sample
+        # belongs.
         if wav is None or not duration or block.captured + duration <= self.start:
             return
         if self.first_captured is None:
             self.first_captured = block.captured
         self._fill_gap(wav, block)
+        # Where this block lies in the file, and when it was captured: the pairs that the take's clock is
+        # fitted to.
         self._journal.add_clock(self.audio_seconds, block.captured)
         wav.append(block.samples)
         self._last_end = block.captured + duration
@@ -109,6 +115,7 @@ class Roll:
             OSError: it could not be written.
         """
         if self._wav:
+            # Sound before the journal: the journal never tells of more sound than there is.
             self._wav.flush()
         self._journal.flush({**facts, "notes": self.notes})
 

@@ -106,6 +106,7 @@ class Snapshot:
     problems: tuple[Problem, ...] = ()
 
 
+# A sender that is held up for half a second is no news; the lamp would flicker.
 _ALIVE_S = 0.75
 
 
@@ -125,6 +126,7 @@ class Counts:
 
     def since(self, before: Counts) -> Counts:
         """The difference, never negative: an input opened anew starts at zero."""
+        # By field: a counter that is added later cannot be forgotten here.
         return Counts(*(max(getattr(self, n) - getattr(before, n), 0) for n in self.__dataclass_fields__))
 
 
@@ -192,6 +194,7 @@ def build_snapshot(
     seen = counts(motion, sound)
     seen = seen.since(before) if roll is not None else seen
     elapsed = _elapsed(roll, until)
+    # At the rate of right now, not an average: people unplug cameras and change microphones.
     seconds_left = free_bytes / _bytes_per_s(motion, sound)
     status = _input_status(state, now, motion, sound, seen, seconds_left)
     facts_of_motion = _motion_facts(now, motion) if motion else {}
@@ -227,6 +230,8 @@ def _bytes_per_s(motion: MotionInput | None, sound: SoundInput | None) -> float:
     if motion is not None and motion.latest is not None:
         # Once in the journal and once more in the motion file while both exist.
         rate += 2 * motion.stats.frames_per_s * 4 * motion.latest.names.width
+    # Nothing came in yet: about one channel at 48 kHz, 192 kB a second, so that the display has something to
+    # show.
     return rate or 200_000.0
 
 
@@ -331,6 +336,8 @@ def recent(rows: Sequence[RowBlock], blocks: Sequence[SoundBlock], rate: int) ->
     counts_before = np.cumsum([0, *(len(block.samples) for block in blocks[:-1])])
     # Single stamps waver by milliseconds; what all of them say of the first sample does not.
     first = float(np.median([b.captured - at / rate for b, at in zip(blocks, counts_before, strict=True)]))
+    # Only the channels of now: this is for a look at the last seconds, where a sender that changed is of no
+    # use.
     same = [row for row in rows if row.names == rows[-1].names]
     motion = motion_of(same, np.concatenate([row.arrivals for row in same]) - first)
     return None if motion is None else (Sound(samples, rate), motion)

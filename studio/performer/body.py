@@ -266,6 +266,8 @@ def bones(
     eyes = _eyes(times, gaze, head_yaw, head_pitch, style, found)
     hips, turn = _hips(times, style)
     found["Hips"] = turn
+    # Arms, head and trunk follow the same beats, each with a lag of its own: together they would look like a
+    # puppet.
     pulse = beats(times, lines, _ARM_LAG)
     for side in ("Left", "Right"):
         found |= arm(times, lines, style, side, pulse, breath)
@@ -385,5 +387,6 @@ def _hips(times: Curve, style: Style) -> tuple[NDArray[np.float64], NDArray[np.f
     hips[:, 0] = 0.018 * style.sway * shift
     hips[:, 2] = 0.006 * style.sway * wander(times, style.seed, "forth", 3.9)
     turn = _euler(y=2.2 * style.sway * wander(times, style.seed, "hips", 6.9), z=_hip_roll(times, style))
+    # Smoothed, since the leg that carries changes at once, and a body does not.
     hips[:, 1] = smoothed(hip_height(hips, turn).astype(np.float64), 0.05)
     return hips, turn

@@ -77,6 +77,8 @@ class Broadcast:
         self._thread: threading.Thread | None = None
         self._speaking = ""
         self._clock = _Clock()
+        # Two scenes ahead: speech takes longer to make than a frame, and one that is not needed is made in
+        # vain.
         self._scenes: queue.Queue[ScriptedScene | StudioError] = queue.Queue(maxsize=_AHEAD_SCENES)
         self._dice = np.random.default_rng((seed, 801))
         self._spoken_line = -1
@@ -126,6 +128,7 @@ class Broadcast:
         """Runs on the performer's thread."""
         writer = threading.Thread(target=self._write, name="practice script", daemon=True)
         try:
+            # First, since a host that does not exist need not wait for speech.
             target = _resolved(self.host, self.port)
             writer.start()
             first = self._next_scene()
@@ -212,6 +215,7 @@ class Broadcast:
 
     def _send_scene(self, scene: ScriptedScene, channel: socket.socket, address: tuple[str, int]) -> None:
         motion, due = scene.motion, -math.inf
+        # Frames are made ahead; only their sending is in real time.
         for i, t in enumerate(motion.times):
             if t >= self._seconds:
                 return
@@ -275,6 +279,7 @@ class Broadcast:
                 return True
             if self._clock.lost():
                 self.problem = "The sound device stopped. The performer goes on without a voice."
+            # In short naps, so that a stop is answered soon.
             time.sleep(min(left, _NAP))
         return False
 

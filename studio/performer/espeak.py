@@ -112,6 +112,7 @@ def speak(request: Request) -> Reply | None:
 
 def _library() -> str | None:
     """The name or path under which the library loads."""
+    # Tests and packagers choose a library, or none, without touching the system.
     chosen = os.environ.get(SETTING)
     for name in (chosen,) if chosen else _NAMES:
         try:

@@ -18,6 +18,7 @@ _REST_DOMINANCE = 0.02
 _CLOSING, _LIDS_SHUT, _OPENING = 0.08, 0.03, 0.17
 _LOOK_FULL_DEG = 30.0
 
+# Seconds in which lips meet and part.
 _CLOSURE_FLANK = 0.055
 _CLOSURE_HOLD = 0.05
 _STOPS = frozenset("pb")
@@ -63,6 +64,7 @@ def mouth(times: Curve, lines: Sequence[Line], style: Style) -> NDArray[np.float
 def _add_line(
     times: Curve, line: Line, style: Style, blended: NDArray[np.float64], weight: Curve, closure: Curve
 ) -> None:
+    # By the line, so that any stretch of a performance can be made alone and is the same.
     rng = np.random.default_rng((*line.seed, 501))
     for phone in line.phones():
         start = phone.t + style.lag + float(rng.normal(0, 0.006))

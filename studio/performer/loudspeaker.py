@@ -15,6 +15,7 @@ from studio.playback.sound_output import StreamClock
 
 SILENT_SECONDS = 1.0
 """Without a callback for this long the device counts as gone (a suspended one never says so)."""
+# Seconds; nobody waits for this voice, so it is higher than the player's, and safer on a busy machine.
 _LATENCY = 0.08
 
 
@@ -88,6 +89,7 @@ class Loudspeaker:
             delay = float(self._stream.latency)
         done = 0
         if self._queue:
+            # Only while something plays: in silence no time of the performance passes.
             self._clock.report(self._played, now + delay)
         while done < frames and self._queue:
             block = self._queue[0]
@@ -120,6 +122,7 @@ class Loudspeaker:
                 raise _cannot_play() from error
             what = f"There is no output device called {device}."
             raise RequestError(what, "Choose a device that is plugged in, or none.") from error
+        # The performance's own rate first: then nothing is resampled.
         for rate in (SAMPLE_RATE, int(known["default_samplerate"])):
             try:
                 stream = sounddevice.OutputStream(

@@ -56,6 +56,7 @@ class Style:
         """The style of a performer, by number."""
         rng = np.random.default_rng((performer, 301))
         gain = rng.uniform(0.85, 1.12, 5)
+        # Most people gesture more with one hand.
         handed = rng.uniform(0.55, 0.85)
         one = 0.5 * rng.uniform(0.8, 1.1)
         none = 0.12 * rng.uniform(0.5, 1.5)
@@ -180,6 +181,7 @@ class Script:
         if self.bundled and (self._texts or voice_source == "espeak"):
             what = "The practice performer cannot speak new text: espeak-ng is not installed."
             raise StudioError(what, "Install it (on Debian: apt install espeak-ng), or leave the text out.")
+        # In samples, so that slots add up without a rounding error however long it performs.
         self._next_start = 0
         self._index = 0
 

@@ -123,6 +123,7 @@ _ENDINGS: tuple[tuple[str, str], ...] = (
 
 def written(index: int, seed: int) -> Sentence:
     """Sentence number `index` of a performer's script: each written one once, in an order of their own."""
+    # Each random choice has a number of its own in its seed: a new one changes nothing of the others.
     order = np.random.default_rng((seed, 101)).permutation(len(WRITTEN))
     return WRITTEN[int(order[index % len(WRITTEN)])]
 
@@ -218,6 +219,7 @@ def make_clips(folder: Path) -> tuple[Path, ...]:
     folder.mkdir(parents=True, exist_ok=True)
     entries, files = [], []
     for number, sentence in enumerate(WRITTEN):
+        # One voice for all clips; performers differ by the speed they are played at.
         reply = espeak.speak(espeak.Request(sentence.text, VOICE, rate=162, pitch=55, pitch_range=70))
         if reply is None:
             what = "The bundled speech cannot be made without espeak-ng."

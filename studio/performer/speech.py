@@ -83,6 +83,7 @@ def targets(name: str) -> tuple[tuple[str, Target, float], ...]:
     for letter in name:
         if letter in _TARGETS:
             parts.append((letter, _TARGETS[letter], 1.0))
+        # A length mark lengthens the letter before it; 0.7 by eye.
         elif letter in "ːˑ" and parts:
             parts[-1] = (*parts[-1][:2], parts[-1][2] + 0.7)
     if not parts:
@@ -228,8 +229,10 @@ def finished(sentence: Sentence, samples: Samples, rate: float, phones: tuple[Ph
     end = min(voiced[-1].end + 0.08, len(samples) / rate)
     kept = samples[: round(end * rate)]
     moved = np.asarray(soxr.resample(kept, rate, SAMPLE_RATE, quality="HQ"), dtype=np.float32)
+    # Silence between words must not count, or sentences with pauses would come out louder.
     loud = moved[np.abs(moved) > 0.01 * max(float(np.abs(moved).max()), 1e-6)]
     rms = float(np.sqrt(np.mean(np.square(loud, dtype=np.float64)))) if len(loud) else 1.0
+    # Never so loud that a peak clips.
     gain = min(10 ** (LEVEL_DBFS / 20) / rms, 0.7 / max(float(np.abs(moved).max()), 1e-6))
     cut = [Phone(p.t, min(p.end, end) - p.t, p.name) for p in phones if p.t < end - 1e-6]
     return Speech(sentence, moved * np.float32(gain), tuple(cut))

@@ -51,7 +51,7 @@ TABLE: dict[tuple[TransportState, Event], TransportState] = {
     (_S.STOPPED, _E.PLAY): _S.STARTING,
     (_S.STOPPED, _E.PAUSE): _S.STOPPED,
     (_S.STOPPED, _E.SEEK): _S.STOPPED,
-    # A last block arriving after the pause.
+    # A last block may reach the ear after the pause.
     (_S.STOPPED, _E.PLAYED): _S.STOPPED,
     (_S.STOPPED, _E.END): _S.STOPPED,
     (_S.STARTING, _E.PLAY): _S.STARTING,
@@ -98,6 +98,7 @@ class Player:
     def __init__(
         self, sound: Path | None, duration: float | None = None, device: str | int | None = None
     ) -> None:
+        # Reentrant: `play` settles the position first, which may end the transport and stop the output.
         self._lock = threading.RLock()
         self._path, self._device = sound, device
         self._state = TransportState.STOPPED
@@ -107,6 +108,8 @@ class Player:
         self._output: SoundOutput | None = None
         self._clock_start = 0.0
         self._problem: StudioError | None = None
+        # Opened once and closed again, only for its length and so that a bad file is an error here and not at
+        # play.
         source = SoundSource(sound) if sound is not None else None
         if duration is None:
             if source is None:
@@ -203,6 +206,7 @@ class Player:
             self._settle()
             if loop is not None:
                 start, end = max(min(loop), 0.0), min(max(loop), self.duration)
+                # Shorter than a chunk of sound, it would be a tone and not a loop.
                 loop = (start, end) if end - start > 0.05 else None
             self._loop = loop
             if self._state in MOVING:
@@ -254,6 +258,7 @@ class Player:
         heard = self._output.heard() if self._output is not None else self._clock_position()
         if heard is None:
             return
+        # Every position that is heard is the event; in most states the table answers it with the same state.
         self._state = after(self._state, Event.PLAYED)
         self._position = min(heard, self.duration)
         # A loop up to the very end comes around by itself; everything else ends here.

@@ -22,6 +22,7 @@ from studio.sound.sound_file import Samples, SoundSource
 
 EARLY_MS, LATE_MS = 45.0, 125.0
 MINDED_EARLY_MS, MINDED_LATE_MS = 90.0, 185.0
+# In steps that people can set by hand, finer than anybody notices.
 _STEP_MS = 5
 
 
@@ -35,6 +36,7 @@ class SyncPerception(StrEnum):
 
 def sync_perception(motion_late_ms: float) -> SyncPerception:
     """What viewers make of motion so many milliseconds after its sound; negative where it is before it."""
+    # Motion that is late makes the sound early.
     early, late = motion_late_ms, -motion_late_ms  # of the sound
     if early >= MINDED_EARLY_MS or late >= MINDED_LATE_MS:
         return SyncPerception.MINDED
@@ -76,11 +78,13 @@ class StreamClock:
         step = frame - self._frame
         expected = self._time + step * self._period
         error = time - expected
-        # Also the first report, where expected is NaN.
+        # Written as `not <`, so that it is true of the first report too, where expected is NaN.
         if not abs(error) < LOST_LOCK:
             self._frame, self._time, self._began = frame, time, frame
         else:
             young = (frame - self._began) * self._period < FAST_SECONDS
+            # Fast in the first second, to find the line; slow afterwards, so that coarse reports do not move
+            # it.
             omega = min(2 * math.pi * (FAST_HZ if young else SLOW_HZ) * step * self._period, 0.5)
             self._time = expected + math.sqrt(2) * omega * error
             self._frame = frame
@@ -117,6 +121,7 @@ class PlayedSpans:
     """What was given to the device lately, to look up the file position of an output frame."""
 
     def __init__(self) -> None:
+        # Far more than a device holds at once; older ones were heard long ago.
         self._spans: deque[Span] = deque(maxlen=1024)
 
     def add(self, span: Span) -> None:
@@ -125,6 +130,7 @@ class PlayedSpans:
 
     def position(self, frame: float, generation: int) -> float | None:
         """File position heard at an output frame; None before anything of this generation is heard."""
+        # Copied: the audio thread appends while this reads, and a deque that changes cannot be walked.
         for span in reversed(tuple(self._spans)):
             if span.generation != generation:
                 return None
@@ -213,6 +219,7 @@ class SoundOutput:
 
     def start(self, position: float, loop: tuple[float, float] | None = None, speed: float = 1.0) -> None:
         """Play from a position on; also the way to seek, and to change the speed, while playing."""
+        # New spans are told from those of before the seek, which are still on their way to the ear.
         self._generation += 1
         self._feed = Feed(self._generation, position, loop, speed)
         self._wake.set()
@@ -231,6 +238,7 @@ class SoundOutput:
         self._feed = None
         self._closing.set()
         self._wake.set()
+        # Before the stream closes: the feeder reads the file, which is closed last.
         self._feeder.join(timeout=10.0)
         self._stream.close(ignore_errors=True)
         self._source.close()
@@ -249,7 +257,7 @@ class SoundOutput:
         now = time.monotonic()
         self._last_callback = now
         delay = info.outputBufferDacTime - info.currentTime
-        # Some drivers do not say.
+        # Some drivers give no times; then the stream's own latency must do.
         if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:
             delay = float(self._stream.latency)
         # The moment at which the device will play the block: it asks for it a buffer's length before.
@@ -268,6 +276,7 @@ class SoundOutput:
         done = 0
         while done < frames and feed.queue:
             chunk = feed.queue[0]
+            # Chunks and blocks have nothing to do with each other; either may be the shorter.
             count = min(frames - done, len(chunk.samples) - feed.used)
             out[done : done + count] = chunk.samples[feed.used : feed.used + count]
             # Each part of a block is noted on its own: a loop or a seek may fall into its middle.
@@ -366,6 +375,7 @@ def _open_stream(device: str | int | None, rate: int, output: SoundOutput) -> tu
                 device=device,
                 channels=2,
                 dtype="float32",
+                # Low enough that pause and seek feel immediate, high enough for a busy machine.
                 latency=0.06,
                 callback=output.callback,
                 finished_callback=output.finished,

@@ -13,9 +13,13 @@ from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
 
 __all__ = ["Frame", "FrameAssembler", "Sender"]
 
+# Seconds; a body that pauses longer gives the lead to a face, so that recording goes on with what there is.
 _LEADER_SILENT = 0.25
+# Seconds since its last message within which a sender counts as sending.
 _ALIVE = 0.5
+# Seconds; programs restart their tracking within that, and their channels must not be lost by it.
 _SENDER_GONE = 10.0
+# A body, a face, gloves and trackers are four; more is a flood.
 _MAX_SENDERS = 8
 # Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs.
 _FEW = 2
@@ -122,6 +126,7 @@ class FrameAssembler:
 
     def source(self, channel: str) -> str:
         """Whose value a bone or shape has; "" where nobody sent it."""
+        # Bones and shapes share no names, so the first that is found is the one.
         owner = self._held.bone_owners.get(channel) or self._held.shape_owners.get(channel)
         return owner.sender if owner is not None else ""
 
@@ -164,6 +169,7 @@ class FrameAssembler:
             return self._feed_face(stream, kind, datagram)
         parts, good = osc.split(datagram)
         self.messages += len(parts)
+        # Decoded even where it is not well formed: what came before the fault is good motion.
         self.packets_bad += not (self._decode(stream, parts, well_formed=good) and good)
         self._counts(stream)
         return self._done

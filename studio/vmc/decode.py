@@ -19,8 +19,10 @@ from studio.vmc.osc import AbsurdError, MalformedError
 
 MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
 """Names kept of a sender at most, so that a hostile one cannot make memory grow."""
+# Names remembered of those that were left out, so that a flood cannot make this set grow either.
 _MOST_LEFT_OUT = 4 * MAX_SHAPES
 _MAX_POSITION, _MAX_WEIGHT = 1000.0, 100.0
+# Rounding of the sender is below that; more is a rotation that its program got wrong, and worth counting.
 _NON_UNIT = 0.02
 
 Vector = tuple[float, float, float]
@@ -123,7 +125,7 @@ class Decoder:
                 sink.time(_number(osc.arguments(part), 0))
             case "/VMC/Ext/Root/Pos":
                 arguments = osc.arguments(part)
-                # VMagicMirror sends "".
+                # VMagicMirror sends the root with an empty name.
                 _name(arguments, may_be_empty=True)
                 sink.root(self._placed(_seven(arguments)))
                 if part.startswith(_ROOT_HEAD) and len(arguments) == 8:
@@ -175,6 +177,7 @@ class Decoder:
         px, py, pz, x, y, z, w = seven
         if not (abs(px) <= _MAX_POSITION and abs(py) <= _MAX_POSITION and abs(pz) <= _MAX_POSITION):
             raise MalformedError("a position is out of this world")
+        # Bounds so wide that only damage falls outside; what is merely not of length one is made so.
         square = x * x + y * y + z * z + w * w
         if not 1e-6 <= square <= 1e6:
             raise MalformedError("a rotation is no rotation")
@@ -226,6 +229,7 @@ _BONES = {"head": "Head", "righteye": "RightEye", "lefteye": "LeftEye"}
 _PLACE = (0.0, 0.0, 0.0)
 _VERSION = 6
 _VALUES = 61
+# The app's CSV names right before left where the packet has left before right.
 _SWAPPED = {
     "JawRight": "JawLeft",
     "JawLeft": "JawRight",
@@ -281,6 +285,7 @@ def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Pla
             if bone is not None:
                 turns[bone] = _PLACE, _turn([math.radians(n) for n in _angles(numbers)])
         elif part:
+            # Only the second version of the format has &, and in it weights may be negative.
             name, sign, number = part.partition("&" if "&" in part else "-")
             known = _BY_LOWER.get(_arkit(name).lower())
             if known is not None and sign:

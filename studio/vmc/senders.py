@@ -25,12 +25,16 @@ MOST_SENDERS = 64
 """Senders with a queue of their own; further ones share one."""
 ABSURD_PER_S = 200
 """Datagrams a second that make no sense, where they are a good part of all: that is no motion program."""
+# One datagram in eight: clumsy programs send some that make no sense among those that do.
 _A_GOOD_PART = 8
 SHUT_OUT_S, LONGEST_SHUT_OUT_S = 1.0, 8.0
 """Seconds for which nothing more of such a sender is looked at; then it may show again what it is."""
 FLOOD_PER_S = 100.0
 """Datagrams thrown away a second from which on a person is told."""
+# Seconds of decoding that a sender may use before others have their turn: dozens of messages at 15 us each
+# (bench_capture).
 _QUANTUM_S = 0.001
+# Seconds after which a queue may be given to another sender.
 _SILENT_S = 1.0
 _LOOK_S = 0.1
 
@@ -255,6 +259,8 @@ class SenderQueues:
     def _make_room(self, pushed: SenderQueue) -> None:
         """Throw away the oldest of whoever has most waiting, which is never a usual sender beside a flood."""
         while self.count > MOST_WAITING or self._bytes > MOST_WAITING_BYTES:
+            # By bytes where bytes are short, else by count: few large datagrams take as much room as many
+            # small ones.
             if self._bytes > MOST_WAITING_BYTES:
                 # Who has more than half is the largest without a look at all the others, as under a flood.
                 most = pushed if 2 * pushed.bytes > self._bytes else max(self._all(), key=lambda q: q.bytes)

@@ -41,10 +41,12 @@ def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) ->
     if tuning.neutral:
         return motion
     if tuning.smoothing > 0:
+        # First: strength would enlarge the tracker's trembling together with the movement.
         motion = smoothed(motion, tuning.smoothing)
     layers = Layers(tuning)
     if len(motion) and not layers.empty:
         seen = tuning.blinks > 0 and "eyes" in tuning.moves
+        # Of the whole motion and not of a block: a blink may lie across the border of two.
         inferred = blinks_of(motion) if seen else np.zeros(0)
         posture = reference or Reference.of(motion)
         blocks = [
@@ -130,6 +132,7 @@ class Tuner:
         self._lids = [i for i, name in enumerate(shape_names) if is_lid(name)]
         self._given, self._reference = reference is not None, reference
         self._seen = 0.0
+        # NaN, so that the first pose counts as no step of time.
         self._last = float("nan")
         self._inferred: list[float] = []
         self.retune(tuning)
@@ -191,6 +194,7 @@ class Tuner:
         self._last = t
         if self._reference is None:
             self._reference = Reference.of_pose(self._names[1], pose)
+        # Only while time goes on evenly: a pause or a seek is no time that the performer was seen for.
         elif not self._given and self._seen < SETTLING and 0.0 < step < 1.0:
             self._seen += step
             self._reference = self._reference.towards(pose, min(step / self._seen, 1.0))

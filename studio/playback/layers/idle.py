@@ -53,6 +53,8 @@ class Schedule:
         """Draw events until one lies behind a moment."""
         parts_starts, parts_draws = [self.starts], [self.draws]
         last = float(self.starts[-1]) if len(self.starts) else 0.0
+        # In chunks of a fixed size: the draws of a seed are the same however far they are asked for at a
+        # time.
         while math.isfinite(t) and last <= max(t, 0.0):
             normal = self._random.standard_normal((CHUNK, self._columns + 1))
             starts = last + np.cumsum(self._intervals(normal[:, 0]))
@@ -241,6 +243,7 @@ def with_saccades(motion: Motion, darts: Saccades) -> Motion:
     """A motion whose eyes dart: by its eye bones, else by its look shapes, else as it is."""
     bones = [motion.bone_names.index(name) for name in _EYE_BONES if name in motion.bone_names]
     if bones:
+        # Both eyes alike: eyes that dart apart squint.
         right, up = np.radians(darts.angles(motion.times)).T
         turn = rotation.from_euler_yxz(right, -up, np.zeros_like(up))
         rotations = motion.rotations.copy()
@@ -328,6 +331,7 @@ def sway_at(times: Angles, seed: int, number: int) -> Angles:
 @lru_cache(maxsize=64)
 def _waves(seed: int, number: int) -> tuple[Angles, Angles, Angles]:
     """Phases (3, W), frequencies (3, W) and sizes (W,) of the waves of one bone."""
+    # Seeded by bone: another bone that is added changes nothing of the others.
     random = np.random.default_rng((abs(seed), 3, number))
     phases = random.uniform(0.0, 2.0 * np.pi, (3, len(SWAY_HZ)))
     pace = SWAY_HZ * random.uniform(0.9, 1.1, (3, len(SWAY_HZ)))

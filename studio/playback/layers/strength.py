@@ -32,6 +32,7 @@ def smoothed(motion: Motion, sigma: float) -> Motion:
         sigma: standard deviation of the (near Gaussian) filter in seconds.
     """
     frames = sigma * motion.fps
+    # Fewer frames have no neighbours to be smoothed with.
     if len(motion) < 3 or frames <= 0:
         return motion
     low = _low_passed(motion.shapes, frames)
@@ -201,6 +202,7 @@ def _turned(
 ) -> NDArray[np.float64]:
     """Rotations (T, J, 4) with their distance from a mean (J, 4) scaled by a factor a bone (J,)."""
     away = rotation.multiply(rotation.inverse(mean), q)
+    # Of the two signs the shorter way, so that a factor scales the turn and not its complement.
     away = np.where(away[..., 3:] < 0, -away, away)
     sine = np.linalg.norm(away[..., :3], axis=-1)
     angle = 2.0 * np.arctan2(sine, away[..., 3])
