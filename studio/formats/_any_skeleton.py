@@ -16,6 +16,7 @@ _MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 _MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
 # Thigh and shin of the built-in figure.
 _LEG_M = 0.81
+# Metres of thigh and shin together, from a child's to a giant's.
 _PLAUSIBLE = (0.33, 1.6)
 _UNITS = {"centimetres": 0.01, "metres": 1.0}
 _RARE_UNITS = {"inches": 0.0254, "CMU's units (5.6 cm)": 0.056444, "millimetres": 0.001, "feet": 0.3048}
@@ -90,6 +91,7 @@ def _axes(rest: dict[str, Array]) -> NDArray[np.float64] | None:
     )
     if top is None or pair is None:
         return None
+    # By whole quarter turns: programs differ by their axes, not by a few degrees.
     up = _nearest_axis(rest[top] - rest["Hips"])
     left = rest["Left" + pair] - rest["Right" + pair]
     left = _nearest_axis(left - up * float(left @ up))
@@ -120,6 +122,7 @@ def _scale(p: Array, rest: dict[str, Array]) -> tuple[float, str]:
             name = min(_RARE_UNITS, key=lambda unit: abs(np.log(leg * _RARE_UNITS[unit] / _LEG_M)))
             if _PLAUSIBLE[0] <= leg * _RARE_UNITS[name] <= _PLAUSIBLE[1]:
                 return _RARE_UNITS[name], name
+            # No unit fits: a figure of human size is what people expect to see.
             return _LEG_M / leg, "a unit of its own, made human size"
     return _by_height(p, rest)
 

@@ -74,6 +74,7 @@ def humanoid_names(joints: Sequence[str]) -> dict[str, int]:
     found: dict[str, int] = {}
     exact = {bone.lower(): bone for bone in ALL_BONES}
     plain = [re.sub(r"[^a-z0-9]", "", _without_prefix(name).lower()) for name in joints]
+    # Six in ten exact names with hips among them: Unity's own, and guessing could only make it worse.
     if "hips" in plain and sum(name in exact for name in plain) >= 0.6 * len(plain):
         for j, name in enumerate(plain):
             if name in exact:
@@ -101,6 +102,7 @@ def humanoid_names(joints: Sequence[str]) -> dict[str, int]:
 def _limbs(bare: Sequence[tuple[str, str]], found: dict[str, int]) -> None:
     for side in ("Left", "Right"):
         names = {name: j for j, (own, name) in reversed(list(enumerate(bare))) if own == side}
+        # Where there is a collar bone, "shoulder" means the upper arm; without one it is the shoulder itself.
         has_collar = any(word in names for word in ("clavicle", "collar", "collarbone", "clav"))
         has_arm = any(word in names for word in _LIMBS["UpperArm"])
         has_thigh = any(word in names for word in _LIMBS["UpperLeg"])
@@ -244,6 +246,7 @@ def pairs(joints: Sequence[str], bones: Mapping[str, int]) -> tuple[tuple[str, s
 def check_table(table: Table) -> None:
     """Raise RequestError unless every bone is one, and none is given twice."""
     known = {bone.lower() for bone in ALL_BONES}
+    # By small letters, since people write bones in any case.
     seen: dict[str, str] = {}
     for joint, bone in table.items():
         if not bone:

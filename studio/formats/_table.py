@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _SAVE_AGAIN = "Save it again as UTF-8 CSV, with a header line and numbers below."
+# No time and no channel is larger; the square of it still fits into a float64.
 LARGEST = 1e30
 _ENCODINGS = {
     "utf-8": "",
@@ -81,6 +82,7 @@ def read_table(path: Path, text_columns: Sequence[str] = (), empty_row: int = 0)
     if empty_row:
         _must_decode(path, encoding)
     # Only whole lines: the last one may be cut at the end of what was looked at.
+    # Found out from the file itself: spreadsheets of some countries write 1,5 for one and a half.
     form = _Form(path, encoding, separator, names, _is_doubled(lines[1:-1] or lines[1:], names, separator))
     form.decimal_comma = separator != "," and _has_decimal_commas(start, separator)
     form.decimal_comma |= separator == "," and not form.doubled and '"' in "".join(lines[1:3])

@@ -24,6 +24,7 @@ def put(path: Path, audio: Path) -> None:
     """Write a sound: the same bytes where it is a WAV, else decoded to one."""
     info = sound_info(audio)
     if info.container in ("WAV", "WAVEX"):
+        # Byte for byte: decoding and writing again would lose a 32-bit file's headroom.
         shutil.copyfile(audio, path)
     else:
         put_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16", "WAV")
@@ -56,6 +57,7 @@ def checked(path: Path, put: Callable[[Path], object], fits: Callable[[Path], bo
     Raises:
         StudioError: it could not be written, or reads otherwise; a file that was there is untouched.
     """
+    # Written under another name first, so that a crash leaves no half file.
     with atomic.written(path) as beside:
         put(beside)
         with reading_back(path.name):

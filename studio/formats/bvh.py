@@ -28,7 +28,9 @@ NOTE = (
     "three.js read it; for FBX or a Unity .anim go through Blender or Unity."
 )
 
+# BVH has no unit; the programs that read ours take centimetres.
 METRES = 0.01
+# As VirtualMotionCapture writes it; some readers refuse a joint without an end.
 END_SITE_CM = 5.0
 _MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 _MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
@@ -82,6 +84,7 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     if not len(bvh.frames):
         raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
     names = [joint.name for joint in bvh.joints]
+    # What a person said wins over every guess.
     corrections = tables.of(names) if tables else {}
     bones = corrected(names, humanoid_names(names), corrections)
     if "Hips" not in bones or len(bones) < 2:
@@ -135,6 +138,7 @@ def _joints(skeleton: Skeleton, order: list[int]) -> tuple[Joint, ...]:
             Joint(skeleton.bone_names[bone], place[parents[bone]], _three(offsets[bone]), JOINT_CHANNELS, end)
         )
     if len(joints) == 1:
+        # A file of Hips alone still needs an end site.
         joints[0] = Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS, (0.0, END_SITE_CM, 0.0))
     return tuple(joints)
 
@@ -152,6 +156,7 @@ def _three(values: Array) -> tuple[float, float, float]:
 def _frames(motion: Motion, order: list[int]) -> Array:
     """Channel values (T, 3 + 3 J)."""
     turned = motion.rotations[:, order] * _MIRROR_ROTATION
+    # In the order of the channels, Yrotation Xrotation Zrotation, which is R = Ry Rx Rz.
     y, x, z = rotation.to_euler_yxz(turned)
     angles = np.degrees(np.stack([y, x, z], axis=-1)).reshape(len(motion), -1)
     hips = motion.positions[:, order[0]] * _MIRROR_POSITION / METRES

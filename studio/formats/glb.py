@@ -129,6 +129,7 @@ class Body:
     def _described(self, material: SurfaceMaterial) -> dict[str, Any]:
         base: dict[str, Any] = {
             "baseColorFactor": [float(value) for value in material.colour],
+            # Near to how avatars are painted; glTF's defaults would make them metal.
             "metallicFactor": 0.0, "roughnessFactor": 0.9,
         }  # fmt: skip
         if material.picture is not None:
@@ -148,6 +149,7 @@ def _influences(surface: Surface, bones: int) -> tuple[NDArray[np.uint16], Float
     dense = np.zeros((len(owners), bones + 1), dtype=np.float32)
     rows = np.repeat(np.arange(len(owners)), owners.shape[1])
     np.add.at(dense, (rows, owners.ravel()), surface.weights.ravel())
+    # glTF readers need not take more than four bones a vertex.
     count = min(_INFLUENCES, bones + 1)
     joints = np.argsort(-dense, axis=1, kind="stable")[:, :count]
     weights = np.take_along_axis(dense, joints, axis=1)

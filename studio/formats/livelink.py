@@ -166,6 +166,7 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     even = on_grid(motion)
     weights, angles = arkit_weights(even), _angles(even)
     names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]
+    # One format for the whole row: formatting numbers one by one takes most of the time of a long take.
     row = f"%s,{len(names)}," + ",".join(["%.10f"] * len(names)) + "\n"
     values = np.concatenate([weights, *angles.values()], axis=1) + 0.0
 
@@ -190,11 +191,13 @@ def _angles(motion: Motion) -> dict[str, NDArray[np.float64]]:
     """Yaw, pitch and roll (T, 3) in radians of head and eyes; zero for bones that are not there."""
     found = {}
     for bone in _TURNS:
+        # ARKit knows no neck: its turn and the head's are one.
         q = np.tile(rotation.IDENTITY, (len(motion), 1))
         for part in ("Neck", "Head") if bone == "Head" else (bone,):
             if part in motion.bone_names:
                 q = rotation.multiply(q, motion.rotations[:, motion.bone_names.index(part)])
         y, x, z = rotation.to_euler_yxz(q)
+        # Yaw and roll change their sign with the mirrored axis, see `_turn`.
         found[bone] = np.stack([-y, x, -z], axis=1)
     return found
 
@@ -211,13 +214,14 @@ def _fits(
         wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
         got = back.rotations[:, back.bone_names.index(bone)]
         apart.append(rotation.angle_between(got, wanted).max())
-    # What is no number is never near.
+    # Not `any(far > ...)`: NaN compares as false, and must not pass.
     return all(far <= 1e-3 for far in apart)
 
 
 def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Seconds from the first row, and the rows whose time can be."""
     seconds = np.array([_seconds(code, row, path) for row, code in enumerate(codes, 2)])
+    # A take over midnight: its clock falls back to zero.
     late, early = seconds[:-1] > _DAY - _AROUND_MIDNIGHT, seconds[1:] < _AROUND_MIDNIGHT
     seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(late & early)])
     rows = credible(seconds)

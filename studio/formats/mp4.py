@@ -102,6 +102,7 @@ class _Film:
             raise
         self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
         self._samples = 0
+        # One thread: pictures must be encoded in order.
         self._worker = ThreadPoolExecutor(1, "film encoder")
         self._waiting: deque[Future[None]] = deque()
 

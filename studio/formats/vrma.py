@@ -35,10 +35,13 @@ REQUIRED = (
     "Hips", "Spine", "Head", "LeftUpperLeg", "LeftLowerLeg", "LeftFoot", "RightUpperLeg", "RightLowerLeg",
     "RightFoot", "LeftUpperArm", "LeftLowerArm", "LeftHand", "RightUpperArm", "RightLowerArm", "RightHand",
 )  # fmt: skip
+# A VRMA must not have look expressions: its lookAt node says where the eyes look.
 _PRESETS = frozenset(name for name in VRM1_SHAPES if not name.startswith("look"))
 _TO_VRM1 = {name.lower(): name for name in VRM1_SHAPES} | {a.lower(): b for a, b in VRM0_TO_VRM1.items()}
 _TOLERANCE_M = 0.001
 _TOLERANCE_RADIANS = np.radians(0.1)
+# Frames compared by forward kinematics, spread over the file: all of an hour would take as long as writing
+# it.
 _FRAMES_COMPARED = 1000
 
 Array = NDArray[np.floating]
@@ -70,9 +73,11 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.bone_names or motion.shape_names):
         raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+    # Slower than that the reader would take the keys for poses to move between.
     even = on_grid(motion, 0.0 if motion.fps >= SLOWEST else DEFAULT_FPS)
     body = grounded_body(even) or Motion.build(even.times)
     gaze = _gaze(even)
+    # A VRMA must not have eye bones; what they do is the lookAt node's rotation.
     moved = [j for j, name in enumerate(body.bone_names) if name not in EYES]
     body = Motion.build(
         body.times, (), None, tuple(body.bone_names[j] for j in moved),
@@ -122,6 +127,7 @@ def _expressions(motion: Motion) -> dict[str, Array]:
 
 def _gaze(motion: Motion) -> Array | None:
     """The gaze (T, 4) against the head in glTF's axes: the mean of both eyes, without roll."""
+    # One node for both eyes: the format has no squint.
     eyes = [motion.rotations[:, motion.bone_names.index(eye)] for eye in EYES if eye in motion.bone_names]
     if not eyes:
         return None
@@ -156,6 +162,7 @@ def _document(
     scene = [0]
     for name, weights in expressions.items():
         groups["preset" if name in _PRESETS else "custom"][name] = {"node": len(nodes)}
+        # Beside the figure, not below it: UniVRM takes the first node of the scene for the humanoid's root.
         scene.append(len(nodes))
         values = np.stack([weights, np.zeros_like(weights), np.zeros_like(weights)], axis=1)
         tracks.append((len(nodes), "translation", numbers.add(values)))
@@ -176,6 +183,7 @@ def _document(
 
 def _bone_nodes(skeleton: Skeleton) -> list[dict[str, Any]]:
     """A root without any turn, and each bone at its place in the list plus one."""
+    # + 0.0 makes of -0.0, which JSON would keep, a plain zero.
     offsets = skeleton.rest_positions * MIRROR_POSITION + 0.0
     nodes: list[dict[str, Any]] = [{"name": "Root", "children": []}]
     nodes += [
@@ -216,7 +224,7 @@ def _fits(path: Path, body: Motion, expressions: dict[str, Array]) -> bool:
     same = len(back) == len(body) and np.allclose(back.times, body.times, rtol=0, atol=1e-3)
     if same and set(expressions) == set(back.shape_names):
         weights = [np.abs(back.shapes[:, s] - expressions[n]).max() for s, n in enumerate(back.shape_names)]
-        # What is no number is never near.
+        # Not `any(far >= ...)`: NaN compares as false, and must not pass.
         same = all(far < 1e-5 for far in weights)
     if not same or not set(body.bone_names) <= set(back.bone_names):
         return False

@@ -35,6 +35,7 @@ class Stick:
         self._balls = _capsules_mesh("ball", len(plan.balls))
         self._head = _capsules_mesh("ball", head_count)
         style: dict[str, Any] = {
+            # Normals are given with the points; VTK would compute them anew in every frame.
             "smooth_shading": False, "opacity": 0.55 if ghost else 1.0, "ambient": 0.25, "diffuse": 0.75,
             "specular": 0.25, "specular_power": 18, "culling": "back",
         }  # fmt: skip
@@ -73,6 +74,7 @@ class Stick:
 
 def move_mesh(mesh: Any, vertices: NDArray[np.floating], normals: NDArray[np.floating]) -> None:
     """Put a mesh's points and normals elsewhere, in place."""
+    # In place: a new array would be uploaded and its buffers built anew.
     mesh.points[:] = vertices
     mesh.GetPoints().Modified()
     mesh.point_data["Normals"][:] = normals
@@ -114,6 +116,7 @@ class AvatarActor:
     def __init__(self, plotter: Any, avatar: Avatar, palette: Palette, ghost: bool) -> None:
         self.avatar = avatar
         self._plotter = plotter
+        # Opaque surfaces before masked and blended ones, which show what is behind them.
         order = sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i))
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
@@ -221,5 +224,6 @@ def _appearance(avatar: Avatar, surface: Surface, textures: dict[int, Any]) -> d
 
 def _pixels(material: SurfaceMaterial) -> NDArray[np.uint8]:
     assert material.picture is not None
+    # Without alpha where the material says it is opaque: some textures carry nonsense in it.
     pixels = material.picture[:, :, :3] if material.mode == "OPAQUE" else material.picture
     return np.ascontiguousarray(pixels)

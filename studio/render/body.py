@@ -84,6 +84,7 @@ class Plan:
             size = float(np.linalg.norm(np.ptp(joints, axis=0))) / 2.2
         else:
             size = 1.0
+        # Damaged motion may have bones of no length or of kilometres; the camera must still find it.
         return size if 1e-3 < size < 1e3 else 1.0
 
 
@@ -103,6 +104,7 @@ def limbs(plan: Plan, joints: Points, scale: float) -> tuple[Points, Points]:
     axis = end - start
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     z = np.where(length > 1e-9, axis / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
+    # Any direction that is not the bone's own, to build a frame on; up, unless the bone stands upright.
     helper = np.where(np.abs(z[:, 1:2]) < 0.9, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
     x = np.cross(helper, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)

@@ -88,6 +88,7 @@ class Painter:
                 raise RequestError(what, f"Choose {SMALLEST} to {LARGEST}.")
         self._motion, self._drawing = motion, drawing
         shorter, bodily = min(drawing.width, drawing.height), bool(motion.bone_names)
+        # A face alone is what there is to see; beside a body it is a detail.
         share = FACE_SHARE if bodily else LARGE_FACE_SHARE
         faced = bool(motion.shape_names) and (drawing.avatar is None or not bodily)
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
@@ -128,6 +129,7 @@ class Painter:
         black = self._rendered(pose, t)[..., :3].astype(np.int16)
         self._scene.set_palette(_ON_WHITE)
         white = self._rendered(pose, t)[..., :3].astype(np.int16)
+        # A point that is the same on black and on white is solid; one that differs by all is clear.
         alpha = 255 - np.clip((white - black).mean(axis=-1), 0, 255)
         colour = black * (255.0 / np.maximum(alpha, 1.0))[..., None]
         return np.dstack([np.clip(colour, 0, 255), alpha]).round().astype(np.uint8)

@@ -73,6 +73,7 @@ def _feature(
     draw = _eyes if which == "eyes" else _ink
     flat, triangles = draw(FaceShape())
     at_rest = _on_ball(flat)
+    # Each shape alone at full weight: morph targets add up, as shapes do.
     offsets = [_on_ball(draw(face_shape({name: 1.0}))[0]) - at_rest for name in shapes]
     morphs = tuple(
         Morph(np.arange(len(flat), dtype=np.int32), (moved * radius).astype(np.float32)) for moved in offsets

@@ -123,6 +123,7 @@ class RenderScene:
         self._avatar_actors: dict[str, AvatarActor] = {}
         self._tall, self._covered = 0.0, False
         self._scale, self._face = 1.0, FACE_HEIGHT
+        # Setting the size makes the window's buffers anew, so it is done only where it changes.
         self._size = (640, 480)
         self._room = Room(self._plotter, palette)
 
@@ -203,9 +204,11 @@ class RenderScene:
         camera.position = tuple(orbit.position(width / height, self._scale, self._face))
         camera.focal_point = tuple(orbit.target(self._scale, self._face))
         camera.up = (0.0, 1.0, 0.0)
+        # By hand: VTK would measure all bounds again for every picture.
         camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
         window = self._plotter.render_window
         window.Render()
+        # OpenGL's rows begin at the bottom; turning the view over copies nothing.
         return self._read(window, width, height)[::-1]
 
     def close(self) -> None:
