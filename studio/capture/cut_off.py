@@ -212,11 +212,11 @@ def saved(
     """
     # The folder first: whatever else ended the take, its files are where they belong.
     if watch.is_there():
-        return _completed(rolling.folder, cut)
+        return completed(rolling.folder, cut)
     cut = lost_folder(rolling, watch, cut.at if cut else rolling.seconds)
     moved = watch.moved_to()
     if moved is not None:
-        return _completed(moved, cut)
+        return completed(moved, cut)
     place = _new_place(rolling.folder.name)
     try:
         place.mkdir(parents=True)
@@ -229,10 +229,15 @@ def saved(
     except OSError as error:
         remedy = f"It could not be kept in {place} either: {error.strerror or error}."
         raise StudioError(cut.what, remedy) from error
-    return _completed(place, cut)
+    return completed(place, cut)
 
 
-def _completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
+def completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
+    """The take of a folder's journal, with why it ended early as its note.
+
+    Raises:
+        StudioError: nothing was recorded, or it cannot be saved; says where what was recorded lies.
+    """
     # Of lost sound the take has a note from the moment it happened.
     notes = [cut.what] if cut is not None and cut.reason != "sound_lost" else []
     try:

@@ -81,6 +81,11 @@ class MotionInput:
         """The first one."""
         return self.ports[0]
 
+    @property
+    def listener_pid(self) -> int | None:
+        """The process that listens; None where this one does."""
+        return self._child.pid if self._child is not None else None
+
     def poll(self, now: float) -> list[RowBlock]:
         """The rows that have arrived since the last call, in order.
 

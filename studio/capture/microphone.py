@@ -6,7 +6,7 @@ import contextlib
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -158,13 +158,17 @@ def _device(entry: Any, default: bool) -> AudioDevice:
     )
 
 
-def find_device(name_or_index: str | int | None) -> AudioDevice:
+def find_device(name_or_index: str | int | None, devices: Sequence[AudioDevice] | None = None) -> AudioDevice:
     """The input of that name (exact, else beginning, else containing), number, or the default one.
+
+    Args:
+        name_or_index: None or "" for the default one.
+        devices: to choose among, the default one first; those of this computer where None.
 
     Raises:
         StudioError: there is none.
     """
-    devices = input_devices()
+    devices = input_devices() if devices is None else devices
     if not devices:
         raise no_sound("This computer has no sound input.")
     if name_or_index is None or name_or_index == "":
@@ -344,6 +348,7 @@ class SoundWatch:
         every: seconds between two tries.
 
     Attributes:
+        every: the same, to be changed at any time.
         may_refresh: whether looking for devices anew would disturb nobody; other streams of the process
             would be cut off by it.
     """
@@ -354,7 +359,7 @@ class SoundWatch:
         self.may_refresh: Callable[[], bool] = lambda: True
         self._is_lost = is_lost
         self._reopen = reopen
-        self._every = every
+        self.every = every
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="sound watch", daemon=True)
         self._thread.start()
@@ -365,7 +370,7 @@ class SoundWatch:
         self._thread.join(2.0)
 
     def _run(self) -> None:
-        while not self._ended.wait(self._every):
+        while not self._ended.wait(self.every):
             if not self._is_lost():
                 continue
             try:

@@ -52,6 +52,8 @@ class Recorder:
 
     Attributes:
         cut_off: why the last take is not whole, and where it lies; None where it is, or none was made.
+        folder_watch: of the take that is being recorded, or was last.
+        sound_watch: opens a microphone that vanished again.
     """
 
     def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
@@ -67,7 +69,7 @@ class Recorder:
         self._until: float | None = None
         self._ended = threading.Event()
         self.cut_off: CutOff | None = None
-        self._watch = FolderWatch(takes_folder, ())
+        self.folder_watch = FolderWatch(takes_folder, ())
         self._last: tuple[list[RowBlock], list[SoundBlock]] = [], []
         self._silence_reported = False
         self._before = snapshot.Counts()
@@ -240,7 +242,7 @@ class Recorder:
                 host=motion.host if motion else None,
                 device=sound.name if sound else None,
             )
-            self._watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
+            self.folder_watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
             # Under the same lock as the poll above, so that no row falls between pre-roll and take.
             self._begin_roll()
 
@@ -254,10 +256,10 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             try:
-                take, self.cut_off = cut_off.saved(ended, self._watch, self.cut_off, self._last)
+                take, self.cut_off = cut_off.saved(ended, self.folder_watch, self.cut_off, self._last)
                 return take
             finally:
-                self._watch.close()
+                self.folder_watch.close()
                 self._finish()
 
     def discard(self) -> None:
@@ -269,8 +271,8 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             # Its own files alone: who moved just these may have put them among others.
-            recovery.remove(self._watch.moved_to() or ended.folder)
-            self._watch.close()
+            recovery.remove(self.folder_watch.moved_to() or ended.folder)
+            self.folder_watch.close()
             self._finish()
 
     def close(self) -> None:
@@ -410,8 +412,8 @@ class Recorder:
             return
         self._flushed_at = now
         # Looked at before each flush: a moved folder still takes what is written, and nobody would notice.
-        if not self._watch.is_there():
-            self._end_early(rolling, cut_off.lost_folder(rolling, self._watch, rolling.seconds))
+        if not self.folder_watch.is_there():
+            self._end_early(rolling, cut_off.lost_folder(rolling, self.folder_watch, rolling.seconds))
             return
         try:
             rolling.flush(snapshot.facts(self._motion, self._sound, self._before))

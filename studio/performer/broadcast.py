@@ -47,6 +47,8 @@ class Broadcast:
         seconds: how long; None is until `stop`.
         voice_source: "auto", "espeak" or "bundled".
         on_line: called with each sentence as its voice begins. Runs on the sending thread.
+        open_speaker: opens the device.
+        make_scenes: makes what is performed. Runs on the script's thread.
 
     Raises:
         RequestError: a number is out of range.
@@ -66,6 +68,8 @@ class Broadcast:
         seconds: float | None = None,
         voice_source: str = "auto",
         on_line: Callable[[str], None] | None = None,
+        open_speaker: Callable[[str | int | None], Loudspeaker] = Loudspeaker,
+        make_scenes: Callable[[Script, float], Iterator[ScriptedScene]] = scenes,
     ) -> None:
         _check(port, fps, jitter_ms, loss, seconds)
         self.host, self.port, self.fps, self.device = host, port, fps, device
@@ -73,6 +77,7 @@ class Broadcast:
         self._options = SendOptions(bundle=bundle)
         self._seconds = math.inf if seconds is None else seconds
         self._voice_source, self._on_line = voice_source, on_line or (lambda _text: None)
+        self._open_device, self._make_scenes = open_speaker, make_scenes
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._speaking = ""
@@ -152,10 +157,8 @@ class Broadcast:
     def _write(self) -> None:
         """Prepare scenes ahead. Runs on the script's thread."""
         try:
-            made: Iterator[ScriptedScene] = scenes(
-                Script(self.seed, voice_source=self._voice_source), self.fps
-            )
-            for scene in made:
+            script = Script(self.seed, voice_source=self._voice_source)
+            for scene in self._make_scenes(script, self.fps):
                 self._offer(scene)
                 if self._stopping.is_set() or scene.line.end >= self._seconds:
                     return
@@ -182,7 +185,7 @@ class Broadcast:
         if self.device == NO_SOUND:
             return
         try:
-            speaker = Loudspeaker(self.device)
+            speaker = self._open_device(self.device)
         except RequestError:
             raise
         except StudioError as error:

@@ -16,7 +16,7 @@ _FLOAT = 3
 _LIMIT = 0xFFFF_FFFF
 
 
-def _header(sample_rate: int, channels: int, data_bytes: int) -> bytes:
+def header(sample_rate: int, channels: int, data_bytes: int) -> bytes:
     """The header for so many bytes of float32 samples."""
     frame = 4 * channels
     big = data_bytes + HEADER_BYTES > _LIMIT
@@ -48,7 +48,7 @@ class WavWriter:
         self.sample_rate, self.channels = sample_rate, channels
         self.frames = 0
         self._file = path.open("wb")
-        self._file.write(_header(sample_rate, channels, 0))
+        self._file.write(header(sample_rate, channels, 0))
 
     def append(self, samples: NDArray[np.float32]) -> None:
         """Add samples (N, C)."""
@@ -69,7 +69,7 @@ class WavWriter:
             return
         self._file.flush()
         self._file.seek(0)
-        self._file.write(_header(self.sample_rate, self.channels, 4 * self.channels * self.frames))
+        self._file.write(header(self.sample_rate, self.channels, 4 * self.channels * self.frames))
         self._file.close()
 
     def abandon(self) -> None:
@@ -106,5 +106,5 @@ def mend(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
         whole = (length - HEADER_BYTES) // (4 * channels) * 4 * channels
         file.truncate(HEADER_BYTES + whole)
         file.seek(0)
-        file.write(_header(sample_rate, channels, whole))
+        file.write(header(sample_rate, channels, whole))
     return whole // (4 * channels)

@@ -113,6 +113,11 @@ class FrameAssembler:
         return tuple(dict.fromkeys(sender for sender, _ in self._streams))
 
     @property
+    def heads_known(self) -> int:
+        """Message heads remembered of all senders, see `Decoder`."""
+        return sum(stream.decoder.heads_known for stream in self._streams.values())
+
+    @property
     def sources(self) -> tuple[Sender, ...]:
         """Every sender that gives anything, with the channels it gives."""
         held = self._held

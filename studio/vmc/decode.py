@@ -88,6 +88,11 @@ class Decoder:
         self._root_head: bytes | None = None
         self._last_state: tuple[bytes, tuple[int, ...]] = (b"", ())
 
+    @property
+    def heads_known(self) -> int:
+        """Message heads remembered, which is bounded whatever comes."""
+        return len(self._bone_heads) + len(self._shape_heads)
+
     def decode(self, part: bytes, sink: Sink) -> None:
         """Read one message and tell the sink what it says.
 

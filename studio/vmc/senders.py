@@ -130,6 +130,11 @@ class SenderQueues:
         heads = (q.waiting[0][0].arrival for q in self._all() if q.waiting and not q.is_thrown_away)
         return min(heads, default=math.inf)
 
+    @property
+    def senders(self) -> frozenset[tuple[str, int]]:
+        """Senders with a queue of their own, and the port each sends to."""
+        return frozenset(self._queues)
+
     def push(self, datagram: Datagram, port: int) -> None:
         """Have a datagram wait; what cannot be motion is refused at once, and unread."""
         arrival, data, sender = datagram

@@ -65,7 +65,7 @@ def test_past_four_gigabytes_it_is_rf64(tmp_path: Path) -> None:
 
 
 def test_the_header_has_the_length_it_says() -> None:
-    header = wav_writer._header(48_000, 2, 80)
-    assert len(header) == HEADER_BYTES
-    assert header[-8:-4] == b"data"
-    assert struct.unpack("<I", header[-4:]) == (80,)
+    head = wav_writer.header(48_000, 2, 80)
+    assert len(head) == HEADER_BYTES
+    assert head[-8:-4] == b"data"
+    assert struct.unpack("<I", head[-4:]) == (80,)
