@@ -7,6 +7,7 @@ commands are verbs (what you do).
     paths           where the studio's own files lie
     registry        one file = one entry (verbs, formats, models), listed without importing
     settings        preferences as fields: default, limits, unit, help
+    actions         what can be done, declared once: name, keys, where it works, what it needs
     launch          how programs are started, and that no code comes from the current folder
     clock           one clock for every input, and how the sound device's runs beside it
     virtual_devices a screen and a sound device where the machine has none (tests, tour)
@@ -28,6 +29,7 @@ commands are verbs (what you do).
     playback/       motion and sound against one clock, and what is laid over a motion
     render/         a performer as a picture: figure or avatar, off screen; the window and films share it
     formats/        importers and exporters, one file each
+    export/         clip, range, options, queue: what the Export panel and the commands share
     performer/      the practice performer: a voice and VMC motion without hardware
     cli/            parse, call, print; one file per verb, listed without importing
     ui/             the only Qt in the house

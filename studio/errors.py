@@ -8,17 +8,27 @@ class StudioError(Exception):
 
     Args:
         what: one sentence naming the thing that happened.
-        remedy: one sentence saying what to do about it.
+        remedy: one sentence saying what to do about it, at a terminal too.
+        code: what programs decide by; the kind's own where it is not given. Sentences change and are
+            translated, codes stay.
+        in_window: the remedy where it is another one in the window, where options have no dashes.
     """
 
-    def __init__(self, what: str, remedy: str) -> None:
+    code = "failed"
+
+    def __init__(self, what: str, remedy: str, *, code: str = "", in_window: str = "") -> None:
         super().__init__(f"{what} {remedy}")
         self.what = what
         self.remedy = remedy
+        self.in_window = in_window or remedy
+        if code:
+            self.code = code
 
 
 class RequestError(StudioError):
     """The request itself was wrong (an unknown take, a bad option): exit code 2 on the command line."""
+
+    code = "request"
 
 
 class FileThereError(RequestError):
@@ -29,23 +39,17 @@ class FileThereError(RequestError):
         file: the name of the file.
     """
 
+    code = "exists"
+
     def __init__(self, what: str, remedy: str, file: str) -> None:
         super().__init__(what, remedy)
         self.file = file
 
 
 class InputError(StudioError):
-    """An input cannot be opened.
+    """A port or a microphone cannot be opened."""
 
-    Args:
-        what: one sentence naming what happened.
-        remedy: what to do at a terminal.
-        in_window: what to do in the window, where Record is at hand.
-    """
-
-    def __init__(self, what: str, remedy: str, in_window: str) -> None:
-        super().__init__(what, remedy)
-        self.in_window = in_window
+    code = "input"
 
 
 def port_taken(port: int) -> InputError:
@@ -53,7 +57,7 @@ def port_taken(port: int) -> InputError:
     return InputError(
         f"Port {port} is used by another program, such as VSeeFace or a second studio.",
         "Close it, or choose another port in Record (or with --port).",
-        "Close it, or choose another port here.",
+        in_window="Close it, or choose another port here.",
     )
 
 
@@ -63,12 +67,14 @@ def no_sound(what: str) -> InputError:
     return InputError(
         what,
         f"{check}. Without one, record takes --device none and live takes --file.",
-        f"{check}, then refresh the list of devices.",
+        in_window=f"{check}, then refresh the list of devices.",
     )
 
 
 class Cancelled(StudioError):  # noqa: N818 (a request that was met, not an error)
     """Work ended because the person who asked for it cancelled it; nothing of it was written."""
+
+    code = "cancelled"
 
     def __init__(self, what: str = "It was cancelled.") -> None:
         super().__init__(what, "Nothing was written.")

@@ -13,7 +13,7 @@ from pathlib import Path
 from studio.capture import journal_contents, recovery, roll
 from studio.capture.microphone import SoundBlock
 from studio.errors import StudioError
-from studio.files import disk
+from studio.files import atomic
 from studio.paths import rescue_folder
 from studio.take.take import Take
 from studio.vmc.rows import RowBlock
@@ -166,7 +166,7 @@ def full(at: float) -> CutOff:
 
 def failed(error: OSError, at: float) -> CutOff:
     """The files took no more."""
-    if disk.is_full(error):
+    if atomic.is_full(error):
         return full(at)
     cause = f"The take could not be written on: {error.strerror or error}."
     return CutOff("write_failed", cause, at, "Check the disk.")

@@ -73,6 +73,19 @@ def problems(status: InputStatus) -> tuple[Problem, ...]:
     return (*_disk(status), *_flood(status), *_no_motion(status), *_sound(status), *_poor_motion(status))
 
 
+def troubled(status: InputStatus) -> frozenset[str]:
+    """What `problems` are about, for who decides by it: "motion", "sound", and "silent" of a microphone."""
+    found = set()
+    # Packets that are no motion come from another program: the motion itself may be steady.
+    if _no_motion(status) or set(_poor_motion(status)) - set(_unreadable(status)):
+        found.add("motion")
+    if _sound(status):
+        found.add("sound")
+    if set(_sound(status)) & set(_silent(status)):
+        found.add("silent")
+    return frozenset(found)
+
+
 def counter(info: TakeInfo, key: str) -> int:
     """A counter that a take keeps besides its usual ones, 0 where it is missing or none."""
     text = info.extra.get(key, "")
@@ -169,8 +182,7 @@ def _sound(s: InputStatus) -> list[Problem]:
             )
         ]
     found: list[Problem] = []
-    if s.quiet_for > 3:
-        found.append((f"{s.device} is silent.", "Unmute it, turn its level up, or choose another device."))
+    found += _silent(s)
     if s.clipped:
         found.append(("The sound is clipped.", "Turn the microphone's level down and speak again."))
     if s.overruns:
@@ -181,6 +193,12 @@ def _sound(s: InputStatus) -> list[Problem]:
             )
         )
     return found
+
+
+def _silent(s: InputStatus) -> list[Problem]:
+    if s.quiet_for <= 3:
+        return []
+    return [(f"{s.device} is silent.", "Unmute it, turn its level up, or choose another device.")]
 
 
 def _poor_motion(s: InputStatus) -> list[Problem]:
@@ -220,13 +238,7 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
                 "Set its frame rate to 60: more makes no motion smoother.",
             )
         )
-    if s.packets_bad > max(3, 0.01 * s.packets) and not s.flood.per_s:
-        found.append(
-            (
-                f"{_count(s.packets_bad, 'packet')} could not be read in full.",
-                f"Let only a VMC sender send to port {s.port}.",
-            )
-        )
+    found += _unreadable(s)
     if 0 < s.fps < _FEW_FPS and s.listening_for > 3:
         found.append(
             (f"Only {s.fps:.0f} frames a second arrive.", "Raise the sender's frame rate to 30 or 60.")
@@ -238,6 +250,13 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
     elif s.shapes and not s.bones:
         found.append(("No bones arrive, only blend shapes.", "Turn on sending of bones in the sender."))
     return found
+
+
+def _unreadable(s: InputStatus) -> list[Problem]:
+    if s.packets_bad <= max(3, 0.01 * s.packets) or s.flood.per_s:
+        return []
+    what = f"{_count(s.packets_bad, 'packet')} could not be read in full."
+    return [(what, f"Let only a VMC sender send to port {s.port}.")]
 
 
 def _named(missing: tuple[str, ...]) -> str:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, Skeleton
 from studio.motion.channels import is_mouth_shape
+from studio.motion.lag import RATE, Alignment, curve_offset, speech_level, voice_offset
 from studio.sound.sound_file import Sound
-from studio.take.lag import RATE, Alignment, curve_offset, speech_level, voice_offset
 from studio.vmc.assemble import Sender
 
 LEVEL_SECONDS = 5.0
@@ -102,7 +102,7 @@ def measure(sound: Sound, motion: Motion) -> Measured:
     Args:
         sound: from time 0. motion: times on the sound's clock.
     """
-    level = speech_level(sound)
+    level = speech_level(sound.mono(), sound.sample_rate)
     if not len(level) or float(np.abs(sound.samples).max(initial=0.0)) < 1e-3 or level.std() < 0.02:
         return Measured(None, why_not="silent")
     found = [("mouth", voice_offset(level, motion)), ("hands", _by_hands(level, motion))]

@@ -270,6 +270,7 @@ class AudioInput:
             raise StudioError(
                 f"{self.device.name} could not be opened ({_reason(error)}).",
                 "Close other programs that use it, or choose another device.",
+                code="device_unavailable",
             ) from error
 
     def stop(self) -> None:

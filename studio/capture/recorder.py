@@ -17,7 +17,7 @@ from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.recovery import recover
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.errors import StudioError
-from studio.files import disk
+from studio.files import atomic
 from studio.files.atomic import safe_name
 from studio.motion import Motion
 from studio.sound.sound_file import Sound
@@ -58,7 +58,7 @@ class Recorder:
 
     def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
         self.takes_folder = takes_folder
-        self._reserve = reserve_bytes
+        self.reserve_bytes = reserve_bytes
         self._lock = threading.RLock()
         # Held over a whole stop or discard: two of them at once would save or remove the same take twice.
         self._asking = threading.Lock()
@@ -404,9 +404,9 @@ class Recorder:
             return
         if now - self._disk_at >= _DISK_S:
             self._disk_at = now
-            free = disk.free_bytes(self.takes_folder)
+            free = atomic.free_bytes(self.takes_folder)
             self._disk_free = free or 0
-            if free is not None and free < self._reserve:
+            if free is not None and free < self.reserve_bytes:
                 self._end_early(rolling, cut_off.full(rolling.seconds))
         if now - self._flushed_at < _FLUSH_S or self._ended.is_set():
             return
@@ -467,7 +467,7 @@ class Recorder:
         self._looked_at = now
         if now - self._disk_at >= _DISK_S and self._roll is None:
             self._disk_at = now
-            self._disk_free = disk.free_bytes(self.takes_folder) or 0
+            self._disk_free = atomic.free_bytes(self.takes_folder) or 0
         cut = self.cut_off if self._roll is not None else None
         ended = (cut.what, cut.remedy) if cut is not None else None
         extra = tuple(problem for problem in (ended, self._fault) if problem is not None)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from studio.capture.health import InputStatus, Problem, problems
+from studio.capture.health import InputStatus, Problem, problems, troubled
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock
 from studio.capture.receiver import ReceiverStats
@@ -61,6 +61,7 @@ class Snapshot:
         drift_ppm: how much faster the computer's clock runs than the sound device's.
         disk_free_bytes: room where takes are kept. seconds_left: how long that lasts at this rate.
         problems: health in words, the worst first.
+        troubled: what they are about: "motion", "sound", and "silent" where the microphone gives no sound.
     """
 
     state: RecorderState = RecorderState.IDLE
@@ -104,6 +105,7 @@ class Snapshot:
     disk_free_bytes: int = 0
     seconds_left: float = 0.0
     problems: tuple[Problem, ...] = ()
+    troubled: frozenset[str] = frozenset()
 
 
 # A sender that is held up for half a second is no news; the lamp would flicker.
@@ -213,6 +215,7 @@ def build_snapshot(
         disk_free_bytes=free_bytes,
         seconds_left=seconds_left,
         problems=(*extra, *problems(status)),
+        troubled=troubled(status),
         **facts_of_motion,
         **facts_of_sound,
     )

@@ -1,87 +1,97 @@
 """The command line: the same verbs as the tabs. Parse, call, print; nothing else.
 
-One file per verb in this package offers HELP (one line), `add_arguments(parser)` and `run(args, out)`, and
-EXAMPLE where an example says more; `run` reports through `out` (studio.cli._output.Output), raises
-StudioError or RequestError, and may give another exit code than 0.
+One file per verb in this package offers `add_arguments(parser)` and `run(args, out)`, and EXAMPLE where an
+example says more; `run` reports through `out` (studio.cli._output.Output), raises StudioError or
+RequestError, and may give another exit code than 0.
 
-_baselines     Figures of the simple guesses that a run has to beat, and of what was captured, for a table
-               beside them
-_clip          What is exported: a take's used part, a motion file, or what a run makes of a sound
-_export_args   Arguments of commands that write motion: part and rate, layers, pictures, and where to write
+_export        What commands that write motion share: their arguments, and how an export is reported
 _live_targets  The VMC targets of a live performance: started, stopped and reported by name while it runs
-_look_aheads   How good a run is at each look-ahead it offers to live use, measured and kept in its report
-_output        What a command prints: sentences for people, JSON lines for programs, and how things are
-               counted
-_outputs       Several files of several formats into one folder: their names, and how each is made
+_measure       What `saia evaluate`, `compare` and `train` share: runs and simple guesses measured, and their
+               table
+_output        What a command prints: sentences for people, JSON lines for programs, and how each outcome
+               ends it
 _project       How commands open a project and read files: what was found damaged is said, and the command
                goes on
-_queue         Several files one after another: what fails is told, and the rest goes on
-_run           Runs a command: every outcome becomes one sentence and an exit code
-_stdin         Commands on standard input of a running command: stop, and the switches of a live performance
+_stdin         Commands on standard input of a running command, and the signals that end it: one reader for
+               all verbs
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import io
 import os
-import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from studio import __version__, launch, registry
-from studio.cli._output import Output, put
-from studio.cli._run import run_command
+from studio import __version__, launch
+from studio.cli._output import Output, put, run_command
 from studio.errors import RequestError
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
-VERB_ORDER = (
-    "record", "import", "check", "split", "train", "evaluate", "compare", "generate", "export", "play",
-    "live", "performer", "tour", "doctor",
-)  # fmt: skip
-
-
-def verbs() -> tuple[str, ...]:
-    """The commands this installation has, in the order of the work."""
-    here = {name.removesuffix("_verb") for name in registry.names(sys.modules[__name__])}
-    return tuple(v for v in VERB_ORDER if v in here) + tuple(sorted(here - set(VERB_ORDER)))
+VERBS = {
+    "record": "record voice and motion as a take",
+    "import": "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound",
+    "check": "look takes over: rates, gaps, levels, and whether the mouth follows the voice",
+    "split": "say what each take is for: to learn from, to choose the best moment by, or to judge by",
+    "train": "train a network on the takes marked for training",
+    "evaluate": "measure a run on takes it has not learnt from",
+    "compare": "compare runs on the same takes",
+    "generate": "turn sound into motion with a trained run",
+    "export": "write takes, or a run's motion for them, as BVH, VRMA and more",
+    "play": "send a motion to an avatar program, in time with its sound",
+    "live": "perform an avatar from a microphone, now",
+    "performer": "a practice performer: voice and VMC motion without hardware; makes the sample project",
+    "tour": "the whole job through the real window, with screenshots; also the self-check",
+    "doctor": "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy",
+    "card": "write a data card: minutes by performer, emotion, label and split, grades, what moves",
+    "clean": "choose cleaned sound for takes: less noise, or the voice alone",
+    "cut": "cut takes into many where nobody speaks",
+    "encoder": "list the speech encoders on this computer, or bring one here",
+    "find": "find missing sound, motion or takes in a folder, and put them back",
+    "pack": "put a whole project, or one run, into one file",
+    "suggest": "list what to look at first: takes and spans that are most likely bad",
+    "unpack": "make a project folder of a packed zip, or bring a packed run into a project",
+}
+"""Every command with its help, in the order of the work; each is a file of this package."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command, or open the window where none is named.
 
     Args:
-        argv: the words after the program's name; sys.argv where None.
+        argv: the arguments after the program's name; sys.argv where None.
 
     Returns:
         The exit code: 0 done, 1 failed, 2 wrong request, 130 interrupted.
     """
     launch.distrust_current_folder()
-    words = list(sys.argv[1:] if argv is None else argv)
-    if words[:1] == ["_listen"]:  # the window's own process for motion; a bundle has no other way to start it
+    args = list(sys.argv[1:] if argv is None else argv)
+    if args[:1] == ["_listen"]:  # the window's own process for motion; a bundle has no other way to start it
         from studio.capture.listener import main as listen
 
         return listen()
     # Threads that wait for one another by spinning make training many times slower as soon as an avatar
     # program or a stream wants a core too. OpenMP reads this when torch is loaded, so it is said first.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    as_json = "--json" in words
-    words = [word for word in words if word != "--json"]
+    as_json = "--json" in args
+    args = [arg for arg in args if arg != "--json"]
     _make_printable(as_json)
     out = Output(as_json)
-    if words and words[0] in ("-h", "--help"):
+    if args and args[0] in ("-h", "--help"):
         return run_command(lambda: _say(_help()), out)
-    if words and words[0] == "--version":
+    if args and args[0] == "--version":
         return run_command(lambda: _say(f"Saia Studio {__version__}"), out)
-    if words and words[0] in verbs():
-        return run_command(lambda: _run_verb(words[0], words[1:], out), out)
-    return run_command(lambda: _open_window(words), out)
+    if args and args[0] in VERBS:
+        return run_command(lambda: _run_verb(args[0], args[1:], out), out)
+    return run_command(lambda: _open_window(args), out)
 
 
 def _make_printable(as_json: bool) -> None:
@@ -99,25 +109,26 @@ def _say(text: str) -> int:
     return 0
 
 
-def _run_verb(verb: str, words: list[str], out: Output) -> int:
-    import importlib
-
-    # `import` is a keyword, so its module carries a suffix.
-    name = f"{verb}_verb" if verb == "import" else verb
-    module = importlib.import_module(f"studio.cli.{name}")
-    parser = parser_of(verb, module)
+def _run_verb(verb: str, args: list[str], out: Output) -> int:
+    module = verb_module(verb)
     # None but for a command that is done and yet has to tell of a failure, such as a take that was cut off.
-    return int(module.run(parser.parse_args(words), out) or 0)
+    return int(module.run(parser_of(verb, module).parse_args(args), out) or 0)
+
+
+def verb_module(verb: str) -> ModuleType:
+    """The file of a verb; `import` is a keyword, so its file carries a suffix."""
+    return importlib.import_module(f"studio.cli.{'import_verb' if verb == 'import' else verb}")
 
 
 def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
-    """What reads the words behind a verb."""
+    """What reads the arguments behind a verb."""
     example = getattr(module, "EXAMPLE", "")
     parser = _Parser(
         prog=f"saia {verb}",
-        description=f"{module.HELP[:1].upper()}{module.HELP[1:]}.",
+        description=f"{VERBS[verb][:1].upper()}{VERBS[verb][1:]}.",
         epilog=f"Example: {example}" if example else None,
         allow_abbrev=False,
+        exit_on_error=False,
     )
     module.add_arguments(parser)
     for action in parser._actions:
@@ -127,68 +138,92 @@ def parser_of(verb: str, module: ModuleType) -> argparse.ArgumentParser:
 
 
 class _Parser(argparse.ArgumentParser):
-    """An argument parser whose complaints are sentences like all others."""
+    """An argument parser whose complaints are sentences like all others.
+
+    Each complaint is made where argparse finds the fault: its own English is neither shown nor read, since it
+    differs from one Python to the next.
+    """
+
+    def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> argparse.Namespace:  # type: ignore[override]
+        self._parsed = argparse.Namespace() if namespace is None else namespace
+        try:
+            parsed, unknown = self.parse_known_args(args, self._parsed)
+        except argparse.ArgumentError as error:  # all that the methods below leave: two that exclude another
+            raise self._refused(self._clash(error.argument_name or "")) from error
+        if unknown:
+            raise self._refused(f"The command does not know {' '.join(unknown)}.")
+        return parsed
 
     def error(self, message: str) -> NoReturn:
-        raise RequestError(_understood(message), f"Run `{self.prog} --help` to see how it is written.")
+        # Called where something required is missing; what was given is in the namespace by then.
+        lacking = [_name(one) for one in self._actions if one.required and not self._is_given(one)]
+        if lacking:
+            raise self._refused(f"The command lacks {', '.join(lacking)}.")
+        for group in self._mutually_exclusive_groups:
+            if group.required and not any(map(self._is_given, group._group_actions)):
+                names = " ".join(_name(one) for one in group._group_actions)
+                raise self._refused(f"The command lacks one of {names}.")
+        raise self._refused(f"The command was not understood: {message}.")
 
     def print_help(self, file: SupportsWrite[str] | None = None) -> None:
         # At once: a reader that leaves is noticed here, and not by the interpreter at its end.
         put(self.format_help(), end="")
 
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            what = f"{_name(action)} takes a number, and '{arg_string}' is none."
+            raise self._refused(what) from error
 
-_COMPLAINTS = (
-    (r"the following arguments are required: (.+)", r"The command lacks \1."),
-    (r"unrecognized arguments: (.+)", r"The command does not know \1."),
-    (r"argument (\S+): expected one argument", r"A value is missing after \1."),
-    (r"argument (\S+): expected at least one argument", r"A value is missing after \1."),
-    (r"argument (\S+): invalid (?:int|float) value: '(.*)'", r"\1 takes a number, and '\2' is none."),
-    (r"argument (\S+): invalid choice: (.+) \(choose from (.+)\)", r"\1 cannot be \2; choose from \3."),
-    (r"argument (\S+): not allowed with argument (\S+)", r"\1 and \2 cannot be used together."),
-    (r"one of the arguments (.+) is required", r"The command lacks one of \1."),
-)
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            known = ", ".join(map(repr, action.choices))
+            raise self._refused(f"{_name(action)} cannot be {value!r}; choose from {known}.")
+
+    def _match_argument(self, action: argparse.Action, arg_strings_pattern: str) -> int:
+        try:
+            return super()._match_argument(action, arg_strings_pattern)
+        except argparse.ArgumentError as error:
+            raise self._refused(f"A value is missing after {_name(action)}.") from error
+
+    def _is_given(self, action: argparse.Action) -> bool:
+        return getattr(self._parsed, action.dest, None) not in (None, action.default)
+
+    def _clash(self, name: str) -> str:
+        group = next(
+            group
+            for group in self._mutually_exclusive_groups
+            if name in [_name(one) for one in group._group_actions]
+        )
+        other = next(_name(one) for one in group._group_actions if self._is_given(one))
+        return f"{name} and {other} cannot be used together."
+
+    def _refused(self, what: str) -> RequestError:
+        return RequestError(what, f"Run `{self.prog} --help` to see how it is written.")
 
 
-def _understood(message: str) -> str:
-    """argparse's complaint as a sentence."""
-    for pattern, sentence in _COMPLAINTS:
-        if found := re.fullmatch(pattern, message, re.DOTALL):
-            return found.expand(sentence)
-    return f"The command was not understood: {message}."
+def _name(action: argparse.Action) -> str:
+    """An argument as it is written: -o/--out, or the metavar of a positional."""
+    return "/".join(action.option_strings) or str(action.metavar or action.dest)
 
 
-def _open_window(words: list[str]) -> int:
-    if words and not Path(words[0]).exists():
-        what = f"There is no command and no project called {words[0]}."
-        near = get_close_matches(words[0], verbs(), n=1)
+def _open_window(args: list[str]) -> int:
+    if args and not Path(args[0]).exists():
+        what = f"There is no command and no project called {args[0]}."
+        near = get_close_matches(args[0], VERBS, n=1)
         meant = f"Did you mean `saia {near[0]}`? " if near else ""
         raise RequestError(what, f"{meant}Run `saia --help` to see the commands.")
-    if len(words) > 1:
+    if len(args) > 1:
         raise RequestError("The window opens one project at a time.", "Name one folder, in quotation marks.")
     from studio.ui.app import run_window  # the only road from the command line to Qt
 
-    return run_window(words)
+    return run_window(args)
 
 
 def _help() -> str:
-    import ast
-    from importlib.util import find_spec
-
+    # The table, not the modules: `saia --help` must not wait for what a verb imports.
     lines = ["saia [PROJECT]        open the studio", ""]
-    for verb in verbs():
-        spec = find_spec(f"studio.cli.{verb}_verb" if verb == "import" else f"studio.cli.{verb}")
-        assert spec is not None
-        assert spec.origin is not None
-        # Read, not imported: `saia --help` must not wait for torch.
-        tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
-        text = next(
-            (
-                str(ast.literal_eval(node.value))
-                for node in tree.body
-                if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "HELP"
-            ),
-            "",
-        )
-        lines.append(f"saia {verb:<16} {text}")
+    lines += [f"saia {verb:<16} {text}" for verb, text in VERBS.items()]
     lines += ["", "Every command takes --help, and --json for one JSON object per line.", "saia --version"]
     return "\n".join(lines)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import Any
 
 from studio.cli._output import address
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import LiveTarget
 from studio.vmc.encode import SendOptions
 from studio.vmc.sender import Destination, PoseSource, TargetStatus, VmcTarget
 
@@ -56,16 +56,16 @@ class Targets:
         for target in self._targets.values():
             target.show(self._source())
 
-    def facts(self) -> list[dict[str, Any]]:
-        """How each is doing, for a display."""
-        return [
-            {
-                "to": name, "light": str(state.status), "sent": state.sent, "dropped": state.dropped,
-                "what": state.problem.what if state.problem else "",
-                "remedy": state.problem.remedy if state.problem else "",
-            }
+    def states(self) -> tuple[LiveTarget, ...]:
+        """The state of each, for a display."""
+        return tuple(
+            LiveTarget(
+                name, str(state.status), state.sent, state.dropped,
+                state.problem.what if state.problem else "",
+                state.problem.remedy if state.problem else "",
+            )
             for name, state in ((name, target.state) for name, target in self._targets.items())
-        ]  # fmt: skip
+        )  # fmt: skip
 
     def changes(self) -> list[StudioError]:
         """Who is lost and who is back since the last call, as sentences."""

@@ -1,16 +1,20 @@
-"""What a command prints: sentences for people, JSON lines for programs, and how things are counted."""
+"""What a command prints: sentences for people, JSON lines for programs, and how each outcome ends it."""
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import shutil
 import sys
-from pathlib import Path
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import fields
 from typing import Any, TextIO
 
-from studio.errors import RequestError, StudioError
+from studio.errors import FileThereError, RequestError, StudioError
+from studio.files.atomic import plain
+from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
 
 
 def counted(number: int, thing: str) -> str:
@@ -39,44 +43,47 @@ class Output:
 
     def __init__(self, as_json: bool = False) -> None:
         self.as_json = as_json
-        self.finished = False
         self._passing = 0
 
-    def event(self, name: str, text: str = "", /, **facts: Any) -> None:
+    def emit(self, event: ChildEvent, text: str = "") -> None:
         """Something happened.
 
         Args:
-            name: the event's name in JSON.
+            event: what programs read.
             text: the sentence for people; nothing is printed for them where empty.
-            facts: JSON values; Path becomes text, NaN and infinity become null.
         """
         if self.as_json:
-            put(json.dumps({"event": name, **_plain(facts)}, ensure_ascii=False))
+            put(json.dumps({"event": event.NAME, **plain(_fields(event))}, ensure_ascii=False))
         elif text:
             self._wipe()
             put(text)
 
-    def note(self, text: str) -> None:
-        """Something a person should know about the work, as the event `note`."""
-        self.event("note", text, text=text)
+    def progress(self, event: ProgressEvent, what: str = "") -> None:
+        """How far the command is, on a passing line: percent, then what it is at or the time left."""
+        left = f", {event.eta_s:.0f} s left" if event.eta_s is not None and event.fraction < 1 else ""
+        self.pass_by(event, f"{event.fraction:4.0%}  {what}" if what else f"{event.fraction:4.0%}{left}")
 
-    def passing(self, name: str, text: str, /, **facts: Any) -> None:
+    def pass_by(self, event: ChildEvent, text: str) -> None:
         """Something soon out of date, such as progress.
 
         On a terminal it is one line, written over by the next; in a file or a pipe people are spared it.
         """
         if self.as_json:
-            self.event(name, **facts)
+            self.emit(event)
         elif sys.stdout.isatty():
             self._wipe()
             text = text[: shutil.get_terminal_size().columns - 1]
             self._passing = len(text)
             put(text, end="")
 
-    def warning(self, name: str, text: str, /, **facts: Any) -> None:
+    def note(self, text: str) -> None:
+        """Something a person should know about the work, as the event `note`."""
+        self.emit(NoteEvent(text), text)
+
+    def warn(self, event: ChildEvent, text: str) -> None:
         """Something went wrong beside the command's own work, which goes on: a sentence on stderr."""
         if self.as_json:
-            self.event(name, **facts)
+            self.emit(event)
         else:
             self._wipe()
             print(text, file=sys.stderr, flush=True)
@@ -87,31 +94,77 @@ class Output:
             put(f"\r{' ' * self._passing}\r", end="")
             self._passing = 0
 
-    def done(self, text: str = "", **facts: Any) -> None:
+    def done(self, event: DoneEvent, text: str = "") -> None:
         """The command ended well; the last line of every successful command."""
-        self.finished = True
-        self.event("done", text, **facts)
+        self.emit(event, text)
 
-    def error(
-        self, what: str, remedy: str, log: Path | None = None, *, hint: bool = False, **facts: Any
-    ) -> None:
+    def error(self, event: ErrorEvent, *, hint: bool = False) -> None:
         """The command failed: a sentence on stderr and, in JSON, the last line.
 
         Args:
-            what, remedy: the two sentences.
-            log: where the details lie.
+            event: what happened.
             hint: people are told of the log too; they need it only for what nobody foresaw.
-            facts: for programs; `there` names the file that would have been written over.
         """
-        details = f" Details are in {log}." if log and hint else ""
+        details = f" Details are in {event.log}." if event.log and hint else ""
         if self.as_json:
-            self.event("error", what=what, remedy=remedy, log=log, **facts)
+            self.emit(event)
         self._wipe()
         try:
-            print(f"{what} {remedy}{details}", file=sys.stderr, flush=True)
+            print(f"{event.what} {event.remedy}{details}", file=sys.stderr, flush=True)
         except OSError:  # both may go to one full disk; the exit code tells the rest
             # Python would try once more when it ends, and then leave with a code of its own, 120.
             _silence(sys.stderr)
+
+
+def run_command(work: Callable[[], int], out: Output) -> int:
+    """Run a command and turn whatever it raises into a sentence and an exit code."""
+    try:
+        return work()
+    except StudioError as error:
+        is_request = isinstance(error, RequestError)
+        out.error(
+            ErrorEvent(
+                error.what, error.remedy, error.code,
+                in_window=error.in_window if error.in_window != error.remedy else "",
+                there=error.file if isinstance(error, FileThereError) else "",
+                log=None if is_request else _write_log(),
+            )
+        )  # fmt: skip
+        return 2 if is_request else 1
+    except KeyboardInterrupt as error:
+        out.error(ErrorEvent("Interrupted.", str(error) or "Nothing that was saved is lost."))
+        return 130
+    except BrokenPipeError:  # the reader left; a second failure at exit would only add noise
+        silence_stdout()
+        return 1
+    except Exception as error:
+        what = f"Something unexpected happened: {type(error).__name__}: {error}."
+        out.error(ErrorEvent(what, "Please report it with the log.", log=_write_log()), hint=True)
+        return 1
+
+
+@contextmanager
+def as_request() -> Iterator[None]:
+    """Around reading what a person named: a file that cannot be used is a wrong request, not our failure."""
+    try:
+        yield
+    except RequestError:
+        raise
+    except StudioError as error:
+        raise RequestError(error.what, error.remedy, in_window=error.in_window) from error
+
+
+def _write_log() -> str | None:
+    """The traceback of the current exception in a file people can send; None where it can't be written."""
+    from platformdirs import user_log_path
+
+    try:
+        folder = user_log_path("saia-studio", appauthor=False, ensure_exists=True)
+        path = folder / "last-error.log"
+        path.write_text(traceback.format_exc(), encoding="utf-8")
+    except OSError:
+        return None
+    return str(path)
 
 
 def put(text: str, end: str = "\n") -> None:
@@ -140,17 +193,5 @@ def _silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(item) for item in value]
-    if isinstance(value, Path):
-        return str(value)
-    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:  # numpy and torch scalars
-        value = value.item()
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+def _fields(event: ChildEvent) -> dict[str, Any]:
+    return {one.name: getattr(event, one.name) for one in fields(event)}

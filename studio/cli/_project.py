@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio import settings
-from studio.cli._output import Output
-from studio.cli._run import as_request
+from studio.cli._output import Output, as_request
 from studio.errors import RequestError, StudioError
 from studio.files import cache
 from studio.files.lock import LOCK_FILE
+from studio.ipc.events import BonesEvent, NotRecoveredEvent, ProblemEvent, RecoveredEvent
 from studio.project import DATASET_FILE, HISTORY_FILE, PROJECT_FILE, Project, is_project
 
 if TYPE_CHECKING:
@@ -68,17 +68,17 @@ def recover_takes(folder: Path, out: Output) -> None:
 
     def on_problem(left: Path, error: StudioError) -> None:
         text = f"{left.name} was not recovered. {error.what} {error.remedy}"
-        out.warning("not_recovered", text, folder=left, what=error.what, remedy=error.remedy)
+        out.warn(NotRecoveredEvent(str(left), error.what, error.remedy), text)
 
     for take in recover(folder / "takes", on_problem):
         damage = take.info.extra.get("damage", "")
         text = f"Recovered {take.id} from an earlier session. {damage}".rstrip()
-        out.event("recovered", text, take=take.id, notes=list(take.info.notes))
+        out.emit(RecoveredEvent(take.id, tuple(take.info.notes)), text)
 
 
 def _tell_problems(project: Project, out: Output) -> None:
     for what, remedy in project.problems:
-        out.event("problem", f"{what} {remedy}", what=what, remedy=remedy)
+        out.emit(ProblemEvent(what, remedy), f"{what} {remedy}")
 
 
 def _unmake(project: Project, folders: list[Path]) -> None:
@@ -120,7 +120,7 @@ def bone_tables(project_folder: Path, corrections: Table, out: Output) -> BoneTa
         kept = load_tables(project_folder)
     except StudioError as error:
         remedy = "The bones were matched by their names instead."
-        out.event("problem", f"{error.what} {remedy}", what=error.what, remedy=remedy)
+        out.emit(ProblemEvent(error.what, remedy), f"{error.what} {remedy}")
         kept = BoneTables()
     return BoneTables(kept.by_skeleton, corrections)
 
@@ -140,6 +140,12 @@ def offer_table(source: ImportCandidate, read: Imported | StudioError, take: str
 
     if isinstance(read, StudioError):
         if isinstance(read, UnknownSkeleton):
-            out.event("bones", take=take, path=source.path, audio=source.audio, bones=read.joints)
+            out.emit(_bones(source, read.joints, source.audio, take))
     elif read.guessed:
-        out.event("bones", take=take, path=source.path, audio=read.audio, bones=read.joints)
+        out.emit(_bones(source, read.joints, read.audio, take))
+
+
+def _bones(
+    source: ImportCandidate, joints: Iterable[tuple[str, str]], audio: Path | None, take: str | None
+) -> BonesEvent:
+    return BonesEvent(str(source.path), tuple(joints), str(audio) if audio is not None else None, take)

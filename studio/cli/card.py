@@ -8,8 +8,8 @@ from pathlib import Path
 
 from studio.cli._output import Output, counted
 from studio.errors import RequestError
+from studio.ipc.events import CardDone, CheckedEvent, ReadEvent
 
-HELP = "write a data card: minutes by performer, emotion, label and split, grades, what moves"
 EXAMPLE = "saia card MyProject -o MyProject.html"
 
 
@@ -35,16 +35,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     reports = {}
     for count, take_id in enumerate(used, 1):
         reports[take_id] = check_take(takes[take_id])
-        out.event("checked", take=take_id, fraction=0.8 * count / len(used))
+        out.emit(CheckedEvent(take_id, 0.8 * count / len(used)))
     facts = card_facts(
         project.name,
         project.dataset,
         takes,
         reports,
-        lambda done: out.event("read", fraction=0.8 + 0.2 * done),
+        lambda done: out.emit(ReadEvent(0.8 + 0.2 * done)),
     )
     path = write_card(args.out, facts, datetime.now().astimezone().strftime("%Y-%m-%d %H:%M"))
     moving = sum(channel.moves for channel in facts.channels)
     text = f"{path.name}: {counted(facts.takes, 'take')}, {minutes(facts.seconds)}, "
     text += f"{counted(moving, 'channel')} that {'moves' if moving == 1 else 'move'}."
-    out.done(text, files=[path], takes=facts.takes, seconds=facts.seconds, moving=moving)
+    done = CardDone((str(path),), takes=facts.takes, seconds=facts.seconds, moving=moving)
+    out.done(done, text)

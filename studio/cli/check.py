@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from studio.cli._output import Output, counted
+from studio.ipc.events import CheckDone, FindingEvent, TakeEvent
 
-HELP = "look takes over: rates, gaps, levels, and whether the mouth follows the voice"
 EXAMPLE = "saia check MyProject Hello_001"
 
 
@@ -28,17 +28,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     for count, take in enumerate(takes, 1):
         report = check_take(take)
         reports[take.id] = report.to_plain()
-        out.event(
-            "take",
+        out.emit(
+            TakeEvent(take.id, count / len(takes), report.grade),
             f"{report.grade}  {take.id}: {report.reason}",
-            take=take.id,
-            grade=report.grade,
-            fraction=count / len(takes),
         )
         for finding in report.findings:
             at = f" (at {finding.at:.2f} s)" if finding.at is not None else ""
-            out.event(
-                "finding", f"     {finding.what}{at} {finding.remedy}", take=take.id, **finding.to_plain()
-            )
+            text = f"     {finding.what}{at} {finding.remedy}"
+            out.emit(FindingEvent(take.id, **finding.to_plain()), text)
     text = f"{counted(len(takes), 'take')} checked." if takes else f"{project.name} has no takes yet."
-    out.done(text, takes=reports)
+    out.done(CheckDone(reports), text)

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import CleanDone, TakeEvent, TakeProgressEvent
 
 if TYPE_CHECKING:
     from studio.project import Project
     from studio.take import Take
-
-HELP = "choose cleaned sound for takes: less noise, or the voice alone"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,14 +45,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     for number, take in enumerate(takes.values()):
         report = _Report(out, take.id, number, len(takes))
         made[take.id] = clean(_sound_of(take), way, report)
-        out.event("take", f"{take.id}: {_WORDS[args.way]}", take=take.id, file=made[take.id])
+        out.emit(TakeEvent(take.id, file=str(made[take.id])), f"{take.id}: {_WORDS[args.way]}")
     if not args.prepare:
         who = ids[0] if len(ids) == 1 else f"{len(ids)} takes"
         project.edit(
             f"Clean the sound of {who}", edits.update(project.dataset, ids, lambda s: replace(s, clean=way))
         )
     count = "1 take" if len(made) == 1 else f"{len(made)} takes"
-    out.done(f"{count}: {_WORDS[args.way]}. The recordings stay as they are.", takes=made, way=way)
+    done = CleanDone({take: str(file) for take, file in made.items()}, way)
+    out.done(done, f"{count}: {_WORDS[args.way]}. The recordings stay as they are.")
 
 
 _WORDS = {"noise": "less noise", "voice": "the voice alone", "off": "as recorded"}
@@ -67,7 +67,7 @@ class _Report:
 
     def __call__(self, fraction: float) -> None:
         whole = (self._number + fraction) / self._count
-        self._out.event("progress", "", take=self._take, fraction=whole)
+        self._out.emit(TakeProgressEvent(whole, take=self._take))
 
 
 def _sound_of(take: Take) -> Path:

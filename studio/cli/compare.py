@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from studio.cli._baselines import baseline_figures, captured_figures
+from studio.cli._measure import (
+    CAPTURED,
+    SPLITS,
+    baseline_figures,
+    captured_figures,
+    measure,
+    say_learnt,
+    seed_of,
+    table,
+)
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
-from studio.cli.evaluate import CAPTURED, SPLITS, measure, say_learnt, seed_of, table
 from studio.evaluation.evaluation_set import choose_evaluation_set
+from studio.ipc.events import CompareDone, MeasuredEvent
 
 if TYPE_CHECKING:
     from studio.project import Run
 
-HELP = "compare runs on the same takes"
 EXAMPLE = "saia compare MyProject quick_001 balanced_001"
 
 
@@ -41,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         say_learnt(one, evaluation_set, out)
         result = measure(one, evaluation_set, out)
         rows[one.id], frames = result.metrics, result.frames
-        out.event("measured", run=one.id, metrics=rows[one.id])
+        out.emit(MeasuredEvent(one.id, metrics=rows[one.id]))
     _say_different_training(chosen, out)
     trim_cache(project)
     baselines = {} if args.no_baselines else baseline_figures(project, chosen[0], evaluation_set, out)
@@ -49,13 +57,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     seeds = {one.id: seed_of(one) for one in chosen}
     title = f"On {evaluation_set.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
     text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
-    facts: dict[str, Any] = {
-        "split": evaluation_set.split,
-        "takes": evaluation_set.takes,
-        "frames": frames,
-        "seeds": seeds,
-    }
-    out.done(f"{title}\n{text}", **facts, runs=rows, baselines=baselines, captured=captured)
+    done = CompareDone(
+        evaluation_set.split, tuple(evaluation_set.takes), frames, seeds, rows, baselines, captured
+    )
+    out.done(done, f"{title}\n{text}")
 
 
 def _say_different_training(chosen: list[Run], out: Output) -> None:
@@ -63,4 +68,4 @@ def _say_different_training(chosen: list[Run], out: Output) -> None:
     learnt = {tuple((one.report or {}).get("train", ())) for one in chosen}
     if len(learnt) > 1:
         text = f"The runs learnt from different takes; the baselines are fitted to those of {chosen[0].id}."
-        out.event("note", text, text=text)
+        out.note(text)

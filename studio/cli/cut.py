@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import CutDone, TakeEvent, TakeProgressEvent
 
 if TYPE_CHECKING:
     from studio.dataset import Selection
     from studio.dataset.pauses import Span
     from studio.project import Project
 
-HELP = "cut takes into many where nobody speaks"
 EXAMPLE = "saia cut MyProject Hello_001"
 
 
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             dataset = split_into(dataset, name, spans, end)
         who = next(iter(many)) if len(many) == 1 else f"{len(many)} takes"
         project.edit(f"Cut {who} where nobody speaks", dataset)
-    out.done(_summary(many, args.look), takes={name: [list(span) for span in found[name]] for name in found})
+    out.done(CutDone(found), _summary(many, args.look))
 
 
 def _selections(project: Project, names: list[str]) -> list[Selection]:
@@ -78,13 +78,13 @@ def _spans(
         raise RequestError(f"{take.id} has no sound.", "Choose a take with sound.")
 
     def on_progress(fraction: float) -> None:
-        out.event("progress", "", take=take.id, fraction=fraction)
+        out.emit(TakeProgressEvent(fraction, take=take.id))
 
     end = take.info.duration if selection.out_point is None else selection.out_point
     spans = parts(spoken(voice(take.audio_path, on_progress), HOP), cut, selection.in_point, end)
     lines = [f"{selection.id}: {len(spans)} part{'' if len(spans) == 1 else 's'}"]
     lines += [f"  {number:3d}  {a:9.2f} to {b:9.2f} s" for number, (a, b) in enumerate(spans, 1)]
-    out.event("take", "\n".join(lines), take=selection.id, parts=[list(span) for span in spans])
+    out.emit(TakeEvent(selection.id, parts=spans), "\n".join(lines))
     return spans
 
 

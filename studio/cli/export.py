@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-import time
-from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
-from studio.cli._clip import (
+from studio.cli._export import (
+    add_force,
+    add_format,
+    add_generation_options,
+    add_range,
+    add_render_options,
+    generation_options_of,
+    range_of,
+    render_options_of,
+    run_one,
+    run_queue,
+)
+from studio.cli._output import Output, as_request
+from studio.cli._stdin import ends_clean
+from studio.errors import RequestError
+from studio.export.clip import (
     ExportClip,
-    GenerationOptions,
+    ExportSource,
     Generator,
     Report,
     file_clip,
@@ -20,26 +32,10 @@ from studio.cli._clip import (
     selection_of,
     take_clip,
 )
-from studio.cli._export_args import (
-    ExportRange,
-    add_force,
-    add_range,
-    add_render_options,
-    check_free,
-    range_of,
-    render_options_of,
-)
-from studio.cli._output import Output
-from studio.cli._outputs import ExportSource, add_format, entries_of, formats_of, progress_shares, write_clip
-from studio.cli._queue import run_queue
-from studio.cli._stdin import ends_clean
-from studio.cli.generate import add_generation_options
-from studio.errors import RequestError
 
 if TYPE_CHECKING:
     from studio.project import Project
 
-HELP = "write takes, or a run's motion for them, as BVH, VRMA and more"
 EXAMPLE = "saia export MyProject Hello_001 -o hello.bvh"
 
 
@@ -67,106 +63,80 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Write the files with in and out points and offset applied."""
+    from studio import formats
     from studio.cli._project import opened
+    from studio.export.options import check_writable, writers_named
+    from studio.export.queue import ClipCache, SourceJob, entries_of, entry_of
     from studio.files import leftovers
+    from studio.ipc.events import FilesDone, ProgressEvent
 
     target = args.out.absolute()
     several = args.format is not None or len(args.what) > 1
-    if not several:
-        from studio.formats import writer_for
-
-        writer_for(target)
+    # An ending that no format has is refused before the project is opened, which may take seconds.
+    writer = None if several else formats.writer_for(target)
     export_range = range_of(args)
     project = opened(args.project, out)
     with ends_clean(), tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("export")) as folder:
-        exporting = _Exporting(args, project, Path(folder))
-        if several:
-            sources = [exporting.source(what) for what in args.what]
-            modules = formats_of(args.format or "vrma")
-            entries = entries_of(
-                sources, modules, target, export_range, render_options_of(args), args.force, project
+        sources = _Sources(args, project, Path(folder))
+        if writer is None:
+            found = [sources.named(what) for what in args.what]
+            modules = writers_named(args.format or "vrma")
+            note = str(modules[0].NOTE) if len(modules) == 1 else ""
+            render_options = render_options_of(args)
+            run_queue(
+                entries_of(found, modules, target, export_range, render_options, args.force, project),
+                out,
+                note,
             )
-            run_queue(entries, out, _note(modules))
-        else:
-            _one(exporting, target, export_range, out)
+            return
+        check_writable(formats.targets(target), args.force, project)
+        render_options = render_options_of(args)
+        job = SourceJob(sources.named(args.what[0]), ClipCache(), export_range, render_options)
+        out.progress(ProgressEvent())  # a run's weights take seconds to load: say at once that it works
+        files = tuple(str(file) for file in run_one(entry_of(job, writer, target), out))
+        out.done(FilesDone(files, note=writer.NOTE), f"Exported {', '.join(files)}. {writer.NOTE}")
 
 
-def _one(exporting: _Exporting, target: Path, export_range: ExportRange, out: Output) -> None:
-    from studio.formats import targets, writer_for
-
-    args, writer = exporting.args, writer_for(target)
-    check_free(targets(target), args.force, exporting.project)
-    render_options = render_options_of(args)
-    source = exporting.source(args.what[0])
-    progress = _Progress(out)
-    progress.report(0.0)
-    reading, writing = progress_shares(writer, progress.report)
-    clip = source.clip(reading)
-    files = write_clip(
-        writer, target, clip, export_range, render_options, source.name, exporting.folder, writing
-    )
-    progress.report(1.0)
-    names = ", ".join(str(file) for file in files)
-    out.done(f"Exported {names}. {writer.NOTE}", files=list(files), note=writer.NOTE)
-
-
-def _note(modules: Sequence[ModuleType]) -> str:
-    return str(modules[0].NOTE) if len(modules) == 1 else ""
-
-
-class _Exporting:
-    """What was asked for, and the runs it takes.
+class _Sources:
+    """Finds what was named, and the runs it takes.
 
     Args:
-        args: the command's words.
+        args: the command's arguments.
         project: the open project.
-        folder: a folder of our own for sound that has to be cut.
+        folder: a temporary folder for sound that has to be cut.
     """
 
     def __init__(self, args: argparse.Namespace, project: Project, folder: Path) -> None:
-        self.args, self.project, self.folder = args, project, folder
+        self._args, self._project, self._folder = args, project, folder
         self._generators: dict[str, Generator] = {}
 
-    def source(self, what: str) -> ExportSource:
+    def named(self, what: str) -> ExportSource:
         """One of the things named; RequestError where there is no such take, run or file."""
         as_file = Path(what)
         if as_file.suffix == ".arrow" and as_file.is_file():
-            name = self.args.name or as_file.stem
-            return ExportSource(name, 1.0, lambda report: file_clip(as_file, self.args.audio))
+            return ExportSource(self._args.name or as_file.stem, 1.0, lambda report: self._file(as_file))
         # A take's name may hold no colon, a run's neither, so the last one divides them.
         run_id, _, name = what.rpartition(":")
-        if self.args.style is not None and not run_id:
+        if self._args.style is not None and not run_id:
             raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
-        selection, take = selection_of(self.project, name)
+        selection, take = selection_of(self._project, name)
         if not run_id:
-            return ExportSource(name, 1.0, lambda report: take_clip(selection, take, self.folder))
-        generator = self._generator(run_id)
-
-        def made(report: Report) -> ExportClip:
-            return generated_clip(generator, take_clip(selection, take, self.folder), report)
-
-        called = name if len(self.args.what) == 1 and self.args.format is None else f"{name}_{run_id}"
-        return ExportSource(called, max(take.info.duration, 1.0), made)
-
-    def _generator(self, run_id: str) -> Generator:
+            return ExportSource(name, 1.0, lambda report: take_clip(selection, take, self._folder))
         if run_id not in self._generators:
-            args = self.args
-            options = GenerationOptions(args.style, args.seed, args.liveliness)
-            self._generators[run_id] = Generator(self.project.run(run_id), options)
-        return self._generators[run_id]
+            self._generators[run_id] = Generator(self._project.run(run_id), generation_options_of(self._args))
+        generator = self._generators[run_id]
 
+        def generated(report: Report) -> ExportClip:
+            return generated_clip(generator, take_clip(selection, take, self._folder), report)
 
-class _Progress:
-    """Progress events with the time left, at most five a second."""
+        # Among several files the run's name keeps RUN:TAKE apart from the take as it was captured.
+        alone = len(self._args.what) == 1 and self._args.format is None
+        return ExportSource(name if alone else f"{name}_{run_id}", max(take.info.duration, 1.0), generated)
 
-    def __init__(self, out: Output) -> None:
-        self._out, self._start, self._last = out, time.monotonic(), -1.0
+    def _file(self, path: Path) -> ExportClip:
+        from studio.cli._project import check_sound
 
-    def report(self, fraction: float) -> None:
-        now = time.monotonic()
-        if 0 < fraction < 1 and now - self._last < 0.2:
-            return
-        self._last = now
-        spent = now - self._start
-        eta = spent * (1 - fraction) / fraction if fraction > 0 else None
-        self._out.passing("progress", f"{fraction:4.0%}", fraction=fraction, eta_s=eta)
+        if self._args.audio is not None:
+            check_sound(self._args.audio)
+        with as_request():
+            return file_clip(path, self._args.audio)

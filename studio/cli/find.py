@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from studio.cli._output import Output
+from studio.ipc.events import FindDone, FoundEvent, UnclearEvent
 
-HELP = "find missing sound, motion or takes in a folder, and put them back"
 EXAMPLE = "saia find MyProject OldDisk"
 
 
@@ -19,8 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Copy back what holds what the takes say, as one step of undo; the takes stay as they are."""
+    from studio.cli._output import as_request
     from studio.cli._project import opened
-    from studio.cli._run import as_request
     from studio.dataset import edits, relink
 
     project = opened(args.project, out, read_only=False)
@@ -30,14 +30,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
         search = relink.search(missing, takes, args.folder)
     for one, source in search.found.items():
         relink.put_back(project.folder, one, source)
-        out.event("found", f"{one.path} is {source}.", take=one.take, path=one.path, source=source)
+        out.emit(FoundEvent(one.take, str(one.path), str(source)), f"{one.path} is {source}.")
     for one in search.unclear:
         text = f"Several different files fit {one.path}; name the right one like the take."
-        out.event("unclear", text, take=one.take, path=one.path)
+        out.emit(UnclearEvent(one.take, str(one.path)), text)
     if search.found:
         paths = [one.path for one in search.found]
         project.edit("Put back missing files", edits.put_back(project.dataset, paths))
     project.close()
     text = f"{len(search.found)} of {len(missing)} missing files were found and put back."
-    facts = {"found": len(search.found), "missing": len(missing)}
-    out.done(text if missing else "No file of any take is missing.", **facts)
+    done = FindDone(len(search.found), len(missing))
+    out.done(done, text if missing else "No file of any take is missing.")

@@ -3,44 +3,35 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
-import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._clip import ExportClip, GenerationOptions, Generator, Report
-from studio.cli._export_args import (
-    ExportRange,
+from studio.cli._export import (
     add_force,
+    add_format,
+    add_generation_options,
     add_range,
     add_render_options,
-    check_free,
+    generation_options_of,
     range_of,
     render_options_of,
+    run_one,
+    run_queue,
 )
 from studio.cli._output import Output
-from studio.cli._outputs import (
-    ExportSource,
-    add_format,
-    entries_of,
-    formats_of,
-    progress_shares,
-    sounds_of,
-    write_clip,
-)
-from studio.cli._project import check_sound, trim_cache
-from studio.cli._queue import run_queue
+from studio.cli._project import check_sound, opened, trim_cache
 from studio.cli._stdin import ends_clean
 from studio.errors import RequestError, StudioError
+from studio.export.clip import ExportClip, ExportSource, Generator, Report, sound_files
+from studio.export.range import ExportRange
+from studio.ipc.events import GenerateDone, NoteEvent, PieceEvent
 
 if TYPE_CHECKING:
     from studio.motion import Motion
     from studio.project import Project
 
-HELP = "turn sound into motion with a trained run"
 EXAMPLE = "saia generate MyProject balanced_001 talk.wav -o talk.bvh"
-_REPORT_SECONDS = 0.25
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,37 +54,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def add_generation_options(parser: argparse.ArgumentParser) -> None:
-    """How a run is to move: --style NAME, --liveliness X and --seed N."""
-    parser.add_argument(
-        "--style",
-        metavar="NAME",
-        help="a take or performer it learnt from, or average (chosen on validation)",
-    )
-    add_sampling_options(parser)
-
-
-def add_sampling_options(parser: argparse.ArgumentParser) -> None:
-    """--liveliness X and --seed N."""
-    parser.add_argument(
-        "--liveliness",
-        type=float,
-        default=1.0,
-        metavar="X",
-        help="0 is still, 1 as it was learnt (1), more exaggerates, up to 3",
-    )
-    parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="another seed, another take of models that draw (0)"
-    )
-
-
 def run(args: argparse.Namespace, out: Output) -> None:
     """Generate, write, and name the files."""
-    from studio.cli._project import opened
-
     export_range = range_of(args)
     project = opened(args.project, out)
-    generator = Generator(project.run(args.run), GenerationOptions(args.style, args.seed, args.liveliness))
+    generator = Generator(project.run(args.run), generation_options_of(args))
     with ends_clean():
         if args.format is not None or len(args.audio) > 1 or args.audio[0].is_dir():
             _many(args, out, project, generator, export_range)
@@ -105,68 +70,65 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _one(
     args: argparse.Namespace, out: Output, project: Project, generator: Generator, export_range: ExportRange
 ) -> None:
-    from studio.files import leftovers
-    from studio.formats import targets, writer_for
+    from studio import formats
+    from studio.export.options import check_writable
+    from studio.export.queue import ClipCache, SourceJob, entry_of
 
     audio = args.audio[0]
     target = args.out or project.exports_folder / f"{audio.stem}_{generator.run.id}.arrow"
-    writer = writer_for(target)
-    check_free(targets(target.absolute()), args.force, project)
+    writer = formats.writer_for(target)
+    check_writable(formats.targets(target.absolute()), args.force, project)
     if note := check_sound(audio):
-        out.event("note", note, note=note)
-    render_options, report = render_options_of(args), _Reporter(out)
-    reading, writing = progress_shares(writer, report)
-    motion = _generated(generator, audio, reading, args.pieces, out)
+        out.emit(NoteEvent(note, note), note)
+    render_options = render_options_of(args)
+    cache, generated = ClipCache(), partial(_generated, generator, audio, args.pieces, out)
+    job = SourceJob(ExportSource(audio.stem, 1.0, generated), cache, export_range, render_options)
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
-    clip = ExportClip(motion, audio)
-    with tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("export")) as scratch:
-        files = write_clip(
-            writer, target.absolute(), clip, export_range, render_options, audio.stem, Path(scratch), writing
-        )
-    report(1.0)
-    text = f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}."
+    files = run_one(entry_of(job, writer, target.absolute()), out)
+    motion = job.clip(lambda fraction: None).motion
+    assert motion is not None
     out.done(
-        text,
-        files=list(files),
-        seconds=motion.duration,
-        frames=len(motion),
-        fps=motion.fps,
-        style=generator.style,
-        seed=args.seed,
-        liveliness=args.liveliness,
-    )
+        GenerateDone(
+            tuple(str(file) for file in files), seconds=motion.duration, frames=len(motion), fps=motion.fps,
+            style=generator.style, seed=args.seed, liveliness=args.liveliness,
+        ),
+        f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}.",
+    )  # fmt: skip
 
 
 def _many(
     args: argparse.Namespace, out: Output, project: Project, generator: Generator, export_range: ExportRange
 ) -> None:
     """Every sound in every format, into one folder."""
-    sounds = sounds_of(args.audio)
+    from studio.export.options import writers_named
+    from studio.export.queue import entries_of
+
+    sounds = sound_files(args.audio)
     folder = args.out or project.exports_folder
     if args.pieces is not None:
         raise RequestError("--pieces is for one sound.", "Leave it out, or name one sound and no --format.")
+
+    def clip(sound: Path, report: Report) -> ExportClip:
+        return ExportClip(generator.motion(sound, report), sound)
+
     sources = [
+        # By the file's size: how long it sounds is known only once it is decoded.
         ExportSource(
-            f"{sound.stem}_{generator.run.id}",
-            float(max(sound.stat().st_size, 1)),
-            partial(_clip, generator, sound),
+            f"{sound.stem}_{generator.run.id}", float(max(sound.stat().st_size, 1)), partial(clip, sound)
         )
         for sound in sounds
     ]
-    modules = formats_of(args.format or "vrma")
-    run_queue(
-        entries_of(sources, modules, folder, export_range, render_options_of(args), args.force, project), out
-    )
+    modules = writers_named(args.format or "vrma")
+    render_options = render_options_of(args)
+    run_queue(entries_of(sources, modules, folder, export_range, render_options, args.force, project), out)
 
 
-def _clip(generator: Generator, sound: Path, report: Report) -> ExportClip:
-    return ExportClip(generator.motion(sound, report), sound)
-
-
-def _generated(generator: Generator, audio: Path, report: Report, pieces: Path | None, out: Output) -> Motion:
-    """The motion of a sound; each piece is written beside as soon as it is there."""
+def _generated(
+    generator: Generator, audio: Path, pieces: Path | None, out: Output, report: Report
+) -> ExportClip:
+    """The motion of a sound; each piece is also written into a folder as soon as it is there."""
     if pieces is None:
-        return generator.motion(audio, report)
+        return ExportClip(generator.motion(audio, report), audio)
     from studio.motion.motion import concatenate
     from studio.sound.sound_file import sound_info
     from studio.take.motion_file import write_motion
@@ -178,24 +140,8 @@ def _generated(generator: Generator, audio: Path, report: Report, pieces: Path |
         write_motion(file, part)
         parts.append(part)
         end = float(part.times[-1])
-        out.event("piece", file=file, start=float(part.times[0]), end=end)
+        out.emit(PieceEvent(str(file), float(part.times[0]), end))
         report(min(1.0, end / seconds) if seconds > 0 else 1.0)
     if not parts:
         raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
-    return concatenate(parts)
-
-
-class _Reporter:
-    """Progress as events with the time left, at most four a second."""
-
-    def __init__(self, out: Output) -> None:
-        self._out, self._began, self._last = out, time.monotonic(), 0.0
-
-    def __call__(self, fraction: float) -> None:
-        now = time.monotonic()
-        if fraction < 1 and now - self._last < _REPORT_SECONDS:
-            return
-        self._last = now
-        eta_s = (now - self._began) * (1 / max(fraction, 1e-6) - 1)
-        left = f", {eta_s:.0f} s left" if fraction < 1 else ""
-        self._out.passing("progress", f"{fraction:4.0%}{left}", fraction=fraction, eta_s=eta_s)
+    return ExportClip(concatenate(parts), audio)

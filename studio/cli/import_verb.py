@@ -10,9 +10,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output, counted
-from studio.cli._run import as_request
+from studio.cli._output import Output, as_request, counted
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent
 
 if TYPE_CHECKING:
     from studio.formats import Imported
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from studio.sound.sound_file import SoundInfo
     from studio.take import Take
 
-HELP = "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound"
 EXAMPLE = "saia import MyProject dance.bvh dance.wav"
 
 
@@ -52,7 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             raise _why_none(failed)
     left = f"; {len(failed)} could not be read" if failed else ""
     text = f"{counted(len(takes), 'take')} imported into {project.name}{left}."
-    out.done(text, takes=takes, failed=len(failed))
+    out.done(ImportDone(tuple(takes), len(failed)), text)
 
 
 def _import_all(
@@ -65,7 +64,7 @@ def _import_all(
     takes: list[str] = []
     failed: list[StudioError] = []
     for count, (source, imported) in enumerate(read_all(sources, tables), 1):
-        facts = {"path": source.path, "fraction": count / len(sources)}
+        path, fraction = str(source.path), count / len(sources)
         try:
             if isinstance(imported, StudioError):
                 offer_table(source, imported, None, out)
@@ -74,13 +73,15 @@ def _import_all(
         except StudioError as error:
             failed.append(error)
             if len(sources) > 1:
-                text = f"{error.what} {error.remedy}"
-                out.event("problem", text, what=error.what, remedy=error.remedy, **facts)
+                out.emit(
+                    ProblemEvent(error.what, error.remedy, path, fraction), f"{error.what} {error.remedy}"
+                )
             continue
         takes.append(take.id)
-        out.event("take", _line(take), take=take.id, notes=take.info.notes, **facts)
-        for note in take.info.notes:
-            out.event("note", f"  {note}", take=take.id, note=note)
+        notes = tuple(take.info.notes)
+        out.emit(TakeEvent(take.id, fraction, path=path, notes=notes), _line(take))
+        for note in notes:
+            out.emit(NoteEvent(note=note, take=take.id), f"  {note}")
         save_bone_table(project.folder, imported, tables)
         offer_table(source, imported, take.id, out)
     return takes, failed

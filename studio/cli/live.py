@@ -14,6 +14,19 @@ from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
 from studio.ipc.commands import Command, read_live
+from studio.ipc.events import (
+    ChannelsEvent,
+    LatencyEvent,
+    LiveDone,
+    LiveStateEvent,
+    LookAheadEvent,
+    NoticeEvent,
+    PoseEvent,
+    ReadyEvent,
+    SwitchEvent,
+    VoiceEvent,
+    WaveEvent,
+)
 from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
@@ -21,7 +34,6 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.vmc.sender import Destination
 
-HELP = "perform an avatar from a microphone, now"
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39539"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
@@ -167,11 +179,11 @@ class _Stage:
     def _switch(self, command: Command, turn: Callable[[bool], None], now: bool) -> None:
         on = command.switched_to(now)
         turn(on)
-        self._out.event("switch", f"{command.word} is {'on' if on else 'off'}.", name=command.word, on=on)
+        self._out.emit(SwitchEvent(command.word, on), f"{command.word} is {'on' if on else 'off'}.")
 
     def _wave(self, name: str) -> None:
         self._targets.wave(name)
-        self._out.event("wave", f"The test wave goes to {name}.", to=name)
+        self._out.emit(WaveEvent(name), f"The test wave goes to {name}.")
 
     def _show_poses(self, on: bool) -> None:
         self._poses = on and self._out.as_json
@@ -180,8 +192,8 @@ class _Stage:
         if not (text.isascii() and text.isdigit()):
             raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
         look_ahead = self._live.set_look_ahead(int(text))
-        self._out.event("look_ahead", f"It hears {max(look_ahead.reach_ms, 0):.0f} ms ahead now.",
-                        look_ahead_ms=look_ahead.look_ahead_ms, reach_ms=look_ahead.reach_ms)  # fmt: skip
+        event = LookAheadEvent(look_ahead.look_ahead_ms, look_ahead.reach_ms)
+        self._out.emit(event, f"It hears {max(look_ahead.reach_ms, 0):.0f} ms ahead now.")
 
     def _voice_to(self, name: str) -> None:
         try:
@@ -193,15 +205,15 @@ class _Stage:
         to = self._voice = self._live.voice_to
         where = to or "the system's output"
         text = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
-        self._out.event("voice", text, to=to)
+        self._out.emit(VoiceEvent(to), text)
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
         self._targets.show()
-        self._out.event("channels", "", **self._live.channel_facts())
+        self._out.emit(ChannelsEvent(**self._live.channel_facts()))
 
     def _say(self, error: StudioError) -> None:
-        self._out.event("notice", str(error), what=error.what, remedy=error.remedy)
+        self._out.emit(NoticeEvent(error.what, error.remedy), str(error))
 
     def _report(self) -> None:
         now = time.monotonic()
@@ -211,37 +223,37 @@ class _Stage:
             self._report_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
-            self._out.event("pose", **self._live.pose_facts())
+            self._out.emit(PoseEvent(**self._live.pose_facts()))
         late = self._live.performance.facts.latency_ms
         if not self._measured and late > 0 and now - self._began > SETTLED_S:
             self._measured = True
             offset = self._live.facts()["sound_delay_ms"]
             text = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."
-            self._out.event("latency", text, latency_ms=round(late, 1), sound_delay_ms=offset)
+            self._out.emit(LatencyEvent(round(late, 1), offset), text)
         if now - self._reported_at >= (TELL_S if self._out.as_json else WORDS_S):
             self._reported_at = now
-            facts = self._live.facts()
-            self._out.passing("state", self._live.words(), **facts, targets=self._targets.facts())
+            state = LiveStateEvent(**self._live.facts(), targets=self._targets.states())
+            self._out.pass_by(state, self._live.words())
 
     def _report_ready(self) -> None:
         live = self._live
         look_ahead = live.performance.look_ahead
-        self._out.event(
-            "ready",
+        self._out.emit(
+            ReadyEvent(**live.ready_facts()),
             f"{live.run} performs {live.performance.source.name}: it hears"
             f" {max(look_ahead.reach_ms, 0):.0f} ms"
             " ahead. Write mute, freeze, neutral or stop and press Enter; Ctrl+C ends it.",
-            **live.ready_facts(),
         )
 
     def _report_done(self) -> None:
-        facts, targets = self._live.performance.facts, self._targets.facts()
-        sent = sum(one["sent"] for one in targets)
+        facts, targets = self._live.performance.facts, self._targets.states()
+        sent, dropped = sum(one.sent for one in targets), sum(one.dropped for one in targets)
         self._out.done(
+            LiveDone(
+                round(facts.seconds, 3), facts.frames, facts.late, sent, dropped,
+                round(facts.latency_ms, 1), round(facts.drift_ppm, 1),
+            ),
             f"Performed {facts.seconds:.1f} s: {facts.frames} poses, {sent} frames sent.",
-            seconds=round(facts.seconds, 3), frames=facts.frames, late=facts.late, sent=sent,
-            dropped=sum(one["dropped"] for one in targets), latency_ms=round(facts.latency_ms, 1),
-            drift_ppm=round(facts.drift_ppm, 1),
         )  # fmt: skip
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studio.cli._export_args import add_force, check_free
+from studio.cli._export import add_force
 from studio.cli._output import Output
+from studio.export.options import check_writable
+from studio.ipc.events import FilesDone, UnfinishedEvent
 
-HELP = "put a whole project, or one run, into one file"
 EXAMPLE = "saia pack MyProject -o MyProject.zip"
 
 
@@ -26,16 +27,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.cli._project import opened, recover_takes
     from studio.project.archive import pack
 
-    check_free([args.out.absolute()], args.force)
+    check_writable([args.out.absolute()], args.force)
     if args.run is not None:
         from studio.training.run_file import pack_run
 
         path = pack_run(opened(args.project, out).run(args.run), args.out.absolute())
-        out.done(f"{args.run} is in {path}.", files=[path])
+        out.done(FilesDone((str(path),)), f"{args.run} is in {path}.")
         return
     recover_takes(args.project, out)
     for left in left_behind(args.project / "takes"):
         text = f"{left.name} is no take yet; its recording is packed as far as it is."
-        out.warning("unfinished", text, folder=left, what=text)
+        out.warn(UnfinishedEvent(str(left), text), text)
     path = pack(args.project, args.out)
-    out.done(f"Packed into {path}.", files=[path])
+    out.done(FilesDone((str(path),)), f"Packed into {path}.")

@@ -9,8 +9,8 @@ from pathlib import Path
 from studio.cli._output import Output, address, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
+from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
 
-HELP = "a practice performer: voice and VMC motion without hardware; makes the sample project"
 EXAMPLE = "saia performer --to 127.0.0.1:39539 --seconds 30"
 _LOOK_S = 0.1
 
@@ -64,54 +64,47 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
     )  # fmt: skip
     reported = ""
     broadcast.start()
-    out.event("started", f"Performing to {host}:{port}. Ctrl+C ends it.", host=host, port=port, fps=args.fps)
+    out.emit(PerformerStartedEvent(host, port, args.fps), f"Performing to {host}:{port}. Ctrl+C ends it.")
     try:
         with stop_requests() as stop:
             while not stop.is_set() and (not broadcast.wait(_LOOK_S) or not lines.empty()):
                 while not lines.empty():
                     text = lines.get()
-                    out.event("line", f"  {text}", text=text, t=round(broadcast.position, 3))
+                    out.emit(LineEvent(text, round(broadcast.position, 3)), f"  {text}")
                 if broadcast.problem != reported:
                     reported = broadcast.problem
-                    out.event("problem", reported, what=reported)
+                    out.emit(ProblemEvent(reported), reported)
     finally:
         broadcast.stop()
     if broadcast.error is not None:
         raise broadcast.error
-    _report(broadcast.frames_sent, broadcast, out)
-
-
-def _report(sent: int, broadcast: object, out: Output) -> None:
-    facts = {
-        name: getattr(broadcast, name) for name in ("frames_dropped", "datagrams_sent", "datagrams_lost")
-    }
-    out.done(
-        f"{counted(sent, 'frame')} sent, {facts['frames_dropped']} dropped for being late.",
-        frames=sent,
-        **facts,
+    done = PerformerDone(
+        broadcast.frames_sent, broadcast.frames_dropped, broadcast.datagrams_sent, broadcast.datagrams_lost
     )
+    out.done(done, f"{counted(done.frames, 'frame')} sent, {done.frames_dropped} dropped for being late.")
 
 
 def _sample(folder: Path, out: Output) -> None:
     from studio.performer import make_sample
 
     def on_take(take: str, count: int, of: int) -> None:
-        out.event("take", f"  {take}", take=take, fraction=count / of)
+        out.emit(TakeEvent(take, count / of), f"  {take}")
         takes.append(take)
 
     takes: list[str] = []
     make_sample(folder, on_take)
-    out.done(f"The sample project is in {folder}.", project=folder, takes=takes)
+    out.done(PerformerDone(project=str(folder), takes=tuple(takes)), f"The sample project is in {folder}.")
 
 
 def _bundle(folder: Path, out: Output) -> None:
-    from studio.files.disk import size_text
+    from studio.files.atomic import size_text
     from studio.paths import resource
     from studio.performer import sentences
 
     files = sentences.make_clips(resource("performer") if folder == Path() else folder)
     size = sum(path.stat().st_size for path in files)
-    out.done(f"{counted(len(files) - 1, 'clip')}, {size_text(size)} in all.", files=list(files), bytes=size)
+    done = PerformerDone(files=tuple(map(str, files)), bytes=size)
+    out.done(done, f"{counted(len(files) - 1, 'clip')}, {size_text(size)} in all.")
 
 
 def _device(text: str | None) -> str | int | None:

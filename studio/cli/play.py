@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._export_args import add_tune, tuning_of
-from studio.cli._output import Output, address, counted
+from studio.cli._export import add_tune, tuning_of
+from studio.cli._output import Output, address, as_request, counted
 from studio.cli._project import check_sound, recover_takes
-from studio.cli._run import as_request
 from studio.errors import RequestError
+from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
 from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from studio.playback.player import Player
     from studio.vmc.sender import VmcTarget
 
-HELP = "send a motion to an avatar program, in time with its sound"
 EXAMPLE = "saia play MyProject/takes/Hello_001 --to 127.0.0.1:39540"
 REPORT_SECONDS = 1.0
 
@@ -75,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         targets = _start_targets(args, addresses, motion, player)
         player.play()
         if player.problem is not None:
-            out.event("notice", f"{player.problem} Going on without sound.", what=player.problem.what)
+            out.emit(NoticeEvent(player.problem.what), f"{player.problem} Going on without sound.")
         _follow(player, targets, out)
     finally:
         player.close()
@@ -84,12 +83,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         for target in targets:
             target.stop()
     sent, dropped = (sum(getattr(t.state, name) for t in targets) for name in ("sent", "dropped"))
-    out.done(
-        f"Sent {counted(sent, 'frame')}; {dropped} left out.",
-        sent=sent,
-        dropped=dropped,
-        seconds=player.position,
-    )
+    text = f"Sent {counted(sent, 'frame')}; {dropped} left out."
+    out.done(PlayDone(sent, dropped, player.position), text)
 
 
 def _start_targets(
@@ -119,12 +114,12 @@ def _follow(player: Player, targets: list[VmcTarget], out: Output) -> None:
         for problem in [target.state.problem for target in targets]:
             if problem is not None and problem.what not in reported:
                 reported.add(problem.what)
-                out.event("notice", str(problem), what=problem.what, remedy=problem.remedy)
+                out.emit(NoticeEvent(problem.what, problem.remedy), str(problem))
         if time.monotonic() - following >= REPORT_SECONDS:
             following = time.monotonic()
             states = [target.state for target in targets]
-            lights = [str(state.status) for state in states]
-            out.event("state", position=player.position, sent=sum(s.sent for s in states), lights=lights)
+            lights = tuple(str(state.status) for state in states)
+            out.emit(PlayStateEvent(player.position, sum(state.sent for state in states), lights))
 
 
 def _project_of(motion: Path) -> Path | None:
@@ -137,17 +132,17 @@ def _project_of(motion: Path) -> Path | None:
 def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
     """The motion of a take's folder or of a file, and the sound to play with it."""
     from studio import formats
-    from studio.motion.sanitize import sanitized
     from studio.take.folder import load_take
-    from studio.take.motion_file import read_motion
+    from studio.take.motion_file import load_motion
 
     if not path.exists():
         raise RequestError(f"There is no motion at {path}.", "Check how the path is written.")
     if path.is_dir():
         take = load_take(path)
-        if take.motion_path is None:
+        motion = load_motion(take)
+        if motion is None:
             raise RequestError(f"The take {take.id} holds no motion.", "Choose a take with motion.")
-        return sanitized(read_motion(take.motion_path))[0], audio or take.audio_path
+        return motion, audio or take.audio_path
     reader = formats.reader_for(path)
     if reader is not None:
         found = reader.read(path)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import threading
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
+from studio.ipc.events import ProblemEvent, RecordDone, RecordStateEvent, RollingEvent
 from studio.vmc import MARIONETTE_PORT
 
 if TYPE_CHECKING:
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
     from studio.capture.snapshot import Snapshot
     from studio.take.take import Take
 
-HELP = "record voice and motion as a take"
 EXAMPLE = "saia record MyProject --slate Hello --seconds 60"
 _LOOK_S = 0.05
 _TELL_S = 0.5
@@ -102,12 +103,8 @@ def _record(
         recorder.start(args.slate)
         begun = recorder.snapshot()
         where = f"port {begun.port}" if begun.port is not None else "no motion"
-        out.event(
-            "rolling",
-            f"Recording {args.slate}: {where}, {begun.device or 'no sound'}. Ctrl+C ends it.",
-            port=begun.port,
-            device=begun.device,
-        )
+        text = f"Recording {args.slate}: {where}, {begun.device or 'no sound'}. Ctrl+C ends it."
+        out.emit(RollingEvent(begun.port, begun.device), text)
         _follow(recorder, args.seconds, stop, out)
         last = recorder.snapshot()
         return recorder.stop(), last
@@ -136,8 +133,7 @@ def _wait_for_sound(recorder: Recorder) -> None:
 
 
 def _tell(now: Snapshot, reported: set[str], out: Output) -> None:
-    out.event(
-        "state",
+    state = RecordStateEvent(
         state=now.state,
         elapsed=round(now.elapsed, 3),
         frames=now.frames,
@@ -151,15 +147,16 @@ def _tell(now: Snapshot, reported: set[str], out: Output) -> None:
         frames_thinned=now.frames_thinned,
         audio_seconds=round(now.audio_seconds, 3),
         peak_dbfs=round(now.peak_dbfs, 1),
-        problems=[{"what": what, "remedy": remedy} for what, remedy in now.problems],
+        problems=_plain(now.problems),
     )
+    out.emit(state)
     for what, remedy in now.problems:
         # Counting sentences change with each count; a person needs each of them once.
         kind = "".join(c for c in what if not c.isdigit() and c != ",")
         if kind not in reported:
             reported.add(kind)
             if not out.as_json:
-                out.event("problem", f"{what} {remedy}")
+                out.emit(ProblemEvent(what, remedy), f"{what} {remedy}")
 
 
 def _not_in_it(take: Take, last: Snapshot, asked: float | None) -> str:
@@ -180,9 +177,7 @@ def _report(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None,
     why = f" It was cut off. {cut.what} {cut.remedy}" if cut is not None else ""
     asked = asked if cut is None else None
     lacks = why + _not_in_it(take, last, asked)
-    out.done(
-        f"Saved {take.id}: {info.duration:.1f} s, {counted(info.frames, 'frame')}"
-        f" ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.{lacks}",
+    done = RecordDone(
         take=take.id,
         seconds=round(info.duration, 3),
         frames=info.frames,
@@ -196,7 +191,13 @@ def _report(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None,
         fps=info.fps,
         cut_off=cut is not None,
         reason=cut.reason if cut is not None else None,
-        folder=take.folder,
-        notes=list(info.notes),
-        problems=[{"what": what, "remedy": remedy} for what, remedy in last.problems],
+        folder=str(take.folder),
+        notes=tuple(info.notes),
+        problems=_plain(last.problems),
     )
+    text = f"Saved {take.id}: {info.duration:.1f} s, {counted(info.frames, 'frame')}"
+    out.done(done, f"{text} ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.{lacks}")
+
+
+def _plain(problems: Iterable[tuple[str, str]]) -> tuple[dict[str, str], ...]:
+    return tuple({"what": what, "remedy": remedy} for what, remedy in problems)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.errors import RequestError
+from studio.ipc.events import SplitDone
 
 if TYPE_CHECKING:
     from studio.dataset import Dataset
     from studio.project import Project
 
-HELP = "say what each take is for: to learn from, to choose the best moment by, or to judge by"
 EXAMPLE = "saia split MyProject --train Hello_001 Hello_002 --val Chat_001 --test Story_001"
 
 
@@ -41,11 +41,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out, read_only=False)
     project.edit("Split takes", _with_splits(_with_locks(project, args), project, wanted))
     dataset = project.dataset
-    splits = {split: [s.id for s in dataset.of_split(split)] for split in ("train", "val", "test")}
-    unused = [s.id for s in dataset.of_split("")]
+    splits = {split: tuple(s.id for s in dataset.of_split(split)) for split in ("train", "val", "test")}
+    unused = tuple(s.id for s in dataset.of_split(""))
     counts = ", ".join(f"{len(ids)} {split}" for split, ids in splits.items())
-    locked = [s.id for s in dataset.selections if s.locked]
-    out.done(f"{project.name} in all: {counts}.", **splits, unused=unused, locked=locked)
+    locked = tuple(s.id for s in dataset.selections if s.locked)
+    done = SplitDone(**splits, unused=unused, locked=locked)
+    out.done(done, f"{project.name} in all: {counts}.")
 
 
 def _with_locks(project: Project, args: argparse.Namespace) -> Dataset:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
+from studio.ipc.events import CheckedEvent, ErrorSpan, MeasuredEvent, SuggestDone, SuggestionEvent
 
 if TYPE_CHECKING:
     from studio.dataset.suggest import Suggestion, WorstSpan
     from studio.project import Project, Run
     from studio.take.check import Report
 
-HELP = "list what to look at first: takes and spans that are most likely bad"
 EXAMPLE = "saia suggest MyProject --run balanced_001"
 
 
@@ -38,9 +38,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     durations = {take.id: take.info.duration for take in project.takes}
     found = suggest(project.dataset, durations, reports, errors, chosen.id if chosen else "")
     for one in found[: max(args.most, 0)]:
-        out.event("suggestion", _line(one), **asdict(one))
-    plain = {name: [asdict(span) for span in spans] for name, spans in errors.items()}
-    out.done(_last(len(found)), count=len(found), run=chosen.id if chosen else None, worst=plain)
+        out.emit(SuggestionEvent(**asdict(one)), _line(one))
+    worst = {name: tuple(ErrorSpan(**asdict(span)) for span in spans) for name, spans in errors.items()}
+    out.done(SuggestDone(len(found), chosen.id if chosen else None, worst), _last(len(found)))
 
 
 def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[WorstSpan, ...]]:
@@ -50,8 +50,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
         StudioError: the run cannot generate, or there is nothing to hold it against.
     """
     from studio.dataset.suggest import keep_worst, worst_spans
-    from studio.evaluation.evaluation_set import choose_evaluation_set
-    from studio.evaluation.figures import pair
+    from studio.evaluation.evaluation_set import choose_evaluation_set, pair
     from studio.inference.offline import load_predictor
     from studio.metrics.scores import frame_errors
     from studio.sound.sound_file import Sound
@@ -64,7 +63,8 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     for count, material in enumerate(evaluation_set.material, 1):
         sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
         pairs[material.selection.id] = pair(predictor.generate_samples(sound.mono()), material)
-        out.event("measured", take=material.selection.id, fraction=count / len(evaluation_set.material))
+        fraction = count / len(evaluation_set.material)
+        out.emit(MeasuredEvent(take=material.selection.id, fraction=fraction))
     start = {
         material.selection.id: max(material.selection.in_point, 0.0) for material in evaluation_set.material
     }
@@ -82,7 +82,7 @@ def _checked(project: Project, out: Output) -> dict[str, Report]:
     reports = {}
     for count, take in enumerate(takes, 1):
         reports[take.id] = check_take(take)
-        out.event("checked", take=take.id, fraction=count / len(takes))
+        out.emit(CheckedEvent(take.id, count / len(takes)))
     return reports
 
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 from studio import launch, virtual_devices
 from studio.cli._output import Output
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import TourDone, TourStepEvent, VirtualDeviceEvent
 
 if TYPE_CHECKING:
     from studio.ui.tour import TourStep
 
-HELP = "the whole job through the real window, with screenshots; also the self-check"
 EXAMPLE = "saia tour --out tour"
 
 
@@ -40,16 +40,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         tour = Tour(folder, lambda step: _say(step, out))
         tour.run()
-    out.done(
-        f"All {len(tour.steps)} steps happened. Screenshots and files are in {folder}.",
-        files=tour.files,
-        steps=[asdict(step) for step in tour.steps],
-    )
+    steps = tuple(TourStepEvent(**asdict(step)) for step in tour.steps)
+    text = f"All {len(steps)} steps happened. Screenshots and files are in {folder}."
+    out.done(TourDone(tuple(map(str, tour.files)), steps), text)
 
 
 def _say(step: TourStep, out: Output) -> None:
     line = f"{'ok  ' if step.ok else 'FAIL'} {step.seconds:6.1f} s  {step.name}"
-    out.event("step", f"{line}: {step.what}" if step.what else line, **asdict(step))
+    out.emit(TourStepEvent(**asdict(step)), f"{line}: {step.what}" if step.what else line)
 
 
 @contextlib.contextmanager
@@ -59,7 +57,7 @@ def _screen(out: Output) -> Iterator[None]:
         yield
         return
     with virtual_devices.virtual_screen() as display:
-        out.event("note", "There is no screen: using a virtual one.", display=display)
+        out.emit(VirtualDeviceEvent(display=display), "There is no screen: using a virtual one.")
         os.environ["DISPLAY"] = display
         yield
 
@@ -76,7 +74,8 @@ def _sound(out: Output) -> Iterator[None]:
             "Connect a microphone, or install the package pulseaudio.",
         )
     with virtual_devices.virtual_sound() as environment:
-        out.event("note", "There is no sound device: using a virtual one.", **environment)
+        event = VirtualDeviceEvent(**environment)
+        out.emit(event, "There is no sound device: using a virtual one.")
         os.environ.update(environment)
         try:
             yield

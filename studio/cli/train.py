@@ -11,30 +11,35 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, counted, silence_stdout
 from studio.cli._project import trim_cache
-from studio.cli._stdin import wait_until_alone
+from studio.cli._stdin import StopRequest, ends_clean
 from studio.errors import RequestError
-from studio.ipc import commands
-from studio.ipc.commands import STOP
+from studio.ipc.events import (
+    ChosenEvent,
+    CleaningEvent,
+    EpochEvent,
+    ListeningEvent,
+    NoteEvent,
+    OutOfMemoryEvent,
+    PreparingEvent,
+    RecipeEvent,
+    SettingEvent,
+    StartedEvent,
+    StepEvent,
+    TrainDone,
+)
 
 if TYPE_CHECKING:
-    from studio.ipc.events import EpochEvent, StartedEvent, StepEvent
     from studio.project import Project, Run
     from studio.training.events import Event
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
-HELP = "train a network on the takes marked for training"
 EXAMPLE = "saia train MyProject --recipe quick"
 _LEGEND = (
     "Each line is an epoch, one round of learning. rmse is the error, less is better; motion and std are how "
@@ -79,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
-    out.passing("preparing", "Reading the takes ...")
+    out.pass_by(PreparingEvent(), "Reading the takes ...")
     board = Board() if args.tensorboard else None
     finished = _trained(project, recipe, resume, out, stop, board)
     # Torch takes seconds to load: what was wrong with the request was said before.
@@ -93,30 +98,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
     stopped = report.get("status") == "stopped"
     seconds, best = report.get("seconds", 0.0), report.get("best_epoch", 0)
     how = "Stopped" if stopped else "Done"
-    out.done(
-        f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.",
-        run=finished.id,
-        folder=finished.folder,
-        best_epoch=best,
-        stopped=stopped,
-        seconds=seconds,
-        val=report.get("best_val"),
-    )
+    done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.get("best_val"))
+    out.done(done, f"{how} after {_clock(seconds)}: {finished.id}, best epoch {best}.")
 
 
 def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: StopRequest) -> None:
     """How good the run is at each look-ahead that Live offers, kept in its report."""
-    from studio.cli._look_aheads import after_training
+    from studio.cli._measure import after_training
 
     if finished.has_weights:
-        with _ended_as_by_ctrl_c():
+        with ends_clean("SIGHUP"):
             after_training(project, finished, out, stop.requested_again())
 
 
 def _trained(
     project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
 ) -> Run:
-    from studio.ipc.events import StartedEvent
     from studio.training.loop.train import train
 
     name = ""
@@ -129,7 +126,7 @@ def _trained(
         _tell(event, out, stop)
 
     try:
-        with _ended_as_by_ctrl_c():
+        with ends_clean("SIGHUP"):
             return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
     except KeyboardInterrupt as error:
         again = f'saia train "{project.folder}" --resume {name}'  # double marks mean the same everywhere
@@ -137,27 +134,6 @@ def _trained(
     finally:
         if board is not None:
             board.close()
-
-
-@contextmanager
-def _ended_as_by_ctrl_c() -> Iterator[None]:
-    """Within the block, being told to end (by a job scheduler, a shutdown, a closed terminal) is Ctrl+C."""
-    if threading.current_thread() is not threading.main_thread():  # only there signals can be caught
-        yield
-        return
-
-    def end(number: int, frame: Any) -> NoReturn:
-        raise KeyboardInterrupt
-
-    asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    # Under nohup a closed terminal is to end nothing.
-    heeded = [number for number in asked if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, end) for number in heeded}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
@@ -190,53 +166,12 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
     found = recipes.recipes()
     for info in found:
-        out.event("recipe", f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}",
-                  **asdict(info))  # fmt: skip
-    out.event("chosen", f"\nWhat --set can change, and its value in {chosen.name}:", recipe=chosen.name)
+        text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"
+        out.emit(RecipeEvent(**asdict(info)), text)
+    out.emit(ChosenEvent(chosen.name), f"\nWhat --set can change, and its value in {chosen.name}:")
     for key, value in chosen.settings().items():
-        out.event("setting", f"  {key} = {value}", key=key, value=value)
-    out.done(recipes=[info.name for info in found])
-
-
-class StopRequest:
-    """Whether somebody asked for a good end: a line "stop" on standard input, or the parent is gone.
-
-    The window keeps our standard input open; its end means the window died. A script that gives us
-    none (cron, CI) is still our parent, so an end alone does not stop us.
-
-    Args:
-        read: standard input is read at all.
-        watched: a window waits for us. What was begun at a terminal goes on when that closes under nohup.
-    """
-
-    def __init__(self, read: bool, watched: bool = False) -> None:
-        self._asked, self._watched = 0, watched
-        if read and sys.stdin is not None:
-            threading.Thread(target=self._listen, daemon=True).start()
-
-    def is_set(self) -> bool:
-        """Whether to stop now."""
-        return self._asked > 0
-
-    def request(self) -> None:
-        """Stop as soon as it can end well."""
-        self._asked += 1
-
-    def requested_again(self) -> Callable[[], bool]:
-        """Tells whether somebody asks from now on: what follows a stopped training can be stopped as well."""
-        before = self._asked
-        return lambda: self._asked > before
-
-    def _listen(self) -> None:
-        parent = os.getppid()
-        try:
-            for line in iter(sys.stdin.readline, ""):
-                if commands.read(line.lower()) == STOP:
-                    self.request()
-        except (OSError, ValueError):  # closed under us: the same as its end
-            pass
-        if self._watched and wait_until_alone(parent, threading.Event()):
-            self.request()
+        out.emit(SettingEvent(key, value), f"  {key} = {value}")
+    out.done(TrainDone(recipes=tuple(info.name for info in found)))
 
 
 def _tell(event: Event, out: Output, stop: StopRequest) -> None:
@@ -248,34 +183,21 @@ def _tell(event: Event, out: Output, stop: StopRequest) -> None:
 
 
 def _print(event: Event, out: Output) -> None:
-    from dataclasses import asdict
-
-    from studio.ipc.events import (
-        CleaningEvent,
-        EpochEvent,
-        ListeningEvent,
-        NoteEvent,
-        OutOfMemoryEvent,
-        StartedEvent,
-        StepEvent,
-    )
-
-    if isinstance(event, EpochEvent):
-        out.event("epoch", _epoch_line(event), **event.as_dict())
-    elif isinstance(event, NoteEvent):
-        out.event("note", event.text, text=event.text)
-    elif isinstance(event, StartedEvent):
-        out.event("started", _start_line(event), **asdict(event))
-    elif isinstance(event, CleaningEvent):
-        text = f"Cleaning the sound of {event.take} {event.fraction:4.0%}"
-        out.passing("cleaning", text, **asdict(event))
-    elif isinstance(event, ListeningEvent):
-        text = f"Listening to {event.take}, {event.number} of {event.of}"
-        out.passing("listening", text, **asdict(event))
-    elif isinstance(event, StepEvent):
-        out.passing("step", _step_line(event), **asdict(event))
-    elif isinstance(event, OutOfMemoryEvent):
-        out.event("out_of_memory", "", **asdict(event))
+    match event:
+        case EpochEvent():
+            out.emit(event, _epoch_line(event))
+        case NoteEvent():
+            out.note(event.text)
+        case StartedEvent():
+            out.emit(event, _start_line(event))
+        case CleaningEvent():
+            out.pass_by(event, f"Cleaning the sound of {event.take} {event.fraction:4.0%}")
+        case ListeningEvent():
+            out.pass_by(event, f"Listening to {event.take}, {event.number} of {event.of}")
+        case StepEvent():
+            out.pass_by(event, _step_line(event))
+        case OutOfMemoryEvent():
+            out.emit(event)
 
 
 def _start_line(event: StartedEvent) -> str:

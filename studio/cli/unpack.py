@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 
 from studio.cli._output import Output, counted
+from studio.ipc.events import UnpackDone
 
-HELP = "make a project folder of a packed zip, or bring a packed run into a project"
 EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"
 
 
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         return
     made = unpack(args.zip, args.folder)
     rest = f" Left out: {counted(made.left_out, 'file')} that no project holds." if made.left_out else ""
-    out.done(f"Unpacked into {made.folder}.{rest}", project=made.folder, left_out=made.left_out)
+    out.done(UnpackDone(str(made.folder), made.left_out), f"Unpacked into {made.folder}.{rest}")
 
 
 def _bring_in(args: argparse.Namespace, out: Output) -> None:
@@ -39,4 +39,4 @@ def _bring_in(args: argparse.Namespace, out: Output) -> None:
     from studio.training.checkpoint import load_model
 
     run = unpack_run(args.zip, project, lambda weights: load_model(weights))
-    out.done(f"{args.zip.name} is {run.id} now.", run=run.id, folder=run.folder)
+    out.done(UnpackDone(run=run.id, folder=str(run.folder)), f"{args.zip.name} is {run.id} now.")

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from studio.dataset import edits
 from studio.dataset.dataset import Dataset
+from studio.motion.lag import Alignment, level_of, power, voice_offset
 from studio.sound.sound_file import sound_blocks
 from studio.take.clap import clap_offset
-from studio.take.lag import Alignment, find_offset, level_of, power, voice_offset
-from studio.take.motion_file import read_motion
+from studio.take.motion_file import load_motion
 from studio.take.take import Take
-
-__all__ = ["SURE", "Alignment", "By", "align_takes", "find_offset", "take_offset"]
 
 SURE = 0.5
 """Confidence from which an offset is set without asking."""
@@ -34,9 +32,8 @@ def take_offset(take: Take, by: By = "mouth") -> Alignment | None:
     Raises:
         StudioError: a file is missing or damaged.
     """
-    if take.audio_path is None or take.motion_path is None:
+    if take.audio_path is None or (motion := load_motion(take)) is None:
         return None
-    motion = read_motion(take.motion_path)
     audio_power = power_of_sound(take.audio_path)
     return clap_offset(audio_power, motion) if by == "clap" else voice_offset(level_of(audio_power), motion)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from studio.dataset.dataset import Dataset, Selection, overlap
 from studio.errors import StudioError
 from studio.motion import Motion, rotation
-from studio.take.motion_file import read_motion
+from studio.take.motion_file import load_motion
 from studio.take.take import Take
 
 if TYPE_CHECKING:
@@ -189,15 +189,14 @@ def _channels(
     sums: dict[tuple[str, bool], tuple[float, float, int]] = {}
     unread: list[str] = []
     for count, take in enumerate(takes, 1):
-        if take.motion_path is not None:
-            try:
-                motion = read_motion(take.motion_path)
-            except StudioError as error:
-                unread.append(error.what)
-            else:
-                for key, (total, frames) in _movement(motion).items():
-                    before = sums.get(key, (0.0, 0.0, 0))
-                    sums[key] = (before[0] + total, before[1] + frames, before[2] + 1)
+        try:
+            motion = load_motion(take)
+        except StudioError as error:
+            unread.append(error.what)
+            motion = None
+        for key, (total, frames) in _movement(motion).items() if motion is not None else ():
+            before = sums.get(key, (0.0, 0.0, 0))
+            sums[key] = (before[0] + total, before[1] + frames, before[2] + 1)
         on_progress(count / len(takes))
     found = [
         ChannelActivity(name, is_bone, float(np.sqrt(total / max(frames, 1.0))), takes_)
@@ -207,14 +206,12 @@ def _channels(
 
 
 def _movement(motion: Motion) -> dict[tuple[str, bool], tuple[float, int]]:
-    """(sum of squares, frames) by (name, whether it is a bone); values that are no number left out."""
+    """(sum of squares, frames) by (name, whether it is a bone)."""
     found: dict[tuple[str, bool], tuple[float, int]] = {}
     for i, name in enumerate(motion.shape_names):
-        values = motion.shapes[:, i].astype(np.float64)
-        found[name, False] = _squares(values[np.isfinite(values)])
+        found[name, False] = _squares(motion.shapes[:, i].astype(np.float64))
     for j, name in enumerate(motion.bone_names):
         q = motion.rotations[:, j].astype(np.float64)
-        q = q[np.isfinite(q).all(axis=1)]
         found[name, True] = (float(np.sum(_from_mean(q) ** 2)), len(q))
     return found
 

@@ -66,7 +66,7 @@ class Selection:
     def span(self, duration: float) -> tuple[float, float]:
         """In and out points in seconds inside a recording of this duration."""
         end = duration if self.out_point is None else min(self.out_point, duration)
-        return min(self.in_point, end), end
+        return min(max(self.in_point, 0.0), end), end
 
     def seconds(self, duration: float) -> float:
         """Seconds used of a recording of this duration: from in to out without what is excluded."""

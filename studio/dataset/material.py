@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
 from studio.motion import Motion
-from studio.motion.sanitize import sanitized
 from studio.sound.sound_file import Sound, read_span
 from studio.take.cleaned import cached_clean, clean
-from studio.take.motion_file import read_motion
+from studio.take.motion_file import load_motion
 from studio.take.take import Take
 
 
@@ -63,19 +62,13 @@ def load_material(
     Raises:
         StudioError: a file is missing or damaged.
     """
-    start = max(selection.in_point, 0.0)
-    end = take.info.duration if selection.out_point is None else min(selection.out_point, take.info.duration)
-    end = max(end, start)
+    start, end = selection.span(take.info.duration)
     heard = Sound(np.zeros((0, 1), dtype=np.float32), sample_rate or 16000)
     if take.audio_path is not None:
         made = cached_clean(take.audio_path, selection.clean)
         heard = read_span(made or clean(take.audio_path, selection.clean, on_cleaning), start, end)
     sound = heard if sample_rate is None else heard.resampled(sample_rate)
-    motion = Motion.build([])
-    if take.motion_path is not None:
-        whole = sanitized(read_motion(take.motion_path))[0].shifted(selection.offset)
-        # The frame at the very end belongs to it: a take ends with its last frame.
-        motion = whole.between(start, np.nextafter(end, np.inf)).shifted(-start)
+    motion = load_motion(take, selection.offset, (start, end)) or Motion.build([])
     excluded = tuple(
         (max(a, start) - start, min(b, end) - start) for a, b in selection.excluded if b > start and a < end
     )

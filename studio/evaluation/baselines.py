@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from studio.dataset.material import TrainingMaterial
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, Floats
-from studio.features.examples import Example, Grid, cached_rows, make_example, on_grid
+from studio.features.examples import Example, cached_rows, make_example
 from studio.features.motion import Layout
 from studio.motion import Motion
+from studio.motion.grid import Grid, on_grid
 
 REACH = 16
 """Frames of MFCC to either side that ridge regression sees."""

@@ -1,13 +1,20 @@
-"""What a run is measured on: the takes of a split, or those that somebody named."""
+"""What a run is measured on, the takes of a split or those that somebody named, and how it is measured."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 from studio.dataset.material import TrainingMaterial
 from studio.errors import RequestError
+from studio.metrics import scores
+from studio.metrics.comparison import all_figures, pair_on_frames
+from studio.metrics.scores import Figures, Pair
+from studio.motion import Motion
+from studio.motion.lag import speech_level
 from studio.project import Project
+
+Predict = Callable[[TrainingMaterial], Motion]
 
 _TO_VAL = "No take is marked as test; measured on the validation takes, which chose the best epoch."
 
@@ -70,3 +77,37 @@ def choose_evaluation_set(
             "Mark takes as test in Curate, or name some with --takes.",
         )
     return EvaluationSet(material, label)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Figures over all takes, for each of them, and the geodesic error of each bone in degrees."""
+
+    metrics: Figures
+    per_take: dict[str, Figures]
+    per_bone: dict[str, float] = field(default_factory=dict)
+    frames: int = 0
+
+
+def evaluate(predict: Predict, takes: Sequence[TrainingMaterial]) -> Evaluation:
+    """Hold what `predict` gives for the sound of each take against its captured motion.
+
+    Args:
+        predict: material to Motion, times from its in point.
+        takes: with sound and motion.
+    """
+    pairs = {material.selection.id: pair(predict(material), material) for material in takes}
+    everything = list(pairs.values())
+    return Evaluation(
+        all_figures(everything),
+        {take: all_figures([one]) for take, one in pairs.items()},
+        scores.geodesic_by_bone(everything),
+        sum(len(one.truth) for one in everything),
+    )
+
+
+def pair(predicted: Motion, material: TrainingMaterial) -> Pair:
+    """A prediction and its captured motion on the same frames."""
+    duration = len(material.samples) / material.sample_rate
+    voice = speech_level(material.samples, material.sample_rate)
+    return pair_on_frames(predicted, material.motion, duration, material.excluded, voice)

@@ -7,7 +7,7 @@ Source: Slaney's Auditory Toolbox for the mel scale, as librosa uses it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import lru_cache
 
@@ -61,10 +61,9 @@ class AudioSpec:
     high_hz: float = 0.0
     steps_per_frame: int = 4
     window: int = 4
-    # Not in the repr, which names kept features: those of other kinds were made before there were encoders.
-    encoder: str = field(default=WHISPER, repr=False)
-    encoder_width: int = field(default=0, repr=False)
-    encoder_digest: str = field(default="", repr=False)
+    encoder: str = WHISPER
+    encoder_width: int = 0
+    encoder_digest: str = ""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -107,6 +106,21 @@ class AudioSpec:
         if self.width * self.steps_per_frame > _MOST_A_FRAME or self.width * self.window > _MOST_A_WINDOW:
             what = f"{self.width} numbers a row are too many for sound.steps_per_frame and sound.window."
             raise RequestError(what, "Lower one of the three.")
+
+    @property
+    def cache_key(self) -> str:
+        """All that decides the rows of a sound, as text: "kind=log_mel bands=40 ..."; names cached rows.
+
+        What a kind does not use is left out, so that changing it does not compute the same rows again.
+        """
+        unused = set() if self.kind == "mfcc" else {"coefficients"}
+        if self.kind == "speech":
+            unused |= {"bands", "window_ms", "low_hz", "high_hz"}
+        if not self.uses_encoder:
+            unused |= {"encoder", "encoder_width", "encoder_digest"}
+        return " ".join(
+            f"{one.name}={getattr(self, one.name)}" for one in fields(self) if one.name not in unused
+        )
 
     @property
     def width(self) -> int:
@@ -177,11 +191,6 @@ def row_centres(spec: AudioSpec, fps: Fraction, first: int, count: int) -> NDArr
     top = (2 * m + 1 - k + odd) * (spec.sample_rate * fps.denominator)
     bottom = 2 * k * fps.numerator
     return (2 * top + bottom) // (2 * bottom)
-
-
-def first_window_row(spec: AudioSpec, frame: int) -> int:
-    """The first row of a frame's window."""
-    return frame * spec.steps_per_frame + (spec.steps_per_frame - spec.window) // 2
 
 
 def _hz_to_mel(hz: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -23,8 +23,7 @@ from urllib.parse import urljoin, urlsplit
 
 from studio.errors import RequestError, StudioError
 from studio.features.encoders import Installed, digest_of, home_of, register
-from studio.files.atomic import cannot_write
-from studio.files.disk import size_text
+from studio.files.atomic import cannot_write, size_text
 
 HUB = "https://huggingface.co"
 NEEDED, WELCOME = "config.json", "preprocessor_config.json"

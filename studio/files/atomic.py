@@ -1,9 +1,10 @@
-"""Files that are whole or absent: written beside, flushed to the disk, then renamed."""
+"""Files that are whole or absent: written under another name, flushed, then renamed; and space on disks."""
 
 from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import shutil
 import unicodedata
@@ -11,11 +12,12 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any
 
 from studio.errors import StudioError
-from studio.files import disk, leftovers
+from studio.files import leftovers
 
 _PROBE_BYTES = 1 << 20
 """More than a library that gave up and removed its file can have freed by it."""
@@ -25,6 +27,9 @@ _MARGIN_BYTES, _MARGIN = 512 << 20, 0.05
 """What is left free of a disk at least: bytes, or a share of a small disk."""
 _BOMB_BYTES, _BOMB_TIMES = 1 << 30, 100
 """Sound and motion never get so much smaller by packing; an hour of digital silence might."""
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows knows no quota
+_UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "KB"))
+"""Decimal, as disks are sold and as file managers show them."""
 _RESERVED = {"con", "prn", "aux", "nul", *(f"com{i}" for i in range(10)), *(f"lpt{i}" for i in range(10))}
 
 
@@ -91,6 +96,25 @@ def write_json(path: Path, content: Any) -> None:
         beside.write_text(text + "\n", encoding="utf-8")
 
 
+def plain(value: Any) -> Any:
+    """A value as JSON can hold it: paths and arrays as text and lists, NaN and infinity as null."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "item") and getattr(value, "ndim", 0) == 0:  # numpy and torch scalars
+        value = value.item()
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
 def read_json(path: Path) -> dict[str, Any]:
     """The object in a JSON file.
 
@@ -136,9 +160,9 @@ def newer(path: Path) -> NewerVersionError:
 def cannot_write(path: Path, error: OSError) -> StudioError:
     """What to say of a file that could not be written."""
     reason = error.strerror or type(error).__name__
-    if error.errno is not None and (disk.is_full(error) or error.errno == errno.EFBIG):
+    if error.errno is not None and (is_full(error) or error.errno == errno.EFBIG):
         reason = os.strerror(error.errno)  # a library may have put its own words around it
-    if disk.is_full(error):
+    if is_full(error):
         remedy = f"Free some space on the disk of {path.parent}."
     elif error.errno == errno.EFBIG:
         remedy = f"Choose another disk: that of {path.parent} takes no file of this size."
@@ -188,8 +212,8 @@ def is_possible_name(name: str) -> bool:
 def room(folder: Path) -> int:
     """Bytes that may be written where a folder is or is to be made; the last of a disk are not among them."""
     there = next(place for place in (folder, *folder.parents) if place.exists())
-    disk = shutil.disk_usage(there)
-    return max(0, disk.free - min(_MARGIN_BYTES, int(disk.total * _MARGIN)))
+    usage = shutil.disk_usage(there)
+    return max(0, usage.free - min(_MARGIN_BYTES, int(usage.total * _MARGIN)))
 
 
 def is_bomb(unpacked: int, packed: int) -> bool:
@@ -201,3 +225,27 @@ def copied(source: Path, target: Path) -> None:
     """Copy a file, byte for byte, in one piece."""
     with written(target) as beside:
         shutil.copyfile(source, beside)
+
+
+def size_text(size: float) -> str:
+    """A number of bytes as people read it: "5 bytes", "740 KB", "5.9 MB", "12 GB"."""
+    for scale, unit in _UNITS:
+        value = size / scale
+        if value >= 0.9995:  # from here on the next smaller unit would be rounded up to 1000
+            return f"{value:.1f} {unit}" if value < 9.95 else f"{value:.0f} {unit}"
+    return "1 byte" if round(size) == 1 else f"{size:.0f} bytes"
+
+
+def is_full(error: OSError) -> bool:
+    """Whether a write failed for want of room, on the disk or in somebody's share of it."""
+    return error.errno in _FULL
+
+
+def free_bytes(folder: Path) -> int | None:
+    """Bytes free where a folder is or will be; None where the system does not tell."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return None

@@ -20,7 +20,7 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from studio.files import process
+from studio.files import lock
 
 _OWNER = r"([0-9a-f]{6})-(\d{1,10})-(\d{1,20})"
 _NAME = re.compile(rf"\..+\.{_OWNER}-\d+\.new|\.?saia-[a-z]+-{_OWNER}-\w+", re.DOTALL)
@@ -99,16 +99,16 @@ def _is_left(entry: os.DirEntry[str], host: str, pid: str, began: str) -> bool:
         return False
     if host != _host():
         return time.time() - facts.st_mtime > _FOREIGN_S
-    if not process.is_alive(int(pid)):
+    if not lock.is_alive(int(pid)):
         return True
-    now = process.began(int(pid))
+    now = lock.began(int(pid))
     return bool(now and int(began) and now != int(began))  # the number was given again
 
 
 @lru_cache(maxsize=2)
 def _owner(pid: int) -> str:
     """This process in a name; asked for by its number, since a fork has another one."""
-    return f"{_host()}-{pid}-{process.began(pid)}"
+    return f"{_host()}-{pid}-{lock.began(pid)}"
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,10 @@
-"""One window at a time may change a project: a lock that the system itself drops when its holder dies."""
+"""Which process may change a project, whether a process lives, and when it began.
+
+The lock is one that the system itself drops when its holder dies. filelock would do for that, but its lock on
+Windows covers the first byte of the file, where others read which process holds it. psutil tells when a
+process began by the time of day: once the clock is set, a living process would pass for a dead one, and what
+it is writing be removed.
+"""
 
 from __future__ import annotations
 
@@ -69,6 +75,50 @@ def holder(folder: Path) -> int | None:
         return int((folder / LOCK_FILE).read_text(encoding="utf-8").strip())
     except (OSError, ValueError):
         return None
+
+
+if sys.platform == "win32":
+
+    def is_alive(pid: int) -> bool:
+        """Whether a process of this computer lives."""
+        import ctypes
+
+        # os.kill would end it here. 0x100000 is SYNCHRONIZE, 258 WAIT_TIMEOUT: still going on.
+        kernel = ctypes.windll.kernel32
+        process = kernel.OpenProcess(0x100000, False, pid)
+        if not process:
+            return False
+        waiting = bool(kernel.WaitForSingleObject(process, 0) == 258)
+        kernel.CloseHandle(process)
+        return waiting
+
+else:
+
+    def is_alive(pid: int) -> bool:
+        """Whether a process of this computer lives."""
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return False
+        except OverflowError:  # no number of a process
+            return False
+        except PermissionError:  # somebody else's
+            return True
+        return True
+
+
+def began(pid: int) -> int:
+    """When a process began, in ticks since the computer did; 0 where the system does not tell.
+
+    Ticks and no time of day: a clock that is set right meanwhile must not turn a process into another one.
+    Only Linux tells it without further libraries; elsewhere a number that was given again counts as alive.
+    """
+    try:
+        # The name, second and in brackets, may hold spaces and brackets itself; field 22 is the start.
+        facts = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+        return int(facts.rpartition(")")[2].split()[19])
+    except (OSError, ValueError, IndexError):
+        return 0
 
 
 if sys.platform == "win32":

@@ -15,7 +15,7 @@ from studio.features.audio_spec import Floats
 from studio.model._network import Network, SamplingOptions, State
 from studio.motion import Motion, concatenate
 from studio.sound.sound_file import sound_blocks, sound_info
-from studio.training import checkpoint, styles
+from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
 
 PIECE_SECONDS = 20.0
@@ -44,12 +44,12 @@ class Predictor:
     @property
     def styles(self) -> tuple[str, ...]:
         """What `style` may be: "average" and the styles it has learnt; empty where it learnt none."""
-        return (styles.AVERAGE, *self.model.styles) if self.model.styles else ()
+        return self.model.style_names
 
     @property
     def style(self) -> str:
         """The style used unless another is asked for."""
-        return self.model.style or styles.AVERAGE
+        return self.model.style_name(self.model.style_index(None, self._name))
 
     def generate(
         self,
@@ -109,7 +109,7 @@ class Predictor:
             Pieces one after another in time; a model that hears only a little ahead gives the same
             motion whatever the blocks and pieces are.
         """
-        chosen = styles.index_of(style, self.model.styles, self.model.style, self._name)
+        chosen = self.model.style_index(style, self._name)
         _must_be_possible(sampling)
         run = _Stream(self.model, max(1, round(piece_seconds * self.fps)), chosen, sampling)
         for block in blocks:

@@ -1,7 +1,10 @@
 """Every figure about motion, numpy only: training, Review and the command line read the same numbers.
 
-body    Where head and hands are, and whether gestures fall on the beats of speech
-face    What a viewer sees in a face first: lips that close, a mouth in time with the voice, eyes that blink
-scores  How near and how alive predicted motion is, each figure with its formula and source
-spread  Whether predicted motion as a whole is as varied as captured motion, frame by frame likeness aside
+body        Where head and hands are, and whether gestures fall on the beats of speech
+comparison  Predicted against captured motion on the same frames: every figure, and what Review shows of a
+            take
+face        What a viewer sees in a face first: lips that close, a mouth in time with the voice, eyes that
+            blink
+scores      How near and how alive predicted motion is, each figure with its formula and source
+spread      Whether predicted motion as a whole is as varied as captured motion, frame by frame likeness aside
 """

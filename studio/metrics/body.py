@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.metrics.scores import Figures, Pair, in_region
-from studio.motion import Motion, rotation
+from studio.motion import Motion, lag, rotation
 from studio.motion.skeleton import Skeleton
-from studio.sound.sound_file import Sound
-from studio.take import lag
 
 Array = NDArray[np.floating]
 
@@ -65,9 +63,9 @@ def beat_alignment(pairs: Sequence[Pair]) -> float | None:
     """
     scores, applies = [], False
     for pair in pairs:
-        if pair.sound is None or not pair.bones:
+        if pair.voice is None or not pair.bones:
             continue
-        voice = onsets(pair.sound)
+        voice = onsets(pair.voice)
         if not len(voice):
             continue
         applies = True
@@ -80,12 +78,11 @@ def beat_alignment(pairs: Sequence[Pair]) -> float | None:
     return float(values.mean()) if values.size else 0.0
 
 
-def onsets(sound: Sound) -> Array:
-    """Moments (seconds) at which the voice sets in: peaks of the rise of its loudness."""
+def onsets(level: Array) -> Array:
+    """Moments (seconds) at which the voice sets in: peaks of the rise of its loudness (K,)."""
     from scipy.signal import find_peaks
 
     width = round(RISE_SECONDS * lag.RATE)
-    level = lag.speech_level(sound)
     if len(level) < 2 * width + 1:
         return np.zeros(0)
     smooth = np.convolve(level, np.ones(width) / width, mode="same")

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.metrics.scores import Figures, Pair
-from studio.motion import Motion
+from studio.motion import Motion, lag
 from studio.motion.channels import is_blink_shape
-from studio.take import lag
 
 Array = NDArray[np.floating]
 
@@ -29,7 +28,7 @@ LONGEST_STOP = 0.2
 BLINK_SHUT, BLINK_OPEN = 0.5, 0.3
 """A blink begins above the first and is over below the second."""
 LEAST_CONFIDENCE = 0.1
-"""A mouth's delay is given from this confidence on (see take.lag)."""
+"""A mouth's delay is given from this confidence on (see motion.lag)."""
 
 
 def face_figures(pairs: Sequence[Pair]) -> Figures:
@@ -55,7 +54,7 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
     both = true = found = 0
     for pair in pairs:
         captured, predicted = opening(pair.truth), opening(pair.predicted)
-        if pair.sound is None or captured is None or predicted is None or not len(captured):
+        if pair.voice is None or captured is None or predicted is None or not len(captured):
             continue
         low, high = np.percentile(captured, [5, 95])
         if high - low < 0.02:
@@ -85,9 +84,9 @@ def opening(motion: Motion) -> Array | None:
 def speaking(pair: Pair) -> NDArray[np.bool_]:
     """Frames (T,) in which there is speech, stops inside of words included."""
     times = pair.truth.times
-    if pair.sound is None:
+    if pair.voice is None:
         return np.zeros(len(times), dtype=bool)
-    level = lag.speech_level(pair.sound)
+    level = pair.voice
     if not len(level):
         return np.zeros(len(times), dtype=bool)
     loud = level > 10 ** (-SPEAKING_DB / 20)
@@ -103,13 +102,14 @@ def mouth_lag_ms(pairs: Sequence[Pair]) -> float | None:
     """How much later the mouth moves than the voice sounds, milliseconds; negative where it is early.
 
     The delay at which the mouth's opening correlates best with the voice's loudness, mean over takes by
-    their length. Source: take.lag; Chung and Zisserman 2016 (SyncNet) for the idea of an audio-video offset.
+    their length. Source: motion.lag; Chung and Zisserman 2016 (SyncNet) for the idea of an audio-video
+    offset.
     """
     delays, weights = [], []
     for pair in pairs:
-        if pair.sound is None or len(pair.predicted) < 2:
+        if pair.voice is None or len(pair.predicted) < 2:
             continue
-        found = lag.find_offset(pair.sound, pair.predicted)
+        found = lag.voice_offset(pair.voice.astype(np.float64), pair.predicted)
         if found.confidence >= LEAST_CONFIDENCE:
             delays.append(-1000.0 * found.offset)
             weights.append(pair.predicted.duration)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, rotation
 from studio.motion.channels import is_mouth_shape
-from studio.sound.sound_file import Sound
 
 Array = NDArray[np.floating]
 Figures = dict[str, float | None]
@@ -37,13 +36,14 @@ class Pair:
     Args:
         truth, predicted: T frames each; channels only one of them has are not compared.
         valid: 1 for frames that count, (T,); all where None.
-        sound: what was spoken, from the first frame's moment on; figures that need it are None without.
+        voice: loudness of what was spoken (K,), motion.lag.RATE values a second from the first frame's moment
+            on; figures that need it are None without.
     """
 
     truth: Motion
     predicted: Motion
     valid: Array | None = None
-    sound: Sound | None = None
+    voice: Array | None = None
 
     @cached_property
     def counts(self) -> NDArray[np.bool_]:
@@ -68,6 +68,10 @@ class Pair:
         """The shared shapes of one of the two, (T, S)."""
         return motion.shapes[:, [motion.shape_names.index(n) for n in self.shapes]]
 
+    def counted(self, values: Array) -> Array:
+        """Values (T, C) in float64 with frames that do not count as NaN."""
+        return np.where(self.counts[:, None], values.astype(np.float64), np.nan)
+
     def columns(self, motion: Motion) -> dict[str, Array]:
         """Shape and 6D columns of one of the two by name, (T,) each, frames that do not count as NaN."""
         found = {n: motion.shapes[:, motion.shape_names.index(n)] for n in self.shapes}
@@ -88,23 +92,39 @@ def score(pairs: Sequence[Pair]) -> Figures:
     names = _names(pairs)
     truth, predicted = matrices(pairs)
     faces = np.array(["." not in n or n in _all_shapes(pairs) for n in names], dtype=bool)
-    figures: Figures = {"rmse": rmse(predicted, truth), "mae": mae(predicted, truth)}
-    figures["nrmse"] = nrmse(predicted, truth, _ranges(truth))
-    figures["rmse_face"] = rmse(predicted[:, faces], truth[:, faces])
-    figures["rmse_body"] = rmse(predicted[:, ~faces], truth[:, ~faces])
+    whole, face, body = (
+        part_figures(predicted[:, part], truth[:, part]) for part in (faces | True, faces, ~faces)
+    )
     moving = _deviation(truth) > MOVING
     mouth = moving & faces & np.array([is_mouth_shape(n) for n in names], dtype=bool)
-    figures["pearson"] = pearson(predicted[:, moving], truth[:, moving])
-    figures["pearson_mouth"] = pearson(predicted[:, mouth], truth[:, mouth])
     jaw = moving & faces & np.array([n.lower() in JAW_SHAPES for n in names], dtype=bool)
-    figures["pearson_jaw"] = pearson(predicted[:, jaw], truth[:, jaw])
-    figures["std_ratio"] = std_ratio(predicted[:, moving], truth[:, moving])
-    for label, columns in (("", moving), ("_face", moving & faces), ("_body", moving & ~faces)):
-        if label and not ((moving & faces).any() and (moving & ~faces).any()):
-            continue  # one part only: the whole says it already
-        figures[f"motion_ratio{label}"] = motion_ratio(predicted[:, columns], truth[:, columns])
+    figures: Figures = {
+        "rmse": whole["rmse"],
+        "mae": mae(predicted, truth),
+        "nrmse": nrmse(predicted, truth, _ranges(truth)),
+        "rmse_face": face["rmse"],
+        "rmse_body": body["rmse"],
+        "pearson": whole["pearson"],
+        "pearson_face": face["pearson"],
+        "pearson_mouth": pearson(predicted[:, mouth], truth[:, mouth]),
+        "pearson_jaw": pearson(predicted[:, jaw], truth[:, jaw]),
+        "std_ratio": std_ratio(predicted[:, moving], truth[:, moving]),
+        "motion_ratio": whole["motion_ratio"],
+    }
+    if (moving & faces).any() and (moving & ~faces).any():  # of one part alone the whole says it already
+        figures |= {"motion_ratio_face": face["motion_ratio"], "motion_ratio_body": body["motion_ratio"]}
     figures["jerk_ratio"] = jerk_ratio(predicted[:, moving], truth[:, moving])
     return figures | body_figures(pairs)
+
+
+def part_figures(p: Array, t: Array) -> Figures:
+    """RMSE, correlation and liveliness of the columns (T, C) of one part, the face or the body."""
+    moving = _deviation(t) > MOVING
+    return {
+        "rmse": rmse(p, t),
+        "pearson": pearson(p[:, moving], t[:, moving]),
+        "motion_ratio": motion_ratio(p[:, moving], t[:, moving]),
+    }
 
 
 def rmse(p: Array, t: Array) -> float | None:
@@ -195,12 +215,16 @@ def geodesic_by_bone(pairs: Sequence[Pair]) -> dict[str, float]:
     """Mean geodesic error of each bone in degrees; empty without bones."""
     found: dict[str, list[Array]] = {}
     for pair in pairs:
-        rows = slice(None) if pair.valid is None else pair.valid > 0
-        angles = rotation.angle_between(pair.turns(pair.predicted), pair.turns(pair.truth))[rows]
+        angles = geodesic_errors(pair)[pair.counts]
         for j, bone in enumerate(pair.bones):
-            found.setdefault(bone, []).append(np.degrees(angles[:, j]))
+            found.setdefault(bone, []).append(angles[:, j])
     means = {bone: np.concatenate(parts) for bone, parts in found.items()}
     return {bone: float(values.mean()) for bone, values in means.items() if len(values)}
+
+
+def geodesic_errors(pair: Pair) -> Array:
+    """Angle between predicted and captured bones on every frame, degrees (T, J)."""
+    return np.degrees(rotation.angle_between(pair.turns(pair.predicted), pair.turns(pair.truth)))
 
 
 def _region_ratio(pairs: Sequence[Pair], region: str) -> float | None:

@@ -169,6 +169,11 @@ class Motion:
         first, last = np.searchsorted(self.times, [start, end])
         return self.at_rows(slice(int(first), int(last)))
 
+    def cut(self, start: float, end: float) -> Motion:
+        """The frames from start to end, both included, with times from start."""
+        # A take ends with its last frame, so the one at the very end belongs to it.
+        return self.between(start, float(np.nextafter(end, np.inf))).shifted(-start)
+
     def shifted(self, seconds: float) -> Motion:
         """This motion with every time later by some seconds."""
         return replace(self, times=self.times + seconds)

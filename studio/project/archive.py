@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic, leftovers
-from studio.files.disk import size_text
+from studio.files.atomic import size_text
 from studio.project import PROJECT_FILE, is_project
 from studio.project.contents import is_known
 

@@ -1,4 +1,4 @@
-"""Which files a project is made of: what comes in a zip from elsewhere beside them is left out.
+"""What makes a folder a project, and which files it is made of: anything else in a zip is left out.
 
 Told by place and ending rather than by name, so that projects of older and newer versions keep all that they
 hold; nothing in the list is a program, or is ever taken for one.
@@ -6,10 +6,19 @@ hold; nothing in the list is a program, or is ever taken for one.
 
 from __future__ import annotations
 
+import json
 import re
-from pathlib import PurePosixPath
+from datetime import datetime
+from pathlib import Path, PurePosixPath
+from typing import Any
+from zlib import crc32
 
-from studio.project.files import DATASET_FILE, HISTORY_FILE, PROJECT_FILE
+from studio.files import atomic
+
+FORMAT_VERSION = 1
+PROJECT_FILE = "project.json"
+DATASET_FILE = "dataset.json"
+HISTORY_FILE = ".history.json"
 
 SOUNDS = frozenset({
     ".wav", ".w64", ".flac", ".ogg", ".oga", ".opus", ".mp2", ".mp3", ".m4a", ".aac", ".ac3", ".aif", ".aiff",
@@ -53,3 +62,23 @@ def is_known(path: PurePosixPath) -> bool:
         if len(place) == len(folders) and all(a in ("*", b) for a, b in zip(place, folders, strict=True)):
             return ending in endings
     return False
+
+
+def is_project(folder: Path) -> bool:
+    """Whether a folder holds a project, even one whose project.json is lost."""
+    if (folder / PROJECT_FILE).is_file():
+        return True
+    kept = any(folder.glob(f"{PROJECT_FILE}.damaged-*")) if folder.is_dir() else False
+    return kept or ((folder / "takes").is_dir() and (folder / DATASET_FILE).is_file())
+
+
+def write_project_file(folder: Path, name: str) -> None:
+    """Make the project.json of a new project, or of one that lost its own."""
+    created = datetime.now().astimezone().isoformat(timespec="seconds")
+    content = {"version": FORMAT_VERSION, "name": name, "created": created, "defaults": {}}
+    atomic.write_json(folder / PROJECT_FILE, content)
+
+
+def fingerprint(plain: dict[str, Any]) -> int:
+    """A number that changes with the content of dataset.json, so that an undo history knows its own."""
+    return crc32(json.dumps(plain, ensure_ascii=False, sort_keys=True).encode())

@@ -15,7 +15,7 @@ from studio.dataset.history import History
 from studio.errors import RequestError, StudioError
 from studio.files import atomic, leftovers, lock
 from studio.motion import Motion
-from studio.project.files import (
+from studio.project.contents import (
     DATASET_FILE,
     FORMAT_VERSION,
     HISTORY_FILE,

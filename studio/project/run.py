@@ -1,17 +1,25 @@
-"""Training runs on disk: folders `<recipe>_<nnn>` with a recipe, metrics, weights and a report."""
+"""Training runs on disk: folders `<recipe>_<nnn>` with a recipe, metrics, weights and a report.
+
+The motion that a run generated is kept in the project's cache, and generated again where it is gone.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from studio.errors import StudioError
-from studio.files import atomic, process
+from studio.files import atomic, lock
+
+GENERATED = Path(".cache") / "generated"
+"""Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +102,7 @@ def _goes_on(report: dict[str, Any]) -> bool:
     pid, host = report.get("pid"), report.get("host")
     if not isinstance(pid, int) or pid <= 0:
         return False
-    return host != platform.node() or process.is_alive(pid)
+    return host != platform.node() or lock.is_alive(pid)
 
 
 def list_runs(folder: Path) -> tuple[Run, ...]:
@@ -129,3 +137,27 @@ def new_run_folder(folder: Path, recipe: str) -> Path:
             raise atomic.cannot_write(new, error) from error
         else:
             return new
+
+
+def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
+    """Where a run keeps the motion it made for a sound.
+
+    Args:
+        run: the run.
+        sound: the sound.
+        words: whatever else `saia generate` is told: another style is another motion.
+
+    Returns:
+        Another name once sound, weights or words change.
+    """
+    stat = sound.stat()
+    weights = run.folder / "best.safetensors"
+    made = weights.stat().st_mtime_ns if weights.is_file() else 0
+    facts = "|".join((str(sound.absolute()), str(stat.st_size), str(stat.st_mtime_ns), str(made), *words))
+    digest = hashlib.sha256(facts.encode()).hexdigest()[:12]
+    return generated_folder(run) / f"{digest}.arrow"
+
+
+def generated_folder(run: Run) -> Path:
+    """Where everything that a run made is kept."""
+    return run.folder.parent.parent / GENERATED / run.id

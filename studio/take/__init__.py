@@ -8,7 +8,6 @@ clap          How far sound and motion are apart by claps: where the hands meet,
 cleaned       Sound with less noise: made once from a recording, kept beside it, and used where a person
               chose it
 folder        Takes on disk: a folder with the sound, the motion and take.json, written once
-lag           How much later the mouth moves than the voice sounds: mouth opening against speech energy
 motion_file   The motion file: one row a frame in Apache Arrow's file format, channels named in its metadata
 take          A take: what was recorded, how, where it lies, and what was noticed about it
 """

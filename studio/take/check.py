@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from studio.errors import StudioError
-from studio.motion import Motion
+from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
-from studio.take import lag
 from studio.take.check_motion import motion_findings, value_findings
 from studio.take.check_sound import SoundStats, measure_sound, sound_findings
 from studio.take.motion_file import read_motion

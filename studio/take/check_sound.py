@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.motion import lag
 from studio.sound.sound_file import sound_blocks, sound_info
-from studio.take import lag
 from studio.take.take import Finding
 
 FLOOR_DBFS = -100.0

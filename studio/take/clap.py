@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion
-from studio.take.lag import RATE, REACH, Alignment
+from studio.motion.lag import RATE, REACH, Alignment
 
 Array = NDArray[np.float64]
 

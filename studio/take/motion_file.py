@@ -15,6 +15,8 @@ import numpy as np
 from studio.errors import StudioError
 from studio.files import atomic
 from studio.motion import Motion
+from studio.motion.sanitize import sanitized
+from studio.take.take import Take
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -55,8 +57,40 @@ def put_motion(path: Path, motion: Motion) -> None:
         writer.write_table(table, max_chunksize=ROWS_PER_BATCH)
 
 
+def load_motion(take: Take, offset: float = 0.0, span: tuple[float, float] | None = None) -> Motion | None:
+    """A take's motion as everybody sees, learns and exports it: read, sanitized, moved and cut.
+
+    Args:
+        take: the take.
+        offset: seconds by which the motion is moved later against the sound.
+        span: (start, end) on the sound's clock, both included; the result's times are from the start. All of
+            the take, on its own clock, where None.
+
+    Returns:
+        None where the take has no motion.
+
+    Raises:
+        StudioError: the file is missing, damaged or of a newer version.
+    """
+    if take.motion_path is None:
+        return None
+    # Sanitized first: one wrong time would be moved and cut as if it were true.
+    motion = load_motion_file(take.motion_path)
+    motion = motion.shifted(offset) if offset else motion
+    return motion if span is None else motion.cut(*span)
+
+
+def load_motion_file(path: Path) -> Motion:
+    """A motion file's content, sanitized: for motion of no take, such as what Review hands to an export.
+
+    Raises:
+        StudioError: as read_motion.
+    """
+    return sanitized(read_motion(path))[0]
+
+
 def read_motion(path: Path) -> Motion:
-    """Read a motion file.
+    """A motion file's content exactly as it was written, damage included; load_motion gives what is used.
 
     Raises:
         StudioError: the file is missing, damaged or of a newer version.

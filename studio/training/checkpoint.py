@@ -22,6 +22,7 @@ from studio.features.motion import Layout
 from studio.files import atomic
 from studio.model._network import Network, Sizes
 from studio.training import recipe as recipes
+from studio.training import styles
 from studio.training.recipe import Recipe, UnusableRunError
 from studio.training.recipe_values import check_kind
 
@@ -70,6 +71,23 @@ class Model:
     epoch: int = 0
     styles: tuple[str, ...] = ()
     style: str = ""
+
+    @property
+    def style_names(self) -> tuple[str, ...]:
+        """Names to ask for a style by: "average" and the styles told apart; empty where there are none."""
+        return (styles.AVERAGE, *self.styles) if self.styles else ()
+
+    def style_index(self, name: str | None, run: str) -> int:
+        """A style's number for the network, 0 for the average; None gives the one used by itself.
+
+        Raises:
+            RequestError: the model does not know it; `run` is what the sentence calls the model.
+        """
+        return styles.index_of(name, self.styles, self.style, run)
+
+    def style_name(self, index: int) -> str:
+        """The name of a style by its number."""
+        return self.styles[index - 1] if index else styles.AVERAGE
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,13 +157,13 @@ def load_model(path: Path) -> Model:
     try:
         recipe, layout = recipes.from_dict(facts["recipe"]), Layout.from_dict(facts["layout"])
         fps = frame_rate_of(facts)
-        styles, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
-        if style and style not in styles:
+        names, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
+        if style and style not in names:
             raise ValueError("the default style is not among the styles")
         if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
         with torch.device("meta"):  # a hostile header must not make us fill the memory first
-            network = build_network(recipe, layout, fps, len(styles))
+            network = build_network(recipe, layout, fps, len(names))
         network.load_state_dict(tensors, assign=True)
         if not all(map(_is_learnt, network.parameters())):
             raise ValueError("weights that no training arrives at")
@@ -164,7 +182,7 @@ def load_model(path: Path) -> Model:
         raise _damaged(path) from error
     for parameter in network.parameters():
         parameter.requires_grad_(False)
-    return Model(network.eval(), recipe, layout, fps, epoch, styles, style)
+    return Model(network.eval(), recipe, layout, fps, epoch, names, style)
 
 
 def _is_learnt(weights: Tensor) -> bool:

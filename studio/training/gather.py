@@ -16,9 +16,10 @@ from studio.dataset.material import TrainingMaterial, load_material
 from studio.errors import RequestError, StudioError
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, frame_rate
-from studio.features.examples import Example, Grid, learnt_rate, make_example, nominal_rate, on_grid
+from studio.features.examples import Example, make_example
 from studio.features.motion import Layout
 from studio.motion import Motion
+from studio.motion.grid import Grid, learnt_rate, nominal_rate, on_grid
 from studio.project import Project
 from studio.take.take import Take
 from studio.training.recipe import Recipe
@@ -221,7 +222,7 @@ def _part(material: TrainingMaterial, start: float, end: float, suffix: str) -> 
         material,
         selection=replace(material.selection, id=material.selection.id + suffix),
         samples=material.samples[round(start * rate) : round(end * rate)],
-        motion=material.motion.between(start, end).shifted(-start),
+        motion=material.motion.cut(start, end),
         duration=min(end, material.duration) - start,
         excluded=tuple((a - start, b - start) for a, b in material.excluded if b > start),
     )

@@ -102,7 +102,7 @@ class PreviewWriter:
     def _write(self, which: str, motion: Motion) -> None:
         assert self._span is not None
         start, end = self._span
-        write_motion(self._folder / f"{which}.arrow", motion.between(start, end).shifted(-start))
+        write_motion(self._folder / f"{which}.arrow", motion.cut(start, end))
 
 
 def liveliest(motion: Motion, seconds: float = SECONDS) -> tuple[float, float]:

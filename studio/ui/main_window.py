@@ -12,7 +12,6 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDropEvent,
     QIcon,
-    QKeySequence,
     QShortcut,
 )
 from PySide6.QtWidgets import (
@@ -37,7 +36,7 @@ from studio.ui.imports import Importer, sort_drop
 from studio.ui.menus import Menus
 from studio.ui.packing import PackTask
 from studio.ui.session import Session
-from studio.ui.shortcuts import ShortcutsDialog
+from studio.ui.shortcuts import ShortcutsDialog, sequence
 from studio.ui.status_strip import StatusStrip
 from studio.ui.tabs import Presenter
 from studio.ui.undo import UndoScope
@@ -290,8 +289,8 @@ class MainWindow(QMainWindow):
         button.setObjectName("main_menu")
         theme.set_icon(button, "mdi6.menu", "muted")
         button.setAccessibleName(self.tr("Menu"))
-        button.setToolTip(self.tr("Menu (F10)"))
-        button.setShortcut("F10")
+        button.setToolTip(self.tr("Menu ({0})").format(sequence("open_menu").toString()))
+        button.setShortcut(sequence("open_menu"))
         button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         button.setMenu(self.menus.all)
         theme.as_role(button, "quiet")
@@ -311,7 +310,7 @@ class MainWindow(QMainWindow):
         session.import_requested.connect(self._on_import_requested)
         session.rolling_changed.connect(self._on_rolling_changed)
         self.status.clicked.connect(self._on_status_clicked)
-        one_key = QShortcut(QKeySequence(Qt.Key.Key_F1), self)
+        one_key = QShortcut(sequence("record"), self)
         one_key.setContext(Qt.ShortcutContext.ApplicationShortcut)
         one_key.setAutoRepeat(False)
         one_key.activated.connect(self._on_one_key)

@@ -11,10 +11,11 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QMainWindow, QMenu, QMessageBox, QWidget
 
-from studio import __version__
+from studio import __version__, actions
 from studio.ui import messages, tabs, theme, undo
 from studio.ui.packing import PackTask
 from studio.ui.session import Session
+from studio.ui.shortcuts import translated
 from studio.ui.undo import UndoScope
 from studio.ui.welcome_presenter import StartPresenter
 
@@ -78,67 +79,57 @@ class Menus(QObject):
             action.setEnabled(is_open)
 
     def _build_file(self) -> None:
-        window, commands, menu = self._window, self._commands, self.file
-        start = commands.start
-        self._add(menu, self.tr("New project…"), start.choose_new, "Ctrl+N", "mdi6.plus")
-        self._add(
-            menu, self.tr("Open a project…"), start.choose_project, "Ctrl+O", "mdi6.folder-open-outline"
-        )
+        commands, menu, start = self._commands, self.file, self._commands.start
+        self._add(menu, "new_project", start.choose_new, "mdi6.plus")
+        self._add(menu, "open_project", start.choose_project, "mdi6.folder-open-outline")
         self.recent = menu.addMenu(self.tr("Open recent"))
         self.recent.aboutToShow.connect(self._fill_recent)
-        self._add(menu, self.tr("Open the sample project"), start.open_sample, "", "mdi6.human-greeting")
+        self._add(menu, "open_sample", start.open_sample, "mdi6.human-greeting")
         menu.addSeparator()
-        importing = self._add(menu, self.tr("Import files…"), commands.import_files, "Ctrl+I", "mdi6.import")
-        folder = self._add(menu, self.tr("Import a folder…"), commands.import_folder)
+        self._add(menu, "import_files", commands.import_files, "mdi6.import")
+        self._add(menu, "import_folder", commands.import_folder)
         menu.addSeparator()
-        pack = self._add(
-            menu, self.tr("Pack the project…"), commands.packing.ask_pack, "", "mdi6.zip-box-outline"
-        )
-        self._add(menu, self.tr("Open a packed project…"), commands.packing.ask_unpack)
+        self._add(menu, "pack_project", commands.packing.ask_pack, "mdi6.zip-box-outline")
+        self._add(menu, "unpack_project", commands.packing.ask_unpack)
         menu.addSeparator()
-        show = self._add(menu, self.tr("Show the project's folder"), commands.show_project_folder)
-        close = self._add(menu, self.tr("Close the project"), commands.close_project, "Ctrl+W")
-        self._needs_project += [importing, folder, pack, show, close]
-        self._quit = self._add(menu, self.tr("Quit"), window.close, "Ctrl+Q")
-        menu.removeAction(self._quit)  # it stands at the end of the whole menu
-        window.addAction(self._quit)
+        self._add(menu, "show_project_folder", commands.show_project_folder)
+        self._add(menu, "close_project", commands.close_project)
+        self._quit = self._add(menu, "quit", self._window.close)
+        menu.removeAction(self._quit)  # it comes at the end of the whole menu, and its key works all the same
 
     def _build_edit(self, menu: QMenu) -> None:
-        step = partial(self._on_step, undo.undo), partial(self._on_step, undo.redo)
-        self.undo = self._add(menu, self.tr("Undo"), step[0], "Ctrl+Z", "mdi6.undo")
-        self.redo = self._add(menu, self.tr("Redo"), step[1], "Ctrl+Shift+Z", "mdi6.redo")
-        self.redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        self.undo = self._add(menu, "undo", partial(self._on_step, undo.undo), "mdi6.undo")
+        self.redo = self._add(menu, "redo", partial(self._on_step, undo.redo), "mdi6.redo")
         self.show_undo()
 
     def _build_view(self, menu: QMenu) -> None:
-        first = (self.tr("Record"), self.tr("Curate"), self.tr("Train"))
-        names = (*first, self.tr("Review"), self.tr("Live"))
-        for index, (room, text) in enumerate(zip(tabs.NAMES, names, strict=True)):
-            show = partial(self._commands.show_room, room)
-            action = self._add(menu, text, show, f"Ctrl+{index + 1}", tabs.ICONS[room])
-            self._needs_project.append(action)
+        for tab in tabs.NAMES:
+            self._add(menu, f"show_{tab}", partial(self._commands.show_room, tab), tabs.ICONS[tab])
         menu.addSeparator()
-        self._light = self._add(menu, self.tr("Light colours"), self._on_light)
-        self._light.setCheckable(True)
-        self._light.setChecked(theme.colours().name == "light")
-        self._add(menu, self.tr("Full screen"), self._on_full_screen, "F11")
+        self.light = self._add(menu, "light_colours", self._on_light)
+        self.light.setCheckable(True)
+        self.light.setChecked(theme.colours().name == "light")
+        self._add(menu, "full_screen", self._on_full_screen)
 
     def _build_help(self, menu: QMenu) -> None:
-        commands = self._commands
-        self._add(menu, self.tr("List of keys"), commands.show_shortcuts, "Ctrl+/", "mdi6.keyboard-outline")
-        self._add(menu, self.tr("Copy diagnostics"), commands.start.copy_report)
-        self._add(menu, self.tr("About Saia Studio"), self._on_about)
+        self._add(menu, "list_keys", self._commands.show_shortcuts, "mdi6.keyboard-outline")
+        self._add(menu, "copy_diagnostics", self._commands.start.copy_report)
+        self._add(menu, "about", self._on_about)
 
-    def _add(
-        self, menu: QMenu, text: str, work: Callable[[], object], keys: str = "", icon: str = ""
-    ) -> QAction:
-        action = QAction(text, self._window)
+    def _add(self, menu: QMenu, id: str, work: Callable[[], object], icon: str = "") -> QAction:
+        """An action of the table in a menu; the window has it too, so that its keys work anywhere."""
+        declared = actions.ACTIONS[id]
+        action = QAction(translated(declared.name), self._window)
+        action.setObjectName(f"action_{id}")
         action.triggered.connect(lambda _checked=False: work())
-        if keys:
-            action.setShortcut(QKeySequence(keys))
+        if declared.keys:
+            action.setShortcuts([QKeySequence(key) for key in declared.keys])
             action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         if icon:
             theme.set_icon(action, icon, "muted")
+        # Undo and Redo follow what there is to take back, in `show_undo`.
+        if "project" in declared.needs and id not in ("undo", "redo"):
+            self._needs_project.append(action)
         menu.addAction(action)
         self._window.addAction(action)
         return action
@@ -158,8 +149,8 @@ class Menus(QObject):
         """Name what undo and redo would do in the tab shown; off where they would do nothing."""
         scope = self._commands.undo_scope
         for action, name, word in (
-            (self.undo, scope.undo_name if scope else "", self.tr("Undo")),
-            (self.redo, scope.redo_name if scope else "", self.tr("Redo")),
+            (self.undo, scope.undo_name if scope else "", translated(actions.ACTIONS["undo"].name)),
+            (self.redo, scope.redo_name if scope else "", translated(actions.ACTIONS["redo"].name)),
         ):
             action.setText(f"{word}: {name}" if name else word)
             action.setEnabled(bool(name))
@@ -171,10 +162,10 @@ class Menus(QObject):
 
     def _on_light(self) -> None:
         if self._commands.session.rolling:  # restyling everything stalls the window for half a second
-            self._light.setChecked(not self._light.isChecked())
+            self.light.setChecked(not self.light.isChecked())
             messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
             return
-        name = "light" if self._light.isChecked() else "dark"
+        name = "light" if self.light.isChecked() else "dark"
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         theme.apply(app, name)

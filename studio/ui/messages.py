@@ -29,6 +29,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.actions import ACTIONS
 from studio.errors import StudioError
 from studio.ui import theme
 
@@ -40,7 +41,7 @@ TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
 PLACE = "message_place"
 """Name of the part of a window that messages may lie over: what it says can wait for some seconds."""
-KEY = "F6"
+KEY = ACTIONS["go_to_message"].keys[0]
 """Goes to the message, for those who walk with the keyboard."""
 
 Action = tuple[str, Callable[[], None]]
@@ -95,7 +96,7 @@ class Toast(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
-        away = QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.hide)
+        away = QShortcut(QKeySequence(ACTIONS["dismiss_message"].keys[0]), self, self.hide)
         away.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)  # elsewhere Esc ends a countdown
         QShortcut(QKeySequence(KEY), window, self._go_to)
         close.setToolTip(_tr("Dismiss ({0}, Esc)").format(KEY))
@@ -227,7 +228,7 @@ def show_error(parent: QWidget | None, error: BaseException) -> None:
     if isinstance(error, StudioError):
         toast = _toast(parent)
         if toast is not None:
-            toast.show_message(error.what, error.remedy, "error")
+            toast.show_message(error.what, error.in_window, "error")
         return
     report = "".join(traceback.format_exception(error))
     print(report, file=sys.stderr)  # noqa: T201 - the terminal keeps what the window may lose

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,17 @@ if TYPE_CHECKING:
     from studio.project import Project
     from studio.settings import Settings
     from studio.take.take import Take
+
+
+@dataclass
+class MicrophoneRequest:
+    """A request to list the microphones anew, which is possible only while none is open.
+
+    Args:
+        accepted: whoever may have one open closes it for that moment, lists them, and says so here at once.
+    """
+
+    accepted: bool = False
 
 
 class Session(QObject):
@@ -33,7 +45,7 @@ class Session(QObject):
         sounds_dropped: sound files were dropped on the window while Review was shown, a tuple of paths.
         batch_dropped: a folder of sounds was.
         performance_dropped: sound files were dropped while Live was shown, a tuple of paths.
-        microphones_wanted: look anew for microphones; whoever has one open lets it go for that moment.
+        microphones_requested: a MicrophoneRequest: list the microphones anew.
         microphones_listed: that was done.
         avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
@@ -53,7 +65,7 @@ class Session(QObject):
     sounds_dropped = Signal(object)
     batch_dropped = Signal(object)
     performance_dropped = Signal(object)
-    microphones_wanted = Signal()
+    microphones_requested = Signal(object)
     microphones_listed = Signal()
     avatar_dropped = Signal(object)
     run_dropped = Signal(object)

@@ -1,90 +1,61 @@
-"""The dialog that lists every key."""
+"""Keys of the actions as Qt knows them, and the dialog that lists every key."""
 
 from __future__ import annotations
 
+from functools import cache
+
 from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QDialog, QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from studio import actions
 from studio.ui import theme
 from studio.ui.widgets.card import heading, label
 
 
-def groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
+def sequence(action: str) -> QKeySequence:
+    """The first key of an action, for a QShortcut or a QAction."""
+    return QKeySequence(actions.ACTIONS[action].keys[0])
+
+
+def pressed(event: QKeyEvent, place: str) -> str:
+    """The id of the action of a place that a key event asks for, "" for none.
+
+    Modifiers are not looked at: with them a key often does more of the same, which its place decides.
+
+    Args:
+        event: a key went down or up.
+        place: a tab or another place of `studio.actions`.
+    """
+    # As text both are of one kind: Qt.Key and the number of an event are not.
+    return _keys(place).get(QKeySequence(event.key()).toString(), "")
+
+
+@cache
+def _keys(place: str) -> dict[str, str]:
+    return {QKeySequence(key).toString(): action for key, action in actions.keys_of(place).items()}
+
+
+def translated(text: str) -> str:
+    """A name, help or other text of `studio.actions` in the language of the window."""
+    return QCoreApplication.translate(actions.CONTEXT, text)
+
+
+def key_groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
     """(group, ((keys, what they do), ...)) in the order shown."""
-    tr = _tr
-    return (
-        (
-            tr("Everywhere"),
-            (
-                ("Ctrl+1 … 5", tr("Record, Curate, Train, Review, Live")),
-                ("Ctrl+N, Ctrl+O", tr("New project, open a project")),
-                ("Ctrl+I", tr("Import sound and motion")),
-                ("Ctrl+Z, Ctrl+Y", tr("Undo, redo (or Ctrl+Shift+Z) in this tab")),
-                ("Ctrl+W, Ctrl+Q", tr("Close the project, quit")),
-                ("F6, Esc", tr("Go to a message, take it away")),
-                ("F10", tr("Menu")),
-                ("F11", tr("Full screen")),
-                ("Ctrl+/", tr("This list")),
-            ),
-        ),
-        (
-            tr("Record"),
-            (
-                ("F1, Space", tr("Start and stop recording")),
-                ("Esc", tr("Cancel the countdown")),
-            ),
-        ),
-        (
-            tr("Curate and Review"),
-            (
-                ("Space", tr("Play and pause")),
-                ("← →", tr("One frame; with Ctrl 4, with Ctrl+Alt 100")),
-                ("Home, End", tr("First and last frame")),
-                ("L", tr("Loop")),
-            ),
-        ),
-        (
-            tr("Curate"),
-            (
-                ("I, O", tr("In point, out point")),
-                ("Shift", tr("with ← → Home End: select a span")),
-                ("1 … 9", tr("Label; hold while playing to label a span")),
-                ("X, Del", tr("Exclude the span, remove the label")),
-                ("+ − F", tr("Closer, wider, whole take")),
-                ("P", tr("Waveform or spectrogram")),
-                ("B", tr("Before and after cleaning the sound")),
-                ("Ctrl+A, F2", tr("All takes; change what the table's row says")),
-            ),
-        ),
-        (
-            tr("Review"),
-            (
-                ("G", tr("Captured figure over the predicted one")),
-                ("B", tr("Switch between A and B")),
-                ("Del", tr("Remove a dropped sound from the list")),
-            ),
-        ),
-        (
-            tr("Live"),
-            (
-                ("M", tr("Mute the microphone")),
-                ("F", tr("Freeze the avatar")),
-                ("N", tr("Neutral pose, the panic key")),
-            ),
-        ),
-        (
-            tr("Figure"),
-            (
-                (tr("Drag, ← → ↑ ↓"), tr("Turn around the figure")),
-                (tr("Wheel, + −"), tr("Closer, further away")),
-                (tr("Double-click"), tr("Back to the first view")),
-            ),
-        ),
+    return tuple(
+        (translated(title), tuple((_shown(row), translated(row.text)) for row in rows))
+        for title, rows in actions.KEY_LIST
     )
 
 
+def _shown(row: actions.KeyRow) -> str:
+    keys = row.keys or actions.shown_keys(row.actions)
+    return ", ".join(part for part in (translated(row.gesture) if row.gesture else "", keys) if part)
+
+
 class ShortcutsDialog(QDialog):
-    """Every key by room."""
+    """Every key by tab."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -92,7 +63,8 @@ class ShortcutsDialog(QDialog):
         self.setWindowTitle(self.tr("List of keys"))
         columns = QHBoxLayout()
         columns.setSpacing(40)
-        listed = groups()
+        listed = key_groups()
+        # The figure's keys go below those of the window: so both columns are about as long.
         for part in ((*listed[:2], listed[-1]), listed[2:-1]):
             column = QVBoxLayout()
             column.setSpacing(theme.INSIDE)
@@ -122,7 +94,3 @@ def _rows(keys: tuple[tuple[str, str], ...]) -> QGridLayout:
         grid.addWidget(name, row, 0)
         grid.addWidget(label(what, "muted"), row, 1)
     return grid
-
-
-def _tr(text: str) -> str:
-    return QCoreApplication.translate("Shortcuts", text)

@@ -7,10 +7,11 @@ from typing import Protocol
 
 from PySide6.QtWidgets import QWidget
 
+from studio.actions import TABS
 from studio.ui.session import Session
 from studio.ui.undo import UndoScope
 
-NAMES = ("record", "curate", "train", "review", "live")
+NAMES = TABS
 ICONS = {
     "record": "mdi6.record-circle-outline",
     "curate": "mdi6.playlist-edit",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import shiboken6
@@ -20,9 +23,10 @@ from PySide6.QtCore import (
 )
 
 from studio import launch
+from studio.errors import FileThereError, StudioError
+from studio.files import leftovers
 from studio.ipc.commands import STOP, Command
-from studio.ipc.events import DoneEvent, ErrorEvent
-from studio.ipc.messages import MessageError, decode
+from studio.ipc.events import DoneEvent, ErrorEvent, MessageError, decode
 
 T = TypeVar("T")
 
@@ -174,28 +178,168 @@ class LatestTask:
 
 
 KILL_AFTER_MS = 5_000
-KEPT_LINES = 200
+CLOSE_MS = 2_000
+LOG_LINES = 200
 
 
-class Job(QObject):
-    """One `saia` command in a child process.
+def _studio(arguments: list[str]) -> Sequence[str]:
+    return launch.studio(*arguments, "--json")
+
+
+class ChildTask(QObject):
+    """The newest of several requests for a `saia` command, each in a child process of its own.
+
+    Starting again drops what was started before: that child is ended in the background and reports nothing
+    any more. A request may begin with work on the thread pool that prepares files for the child; its scratch
+    folder goes once its child has ended, however it ended.
+
+    Args:
+        parent: as everywhere in Qt.
+        command: the program and its arguments, for arguments of `saia`; tests give one of their own.
 
     Signals:
-        told: what it says while it runs, an event of studio.ipc.
+        told: what the child says while it runs, an event of studio.ipc.
         done: its last line, a DoneEvent of the command, when it ended well.
-        failed: what happened and what to do, when it did not.
+        failed: a StudioError, or what the preparing work raised.
         cancelled: it was cancelled; that is no failure.
         ended: after any of the three.
     """
 
     told = Signal(object)
     done = Signal(object)
-    failed = Signal(str, str)
+    failed = Signal(object)
     cancelled = Signal()
     ended = Signal()
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(
+        self, parent: QObject | None = None, command: Callable[[list[str]], Sequence[str]] = _studio
+    ) -> None:
         super().__init__(parent)
+        self._command = command
+        self._child: _Child | None = None
+        self._dropped: set[_Child] = set()
+        self._log = ""
+
+    @property
+    def running(self) -> bool:
+        """Whether a request is being prepared or its child is alive."""
+        return self._child is not None
+
+    @property
+    def cancelling(self) -> bool:
+        """Whether it was told to end at once; a child at its very end may report `done` all the same."""
+        return self._child is not None and self._child.cancelling
+
+    @property
+    def pid(self) -> int:
+        """The child's process number, 0 where none is alive."""
+        return self._child.pid if self._child is not None else 0
+
+    @property
+    def log(self) -> str:
+        """The last lines the newest child wrote to stderr, for a log drawer or a report."""
+        return self._child.log if self._child is not None else self._log
+
+    def start(self, arguments: list[str]) -> None:
+        """Run `saia ARGUMENTS --json`, e.g. start(["train", folder, "--recipe", "saia"])."""
+        self._new_child(None).start(arguments)
+
+    def prepare_and_start(self, prepare: Callable[[Path], list[str]], purpose: str = "child") -> None:
+        """Write files for a child on the thread pool, then start it.
+
+        Args:
+            prepare: gives the arguments; called on a pool thread with a scratch folder of this request's own.
+            purpose: a word in small letters for the folder's name.
+        """
+        try:
+            scratch = Path(tempfile.mkdtemp(prefix=leftovers.scratch_prefix(purpose)))
+        except OSError as error:
+            self.drop()
+            self.failed.emit(error)
+            self.ended.emit()
+            return
+        child = self._new_child(scratch)
+        # No owner: the scratch folder of a request that was dropped meanwhile has to go all the same.
+        run(lambda: prepare(scratch), child.start, child.give_up)
+
+    def stop(self) -> None:
+        """Ask the child to end well, keeping what it has."""
+        self.tell(STOP)
+
+    def tell(self, command: Command) -> None:
+        """Say something to the child, one line on its standard input."""
+        if self._child is not None:
+            self._child.tell(command)
+
+    def cancel(self) -> None:
+        """End the child now: terminate, then kill."""
+        if self._child is not None:
+            self._child.cancel()
+
+    def kill(self) -> None:
+        """End a child that does not answer, at once; like `cancel` that is no failure."""
+        if self._child is not None:
+            self._child.kill()
+
+    def drop(self) -> None:
+        """What was asked for is wanted no more: end it in the background, without a word."""
+        child, self._child = self._child, None
+        if child is not None:
+            self._dropped.add(child)
+            child.cancel()
+
+    def close(self) -> None:
+        """End every child because the window closes, and wait for them a moment."""
+        self.drop()
+        # A copy: a child that ends takes itself out.
+        for child in list(self._dropped):
+            child.close()
+
+    def _new_child(self, scratch: Path | None) -> _Child:
+        self.drop()
+        child = self._child = _Child(self, self._command, scratch)
+        # Methods, since Qt would hold a lambda, and with it this object, until the child is deleted: then the
+        # child's end would delete its own parent.
+        child.told.connect(self._on_told)
+        child.ended.connect(self._on_ended)
+        return child
+
+    def _on_told(self, child: _Child, event: object) -> None:
+        if child is self._child:
+            self.told.emit(event)
+
+    def _on_ended(self, child: _Child, outcome: object) -> None:
+        self._dropped.discard(child)
+        child.deleteLater()
+        if child is not self._child:
+            return
+        # Free before anybody is told: a slot may ask for the next at once.
+        self._child, self._log = None, child.log
+        if isinstance(outcome, DoneEvent):
+            self.done.emit(outcome)
+        elif isinstance(outcome, BaseException):
+            self.failed.emit(outcome)
+        else:
+            self.cancelled.emit()
+        self.ended.emit()
+
+
+class _Child(QObject):
+    """One child process, from its preparing to its end.
+
+    Signals:
+        told: (this child, an event).
+        ended: once; (this child, a DoneEvent, the exception why not, or None where it was cancelled).
+    """
+
+    told = Signal(object, object)
+    ended = Signal(object, object)
+
+    def __init__(
+        self, parent: QObject, command: Callable[[list[str]], Sequence[str]], scratch: Path | None
+    ) -> None:
+        super().__init__(parent)
+        self._command = command
         self._process = QProcess(self)
         self._process.readyReadStandardOutput.connect(self._on_output)
         self._process.readyReadStandardError.connect(self._on_stderr)
@@ -205,45 +349,29 @@ class Job(QObject):
         self._kill_timer.setSingleShot(True)
         self._kill_timer.setInterval(KILL_AFTER_MS)
         self._kill_timer.timeout.connect(self._process.kill)
+        self._scratch = scratch
+        self._preparing = scratch is not None
         self._partial, self._verb = b"", ""
-        self._log: deque[str] = deque(maxlen=KEPT_LINES)
+        self._lines: deque[str] = deque(maxlen=LOG_LINES)
         self._done: DoneEvent | None = None
         self._error: ErrorEvent | None = None
         self._misread: MessageError | None = None
-        self._cancelling = False
-        self._reported = False
-
-    @property
-    def running(self) -> bool:
-        """Whether the child is alive or starting."""
-        return self._process.state() != QProcess.ProcessState.NotRunning
-
-    @property
-    def cancelling(self) -> bool:
-        """Whether it was told to end at once; a child at its very end may report `done` all the same."""
-        return self._cancelling
+        self._ended = False
+        self.cancelling = False
 
     @property
     def pid(self) -> int:
-        """The child's process number, 0 where none is alive."""
         return int(self._process.processId())
 
     @property
     def log(self) -> str:
-        """The last lines the child wrote to stderr, for a log drawer or a report."""
-        return "\n".join(self._log)
-
-    @property
-    def there(self) -> str:
-        """The file that the command would have written over, "" where that is not why it failed."""
-        return self._error.there if self._error is not None else ""
+        return "\n".join(self._lines)
 
     def start(self, arguments: list[str]) -> None:
-        """Run `saia ARGUMENTS --json`, e.g. start(["train", folder, "--recipe", "saia"])."""
-        assert not self.running, "one job, one child"
-        self._partial, self._done, self._error, self._misread = b"", None, None, None
-        self._cancelling = self._reported = False
-        self._log.clear()
+        self._preparing = False
+        if self._ended or not shiboken6.isValid(self):  # cancelled, or the window gone, while it was prepared
+            self._remove_scratch()
+            return
         self._verb = arguments[0]
         environment = QProcessEnvironment.systemEnvironment()
         environment.insert("PYTHONUTF8", "1")
@@ -251,103 +379,163 @@ class Job(QObject):
         for name, value in launch.import_variables().items():
             environment.insert(name, value)
         self._process.setProcessEnvironment(environment)
-        program, *words = launch.studio(*arguments, "--json")
+        program, *words = self._command(arguments)
         self._process.start(program, words)
 
-    def stop(self) -> None:
-        """Ask the child to end well, keeping what it has."""
-        self.tell(STOP)
+    def give_up(self, error: BaseException) -> None:
+        """Preparing it failed."""
+        self._preparing = False
+        self._remove_scratch()
+        self._end(error)
 
     def tell(self, command: Command) -> None:
-        """Say something to the child, one line on its standard input."""
-        if self.running:
+        if self._alive():
             self._process.write(command.line.encode() + b"\n")
 
     def cancel(self) -> None:
-        """End the child now: terminate, then kill."""
-        if not self.running:
-            return
-        self._cancelling = True
-        self._process.terminate()
-        self._kill_timer.start()
+        self.cancelling = True
+        if self._alive():
+            self._process.terminate()
+            self._kill_timer.start()
+        else:
+            self._end(None)
 
     def kill(self) -> None:
-        """End a child that does not answer, at once; like `cancel` that is no failure."""
-        if self.running:
-            self._cancelling = True
+        self.cancelling = True
+        if self._alive():
             self._process.kill()
+        else:
+            self._end(None)
 
     def close(self) -> None:
-        """End the child because the window closes, and wait for it a moment."""
-        if not self.running:
-            return
-        self.blockSignals(True)
-        self.cancel()
-        if not self._process.waitForFinished(2_000):
+        if self._alive() and not self._process.waitForFinished(CLOSE_MS):
             self._process.kill()
-            self._process.waitForFinished(2_000)
-        self.blockSignals(False)
+            self._process.waitForFinished(CLOSE_MS)
+
+    def _alive(self) -> bool:
+        return self._process.state() != QProcess.ProcessState.NotRunning
+
+    def _end(self, outcome: object) -> None:
+        if self._ended:
+            return
+        self._ended = True
+        if not self._preparing:  # else the pool still writes into it; `start` or `give_up` removes it then
+            self._remove_scratch()
+        self.ended.emit(self, outcome)
+
+    def _remove_scratch(self) -> None:
+        folder, self._scratch = self._scratch, None
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
 
     def _on_output(self) -> None:
         data = self._partial + bytes(self._process.readAllStandardOutput().data())
         *lines, self._partial = data.split(b"\n")
         for line in lines:
-            self._take_line(line.decode("utf-8", errors="replace").strip())
+            self._read_line(line.decode("utf-8", errors="replace").strip())
 
-    def _take_line(self, line: str) -> None:
+    def _read_line(self, line: str) -> None:
         if not line:
             return
         try:
             event = decode(line, self._verb)
         except MessageError as error:
             # Hours of work are not ended for one line of progress; for the last line it is the failure.
-            self._log.append(str(error))
+            self._lines.append(str(error))
             self._misread = error
             return
         if event is None:
-            self._log.append(line)  # a library printed something; keep it, it may explain a failure
+            self._lines.append(line)  # a library printed something; keep it, it may explain a failure
         elif isinstance(event, DoneEvent):
             self._done = event
         elif isinstance(event, ErrorEvent):
             self._error = event
         else:
-            self.told.emit(event)
+            self.told.emit(self, event)
 
     def _on_stderr(self) -> None:
         text = bytes(self._process.readAllStandardError().data()).decode("utf-8", errors="replace")
-        self._log.extend(line for line in text.splitlines() if line.strip())
+        self._lines.extend(line for line in text.splitlines() if line.strip())
 
     def _on_process_error(self, error: QProcess.ProcessError) -> None:
+        # Every other error is followed by `finished`.
         if error == QProcess.ProcessError.FailedToStart:
-            self._report_failure(self.tr("The work could not be started."), self._process.errorString())
+            self._end(StudioError(self.tr("The work could not be started."), self._process.errorString()))
 
     def _on_finished(self, code: int, status: QProcess.ExitStatus) -> None:
         self._kill_timer.stop()
         self._on_output()
-        if self._partial:
-            self._take_line(self._partial.decode("utf-8", errors="replace").strip())
-            self._partial = b""
+        self._read_line(self._partial.decode("utf-8", errors="replace").strip())
+        self._partial = b""
         self._on_stderr()
         crashed = status == QProcess.ExitStatus.CrashExit
         if self._done is not None and code == 0 and not crashed:
-            self._reported = True
-            self.done.emit(self._done)
-            self.ended.emit()
-        elif self._cancelling:
-            self._reported = True
-            self.cancelled.emit()
-            self.ended.emit()
+            self._end(self._done)
+        elif self.cancelling:
+            self._end(None)
         elif self._error is not None:
-            self._report_failure(self._error.what, self._error.in_window or self._error.remedy)
+            self._end(_as_error(self._error))
         elif self._misread is not None and code == 0:
-            self._report_failure(self._misread.what, self._misread.remedy)
+            self._end(self._misread)
         else:
-            last = " / ".join(list(self._log)[-3:]) or self.tr("It left no message.")
-            self._report_failure(self.tr("The work ended unexpectedly (code {0}).").format(code), last)
+            last = " / ".join(list(self._lines)[-3:]) or self.tr("It left no message.")
+            self._end(StudioError(self.tr("The work ended unexpectedly (code {0}).").format(code), last))
 
-    def _report_failure(self, what: str, remedy: str) -> None:
-        if self._reported:
-            return
-        self._reported = True
-        self.failed.emit(what, remedy)
-        self.ended.emit()
+
+def _as_error(event: ErrorEvent) -> StudioError:
+    """What the child raised, with the remedy that holds in the window."""
+    remedy = event.in_window or event.remedy
+    if event.there:
+        return FileThereError(event.what, remedy, event.there)
+    return StudioError(event.what, remedy, code=event.code)
+
+
+class Job(QObject):
+    """A ChildTask that says its failure in two sentences; for those who have not moved to it yet."""
+
+    told = Signal(object)
+    done = Signal(object)
+    failed = Signal(str, str)
+    cancelled = Signal()
+    ended = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._task = ChildTask(self)
+        self.there = ""
+        self._task.told.connect(self.told)
+        self._task.done.connect(self.done)
+        self._task.failed.connect(self._on_failed)
+        self._task.cancelled.connect(self.cancelled)
+        self._task.ended.connect(self.ended)
+        self.stop, self.tell, self.cancel, self.kill = (
+            self._task.stop,
+            self._task.tell,
+            self._task.cancel,
+            self._task.kill,
+        )
+        self.start, self.close = self._task.start, self._task.close
+
+    @property
+    def running(self) -> bool:
+        """As of ChildTask."""
+        return self._task.running
+
+    @property
+    def cancelling(self) -> bool:
+        """As of ChildTask."""
+        return self._task.cancelling
+
+    @property
+    def pid(self) -> int:
+        """As of ChildTask."""
+        return self._task.pid
+
+    @property
+    def log(self) -> str:
+        """As of ChildTask."""
+        return self._task.log
+
+    def _on_failed(self, error: StudioError) -> None:
+        self.there = error.file if isinstance(error, FileThereError) else ""
+        self.failed.emit(error.what, error.remedy)

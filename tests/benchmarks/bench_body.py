@@ -161,7 +161,7 @@ def mean_pose(layout: Any, m: Any) -> Any:
 
 def figures(takes: Sequence[Any], predict: Callable[[Any], Any]) -> dict[str, Any]:
     """The body's figures of what a prediction gives for some takes."""
-    from studio.evaluation.figures import evaluate
+    from studio.evaluation.evaluation_set import evaluate
 
     def body(m: Any) -> Any:
         made = predict(m)

@@ -151,7 +151,7 @@ def recorded(window: Any, port: int, seconds: float, bundle: bool, told: Path) -
             into = time.monotonic() - begin
             (early if into < 0.35 * seconds else late).append(memory_mb())
         beats.wait(500)
-    lost_packets = window.room("record")[1]._recorder.snapshot().packets_lost
+    lost_packets = window.room("record")[1].model.recorder.snapshot().packets_lost
     toggle(window, rolling=False)
     wait_for(lambda: len(window.session.project.takes) > before)
     take = max(window.session.project.takes, key=lambda one: one.info.created)
@@ -203,9 +203,9 @@ def flooded(window: Any, port: int, seconds: float = 8.0) -> dict[str, Any]:
         rates = []
         while child.poll() is None:
             beats.wait(250)
-            rates.append(window.room("record")[1]._recorder.snapshot().packets_per_s)
+            rates.append(window.room("record")[1].model.recorder.snapshot().packets_per_s)
     assert child.stdout is not None
-    snap = window.room("record")[1]._recorder.snapshot()
+    snap = window.room("record")[1].model.recorder.snapshot()
     return {
         "flood_sent_per_s": int(child.stdout.read()) / seconds,
         "flood_taken_per_s_shown": float(np.median(rates)),

@@ -8,6 +8,7 @@ import pytest
 
 from studio import cli
 from studio.cli import doctor
+from studio.ipc.events import SystemCheckEvent
 
 NAMES = [
     "system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "speech", "disk",
@@ -40,7 +41,7 @@ def test_a_taken_port_is_named() -> None:
 
 def test_a_free_port_is_well() -> None:
     port = free_port()
-    assert doctor.check_port(port) == doctor.SystemCheck("motion", True, f"Port {port} is free for motion.")
+    assert doctor.check_port(port) == SystemCheckEvent("motion", True, f"Port {port} is free for motion.")
 
 
 @pytest.mark.parametrize("port", [0, -1, 65536])
@@ -99,8 +100,8 @@ def test_a_machine_without_a_screen_says_so(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_people_read_a_line_a_check() -> None:
-    lines = [doctor._line(doctor.SystemCheck("disk", False, "Only 1 GB are free here.", "Free some space."))]
-    lines.append(doctor._line(doctor.SystemCheck("motion", True, "Port 39539 is free for motion.")))
+    lines = [doctor.line(SystemCheckEvent("disk", False, "Only 1 GB are free here.", "Free some space."))]
+    lines.append(doctor.line(SystemCheckEvent("motion", True, "Port 39539 is free for motion.")))
     assert lines == [
         "!!  disk       Only 1 GB are free here. Free some space.",
         "ok  motion     Port 39539 is free for motion.",

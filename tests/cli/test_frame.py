@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio import __version__, cli
-from studio.cli._output import Output
-from studio.cli._run import run_command
+from studio import __version__, cli, registry
+from studio.cli._output import Output, run_command
 from studio.errors import RequestError, StudioError
+from studio.ipc.events import ImportDone, ProgressEvent, SettingEvent, VoiceEvent
 
 
 def raising(error: BaseException) -> Callable[[], int]:
@@ -50,9 +50,14 @@ def test_threads_wait_without_taking_a_core_unless_somebody_wants_it(own: str | 
 def test_help_lists_every_verb_with_its_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    for verb in cli.verbs():
+    for verb in cli.VERBS:
         line = next(line for line in lines if line.startswith(f"saia {verb} "))
         assert len(line) > 24, f"{verb} has no HELP"
+
+
+def test_every_file_of_a_verb_is_in_the_table() -> None:
+    files = registry.names(cli)
+    assert {name.removesuffix("_verb") for name in files} == set(cli.VERBS)
 
 
 def test_an_unknown_word_is_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -85,12 +90,15 @@ def test_an_unknown_word_in_json(capsys: pytest.CaptureFixture[str]) -> None:
             "event": "error",
             "what": "There is no command and no project called frobnicate.",
             "remedy": "Run `saia --help` to see the commands.",
+            "code": "request",
+            "in_window": "",
+            "there": "",
             "log": None,
         }
     ]
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main([verb, "--help"])
@@ -98,7 +106,7 @@ def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str
     assert f"saia {verb}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_every_verb_refuses_an_unknown_option_in_a_sentence(
     verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -135,7 +143,7 @@ def test_a_wrong_choice_names_the_right_ones(capsys: pytest.CaptureFixture[str])
     assert what.startswith("--split cannot be zz; choose from test, val, train. Run ")
 
 
-@pytest.mark.parametrize("verb", cli.verbs())
+@pytest.mark.parametrize("verb", cli.VERBS)
 def test_the_example_of_a_verb_is_one_it_understands(verb: str) -> None:
     module = importlib.import_module(f"studio.cli.{'import_verb' if verb == 'import' else verb}")
     example = getattr(module, "EXAMPLE", "")
@@ -185,15 +193,16 @@ def test_the_unexpected_is_a_sentence_with_a_log(capsys: pytest.CaptureFixture[s
 
 
 def test_people_read_sentences_and_programs_read_lines(capsys: pytest.CaptureFixture[str]) -> None:
-    Output().event("saved", "Saved Hello_001.", take="Hello_001")
-    Output().event("progress", fraction=0.5)
-    assert capsys.readouterr().out == "Saved Hello_001.\n"
+    Output().emit(VoiceEvent("Loudspeaker"), "Your voice goes to Loudspeaker.")
+    Output().emit(VoiceEvent("Loudspeaker"))
+    assert capsys.readouterr().out == "Your voice goes to Loudspeaker.\n"
     out = Output(as_json=True)
-    out.event("progress", fraction=0.5)
-    out.done("Saved.", take="こんにちは_001")
-    lines = capsys.readouterr().out.splitlines()
-    assert lines == ['{"event": "progress", "fraction": 0.5}', '{"event": "done", "take": "こんにちは_001"}']
-    assert out.finished
+    out.emit(VoiceEvent("スピーカー"), "Your voice goes to スピーカー.")
+    out.done(ImportDone(("こんにちは_001",)), "1 take imported.")
+    assert capsys.readouterr().out.splitlines() == [
+        '{"event": "voice", "to": "スピーカー"}',
+        '{"event": "done", "takes": ["こんにちは_001"], "failed": 0}',
+    ]
 
 
 @pytest.mark.parametrize(
@@ -212,7 +221,7 @@ def test_people_read_sentences_and_programs_read_lines(capsys: pytest.CaptureFix
 def test_every_fact_becomes_plain_json(
     value: object, plain: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Output(as_json=True).event("fact", value=value)
+    Output(as_json=True).emit(SettingEvent("key", value))
     assert json.loads(capsys.readouterr().out)["value"] == plain
 
 
@@ -259,14 +268,14 @@ def test_on_a_terminal_progress_is_one_line_that_gives_way(monkeypatch: pytest.M
     screen = Terminal()
     monkeypatch.setattr(sys, "stdout", screen)
     out = Output()
-    out.passing("progress", "10 %", fraction=0.1)
-    out.passing("progress", "9", fraction=0.2)
-    out.done("Done.")
+    out.pass_by(ProgressEvent(0.1), "10 %")
+    out.pass_by(ProgressEvent(0.2), "9")
+    out.done(ImportDone(), "Done.")
     assert screen.getvalue() == "10 %" + "\r    \r" + "9" + "\r \r" + "Done.\n"
 
 
 def test_in_a_file_progress_is_silent_and_in_json_it_is_an_event(capsys: pytest.CaptureFixture[str]) -> None:
-    Output().passing("progress", "10 %", fraction=0.1)
+    Output().pass_by(ProgressEvent(0.1), "10 %")
     assert capsys.readouterr().out == ""
-    Output(as_json=True).passing("progress", "10 %", fraction=0.1)
-    assert capsys.readouterr().out == '{"event": "progress", "fraction": 0.1}\n'
+    Output(as_json=True).pass_by(ProgressEvent(0.1), "10 %")
+    assert capsys.readouterr().out == '{"event": "progress", "fraction": 0.1, "eta_s": null}\n'

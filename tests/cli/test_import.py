@@ -110,11 +110,10 @@ def test_a_file_in_place_of_the_project_is_a_wrong_request(
 
 def test_the_help_names_what_can_be_brought_in() -> None:
     from studio import formats
-    from studio.cli.import_verb import HELP
 
     kinds = {"vrma": "VRMA", "vmd": "VMD", "bvh": "BVH", "saia_csv": "SAIA CSV", "livelink": "Live Link Face"}
     assert kinds.keys() <= formats.readers().keys()
-    assert all(kind in HELP for kind in (*kinds.values(), "WAV"))
+    assert all(kind in cli.VERBS["import"] for kind in (*kinds.values(), "WAV"))
 
 
 def test_what_was_guessed_is_told_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from studio.cli import main
-from studio.cli._look_aheads import after_training
+from studio.cli._measure import after_training
 from studio.cli._output import Output
-from studio.cli.train import StopRequest
+from studio.cli._stdin import StopRequest
+from studio.ipc.events import ChildEvent, LookAheadsEvent
 from studio.project import Project
 from tests.inference.live.runs import add_run
 
@@ -38,25 +39,25 @@ def test_an_evaluation_keeps_the_figures_of_each_look_ahead(
     assert report["look_aheads_on"] == {"split": "test", "takes": ["Toy_002"]}
 
 
-class Told(Output):
-    """Keeps what is said; what it is given is raised at the second look-ahead, as Ctrl+C comes there."""
+class RecordedOutput(Output):
+    """Keeps what is printed; what it is given is raised at the second look-ahead, as Ctrl+C comes there."""
 
     def __init__(self, raised: BaseException | None = None) -> None:
         super().__init__()
-        self.said: list[dict[str, Any]] = []
+        self.printed: list[tuple[ChildEvent, str]] = []
         self._raised = raised
 
-    def event(self, name: str, text: str = "", /, **facts: Any) -> None:
-        self.said.append({"event": name, "words": text, **facts})
+    def emit(self, event: ChildEvent, text: str = "") -> None:
+        self.printed.append((event, text))
 
-    def passing(self, name: str, text: str, /, **facts: Any) -> None:
+    def pass_by(self, event: ChildEvent, text: str) -> None:
         if self._raised is not None:
             raise self._raised
-        self.event(name, text, **facts)
+        self.emit(event, text)
 
 
 def _measured(
-    make_toy_project: Callable[..., Project], out: Told, stop: Callable[[], bool] = lambda: False
+    make_toy_project: Callable[..., Project], out: RecordedOutput, stop: Callable[[], bool] = lambda: False
 ) -> tuple[Project, dict[str, Any]]:
     project = make_toy_project(splits=("train", "test"), seconds=2.0)
     run = add_run(project, "look_aheads=0 100 500", train=["Toy_001"])
@@ -67,13 +68,13 @@ def _measured(
 
 
 def test_after_a_training_it_is_said_what_is_measured(make_toy_project: Callable[..., Project]) -> None:
-    out = Told()
+    out = RecordedOutput()
     _, report = _measured(make_toy_project, out)
     assert [one["ms"] for one in report["look_aheads"]] == [0, 100, 500]
-    assert [(e["event"], e["ms"], e["done"], e["of"]) for e in out.said] == [
-        ("look_aheads", 0, 0, 3), ("look_aheads", 100, 1, 3), ("look_aheads", 500, 2, 3)
+    assert [event for event, _ in out.printed] == [
+        LookAheadsEvent(0, 0, 3, 0.0), LookAheadsEvent(100, 1, 3, 1 / 3), LookAheadsEvent(500, 2, 3, 2 / 3)
     ]  # fmt: skip
-    assert out.said[0]["words"] == "Measuring how well it does at each look-ahead ..."
+    assert out.printed[0][1] == "Measuring how well it does at each look-ahead ..."
 
 
 @pytest.mark.parametrize(
@@ -87,10 +88,10 @@ def test_after_a_training_it_is_said_what_is_measured(make_toy_project: Callable
 def test_what_ends_the_measuring_costs_the_table_and_no_more(
     make_toy_project: Callable[..., Project], raised: BaseException, words: str
 ) -> None:
-    out = Told(raised)
+    out = RecordedOutput(raised)
     project, report = _measured(make_toy_project, out)
     assert "look_aheads" not in report
-    assert out.said[-1]["text"] == (
+    assert out.printed[-1][1] == (
         f"The look-aheads of balanced_001 {words}; the run itself is complete. "
         f'`saia evaluate "{project.folder}" balanced_001` measures them.'
     )
@@ -109,9 +110,9 @@ def test_a_second_wish_to_stop_ends_the_measuring(make_toy_project: Callable[...
         asked.append(again())
         return asked[-1]
 
-    out = Told()
+    out = RecordedOutput()
     _, report = _measured(make_toy_project, out, stop)
     assert wish.is_set()
     assert asked == [False, True]
     assert "look_aheads" not in report
-    assert out.said[-1]["text"].startswith("The look-aheads of balanced_001 were not measured; ")
+    assert out.printed[-1][1].startswith("The look-aheads of balanced_001 were not measured; ")

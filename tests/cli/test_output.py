@@ -31,7 +31,7 @@ def test_output_that_cannot_be_written_is_one_sentence(words: list[str], told: b
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise there")
-@pytest.mark.parametrize("while_loading", ["argparse", "studio.cli._run", "studio.registry"])
+@pytest.mark.parametrize("while_loading", ["argparse", "studio.cli._output", "studio.ipc.events"])
 def test_a_command_stopped_while_it_loads_says_so_and_no_more(while_loading: str, tmp_path: Path) -> None:
     """Ctrl+C in the first moment, when the command line itself is still being read."""
     (tmp_path / "begin.py").write_text(

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from studio import cli
-from studio.cli.train import _ended_as_by_ctrl_c
+from studio.cli._stdin import ends_clean
 from studio.project import Project
 from tests.poison import Poison
 
@@ -302,7 +302,7 @@ def alive(pid: int) -> bool:
 def test_under_nohup_a_closed_terminal_ends_no_training() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with _ended_as_by_ctrl_c():
+        with ends_clean("SIGHUP"):
             assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
             assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
     finally:

@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Selection
-from studio.dataset.align import align_takes, find_offset, take_offset
+from studio.dataset.align import align_takes, take_offset
 from studio.formats import saia_csv
 from studio.motion import Motion
+from studio.motion.lag import Alignment, speech_level, voice_offset
 from studio.project import Project
 from studio.sound.sound_file import Sound, read_sound, write_sound
 from studio.take import TakeInfo
 from tests.formats.examples import needs_data
+
+
+def find_offset(sound: Sound, motion: Motion) -> Alignment:
+    return voice_offset(speech_level(sound.mono(), sound.sample_rate), motion)
 
 
 def speech(seconds: float = 30.0, rate: int = 16000, late: float = 0.0) -> tuple[Sound, Motion]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import pytest
 
 from studio.features.audio_spec import AudioSpec
 from studio.features.augment import CropShape, Variation, cut
-from studio.features.examples import Example, cached_rows, learnt_rate, make_example, nominal_rate, on_grid
+from studio.features.examples import Example, cached_rows, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
+from studio.motion.grid import learnt_rate, nominal_rate, on_grid
 from tests.tolerance import LAST_BITS_DB
 
 SPEC = AudioSpec()
@@ -68,6 +70,19 @@ def test_features_are_kept_by_content(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         cached_rows(sound, SPEC, Fraction(30), 0, 100, tmp_path), first, atol=LAST_BITS_DB
     )
+
+
+def test_whatever_changes_the_rows_changes_their_key_and_nothing_else_does() -> None:
+    plain = AudioSpec()
+    speech = replace(plain, kind="speech", encoder="a/b", encoder_width=16, encoder_digest="1")
+    others = [
+        replace(plain, bands=41), replace(plain, window_ms=30.0), replace(plain, steps_per_frame=2),
+        replace(plain, kind="mfcc"), speech, replace(speech, encoder_digest="2"),
+        replace(speech, encoder="c"),
+    ]  # fmt: skip
+    assert len({one.cache_key for one in (plain, *others)}) == 8
+    assert replace(plain, encoder="c").cache_key == plain.cache_key, "no encoder is asked"
+    assert replace(speech, bands=41).cache_key == speech.cache_key, "no band is in its rows"
 
 
 def test_a_plain_crop_is_the_take_itself() -> None:

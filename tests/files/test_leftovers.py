@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.files import leftovers, process
+from studio.files import leftovers, lock
 from studio.files.atomic import written
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -76,7 +76,7 @@ def test_the_next_one_who_writes_there_removes_what_a_kill_left(
 
 def test_a_number_that_was_given_again_hides_nothing(tmp_path: Path) -> None:
     """Our own number, of a process that began at another moment."""
-    if not process.began(os.getpid()):
+    if not lock.began(os.getpid()):
         pytest.skip("this system does not tell when a process began")
     ours = leftovers.beside(tmp_path / "a.mp4")
     host, pid, _, _ = ours.suffixes[-2].strip(".").split("-")

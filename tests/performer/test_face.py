@@ -9,13 +9,12 @@ import pytest
 
 from studio.motion import Motion
 from studio.motion.channels import VRM0_SHAPES
+from studio.motion.lag import speech_level, voice_offset
 from studio.performer import speech
 from studio.performer.curves import GRID_FPS, grid
 from studio.performer.face import _lids
 from studio.performer.performance import ScriptedPerformance, perform_script
 from studio.performer.script import Line, Script
-from studio.sound.sound_file import Sound
-from studio.take.lag import find_offset
 
 MOUTH = [VRM0_SHAPES.index(name) for name in speech.MOUTH]
 
@@ -38,7 +37,7 @@ def phones(found: ScriptedPerformance) -> list[tuple[float, float, str]]:
 @pytest.mark.parametrize("seed", [0, 3])
 def test_mouth_and_voice_measure_as_aligned(seed: int) -> None:
     found = performed(seed)
-    alignment = find_offset(Sound(found.samples[:, None], found.sample_rate), found.motion)
+    alignment = voice_offset(speech_level(found.samples, found.sample_rate), found.motion)
     assert abs(alignment.offset) < 0.015
     assert alignment.confidence > 0.5
 

@@ -152,7 +152,7 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.dataset import label_files, relink, suggest
     from studio.formats import _bones, _find, saia_csv
     from studio.playback.layers import presets
-    from studio.project import avatars, files
+    from studio.project import avatars, contents
     from studio.take import folder, motion_file
     from studio.training import model_card, preview, run_file
     from studio.training.checkpoint import BEST, LAST
@@ -172,7 +172,13 @@ def test_whatever_the_studio_writes_is_known() -> None:
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
     take = (folder.INFO_FILE, journal.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
-        *(files.PROJECT_FILE, files.DATASET_FILE, files.HISTORY_FILE, last_tuning.FILE, _bones.FILE),
+        *(
+            contents.PROJECT_FILE,
+            contents.DATASET_FILE,
+            contents.HISTORY_FILE,
+            last_tuning.FILE,
+            _bones.FILE,
+        ),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),
         f"runs/{votes.FILE}",

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studio.motion import Motion
+from studio.motion.lag import power
 from studio.take.clap import clap_offset, claps, hand_distance
-from studio.take.lag import power
 
 RATE, FPS = 16_000, 60.0
 BONES = ("Hips", "LeftHand", "RightHand")

@@ -70,7 +70,7 @@ class Trial:
         """Import what the cases need. Nothing of it may start a thread: who has some must not fork."""
         from studio import cli
 
-        verbs = (f"studio.cli.{'import_verb' if verb == 'import' else verb}" for verb in cli.verbs())
+        verbs = (f"studio.cli.{'import_verb' if verb == 'import' else verb}" for verb in cli.VERBS)
         for module in (*verbs, *self.WARM):
             importlib.import_module(module)
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import Floats
-from studio.features.examples import Example, Grid
+from studio.features.examples import Example
 from studio.features.motion import Layout, fit
 from studio.motion import Motion, rotation
+from studio.motion.grid import Grid
 from studio.training.gains import CALM, CALMEST, LIVELIEST, region_gains, regions
 
 T = np.arange(300) / 30.0

@@ -137,8 +137,8 @@ def test_the_figures_while_training_are_those_of_the_model_that_is_kept(project:
 
 def figures_of(project: Project, run: Run) -> dict[str, Any]:
     """What `saia evaluate` measures on the validation takes."""
+    from studio.cli._measure import measure
     from studio.cli._output import Output
-    from studio.cli.evaluate import measure
     from studio.evaluation.evaluation_set import choose_evaluation_set
 
     out = Output(as_json=True)

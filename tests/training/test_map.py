@@ -7,9 +7,10 @@ import pytest
 
 from studio.features.audio_spec import AudioSpec, frame_rate
 from studio.features.augment import CropShape, Variation, cut
-from studio.features.examples import make_example, on_grid
+from studio.features.examples import make_example
 from studio.features.motion import fit
 from studio.motion import Motion
+from studio.motion.grid import on_grid
 
 MINUTES = 30
 

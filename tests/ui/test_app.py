@@ -323,12 +323,12 @@ def test_a_second_window_says_in_every_tab_that_it_only_looks(
 def test_light_colours_are_kept(open_window, qapp: QApplication) -> None:
     window = open_window()
     before = window.menus.file.actions()[0].icon().pixmap(16, 16).toImage()
-    window.menus._light.trigger()
+    window.menus.light.trigger()
     assert theme.colours().name == "light"
     after = window.menus.file.actions()[0].icon().pixmap(16, 16).toImage()
     assert after != before, "symbols follow the colours"
     assert window.session.settings.theme == "light"
-    window.menus._light.trigger()
+    window.menus.light.trigger()
     assert theme.colours().name == "dark"
 
 

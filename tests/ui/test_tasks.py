@@ -2,14 +2,16 @@
 
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QObject
 
 from studio.errors import StudioError
+from studio.files import lock
 from studio.ipc.events import ProgressEvent, TrainDone
 from studio.ui import tasks
-from studio.ui.tasks import Job
+from studio.ui.tasks import ChildTask
 
 
 def test_the_result_comes_back_on_the_gui_thread(qtbot) -> None:
@@ -108,68 +110,132 @@ elif mode == "die":
 """
 
 
-class ScriptJob(Job):
-    """A job whose child is the script above instead of the studio."""
-
-    def run_script(self, mode: str) -> None:
-        self._verb = "train"
-        self._process.start(sys.executable, ["-c", SCRIPT, mode])
-
-
 @pytest.fixture
-def job(qtbot):
-    made = ScriptJob()
+def task(qtbot):
+    """One whose child is the script above instead of the studio; started with ["train", mode]."""
+    made = ChildTask(command=lambda arguments: (sys.executable, "-c", SCRIPT, *arguments[1:]))
     yield made
     made.close()
 
 
 def test_a_command_ends_with_its_facts(qtbot) -> None:
-    job = Job()
-    with qtbot.waitSignal(job.ended, timeout=30_000), qtbot.waitSignal(job.failed) as failed:
-        job.start(["check", "/nowhere at all"])
-    assert failed.args[0] == "There is no project at /nowhere at all."
-    assert failed.args[1] == "Choose a folder with a project.json, or create a project there."
+    task = ChildTask()
+    with qtbot.waitSignal(task.ended, timeout=30_000), qtbot.waitSignal(task.failed) as failed:
+        task.start(["check", "/nowhere at all"])
+    error = failed.args[0]
+    assert error.what == "There is no project at /nowhere at all."
+    assert error.remedy == "Choose a folder with a project.json, or create a project there."
+    assert error.code == "request"
 
 
-def test_stop_is_read_by_the_child_and_ends_well(job, qtbot) -> None:
-    with qtbot.waitSignal(job.told, timeout=20_000) as event:
-        job.run_script("wait")
+def test_stop_is_read_by_the_child_and_ends_well(task, qtbot) -> None:
+    with qtbot.waitSignal(task.told, timeout=20_000) as event:
+        task.start(["train", "wait"])
     assert event.args[0] == ProgressEvent(0.5)
-    with qtbot.waitSignal(job.done, timeout=20_000) as done:
-        job.stop()
+    with qtbot.waitSignal(task.done, timeout=20_000) as done:
+        task.stop()
     assert done.args[0] == TrainDone("stop")
-    assert "a library chats" in job.log
-    assert "a detail" in job.log
+    assert "a library chats" in task.log
+    assert "a detail" in task.log
 
 
-def test_cancel_is_not_failure(job, qtbot) -> None:
+def test_cancel_is_not_failure(task, qtbot) -> None:
     failures = []
-    job.failed.connect(lambda what, remedy: failures.append(what))
-    with qtbot.waitSignal(job.told, timeout=20_000):
-        job.run_script("sleep")
-    with qtbot.waitSignal(job.cancelled, timeout=20_000):
-        job.cancel()
+    task.failed.connect(failures.append)
+    with qtbot.waitSignal(task.told, timeout=20_000):
+        task.start(["train", "sleep"])
+    with qtbot.waitSignal(task.cancelled, timeout=20_000):
+        task.cancel()
     assert not failures
-    assert not job.running
+    assert not task.running
 
 
-def test_a_crash_shows_the_last_lines(job, qtbot) -> None:
-    with qtbot.waitSignal(job.failed, timeout=20_000) as failed:
-        job.run_script("die")
-    what, remedy = failed.args
-    assert what == "The work ended unexpectedly (code 3)."
+def test_a_crash_shows_the_last_lines(task, qtbot) -> None:
+    with qtbot.waitSignal(task.failed, timeout=20_000) as failed:
+        task.start(["train", "die"])
+    error = failed.args[0]
+    assert error.what == "The work ended unexpectedly (code 3)."
     # Which of its two pipes is read first is the system's choice.
-    assert sorted(remedy.split(" / ")) == ["a detail", "a library chats", "out of memory"]
+    assert sorted(error.remedy.split(" / ")) == ["a detail", "a library chats", "out of memory"]
 
 
-def test_a_last_line_in_another_form_is_a_stated_failure(job, qtbot) -> None:
-    with qtbot.waitSignal(job.failed, timeout=20_000) as failed:
-        job.run_script("other")
-    assert failed.args[0].startswith("saia train told of done in another form: ")
+def test_a_last_line_in_another_form_is_a_stated_failure(task, qtbot) -> None:
+    with qtbot.waitSignal(task.failed, timeout=20_000) as failed:
+        task.start(["train", "other"])
+    assert failed.args[0].what.startswith("saia train told of done in another form: ")
 
 
-def test_closing_the_window_ends_the_child(job, qtbot) -> None:
-    with qtbot.waitSignal(job.told, timeout=20_000):
-        job.run_script("sleep")
-    job.close()
-    assert not job.running
+def test_closing_the_window_ends_the_child(task, qtbot) -> None:
+    with qtbot.waitSignal(task.told, timeout=20_000):
+        task.start(["train", "sleep"])
+    task.close()
+    assert not task.running
+    assert task.pid == 0
+
+
+def test_a_newer_request_ends_the_one_before_without_a_word(task, qtbot) -> None:
+    ends, reported = [], []
+    task.ended.connect(lambda: ends.append(1))
+    task.done.connect(reported.append)
+    task.failed.connect(reported.append)
+    with qtbot.waitSignal(task.told, timeout=20_000):
+        task.start(["train", "sleep"])
+    first = task.pid
+    with qtbot.waitSignal(task.told, timeout=20_000):
+        task.start(["train", "wait"])
+    assert task.pid not in (0, first)
+    task.stop()
+    qtbot.waitUntil(lambda: bool(ends), timeout=20_000)
+    assert (ends, reported) == ([1], [TrainDone("stop")])
+    qtbot.waitUntil(lambda: lock.began(first) == 0, timeout=20_000)
+
+
+def test_its_scratch_folder_goes_with_the_child(qtbot, tmp_path) -> None:
+    task, folders, errors = ChildTask(), [], []
+    task.failed.connect(errors.append)
+
+    def prepare(folder: Path) -> list[str]:
+        folders.append(folder)
+        (folder / "a.txt").write_text("a")
+        return ["check", str(folder / "none")]
+
+    with qtbot.waitSignal(task.ended, timeout=60_000):
+        task.prepare_and_start(prepare)
+    assert isinstance(errors[0], StudioError)
+    assert not folders[0].exists()
+    assert not task.running
+
+
+def test_cancelled_while_it_is_prepared_no_child_begins_and_nothing_stays(qtbot) -> None:
+    task, folders, begun, go = ChildTask(), [], threading.Event(), threading.Event()
+    failures, cancels = [], []
+    task.failed.connect(failures.append)
+    task.cancelled.connect(lambda: cancels.append(1))
+
+    def prepare(folder: Path) -> list[str]:
+        folders.append(folder)
+        begun.set()
+        go.wait(60)
+        return ["check", str(folder)]
+
+    task.prepare_and_start(prepare)
+    assert begun.wait(60)
+    task.cancel()
+    assert (cancels, failures, task.running) == ([1], [], False)
+    go.set()
+    qtbot.waitUntil(lambda: not folders[0].exists(), timeout=60_000)
+    assert task.pid == 0
+
+
+def test_preparing_that_fails_is_the_tasks_failure(qtbot) -> None:
+    task, folders, failures = ChildTask(), [], []
+    task.failed.connect(failures.append)
+
+    def prepare(folder: Path) -> list[str]:
+        folders.append(folder)
+        raise StudioError("The disk is full.", "Make room.")
+
+    with qtbot.waitSignal(task.ended, timeout=60_000):
+        task.prepare_and_start(prepare)
+    assert [str(error) for error in failures] == ["The disk is full. Make room."]
+    assert not folders[0].exists()

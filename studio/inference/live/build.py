@@ -21,7 +21,6 @@ from studio.inference.offline import sampling_of
 from studio.motion import Pose
 from studio.playback.layers import Tuning, presets
 from studio.playback.sound_output import sound_delay_ms, sync_perception
-from studio.training import styles
 from studio.training.checkpoint import BEST, load_model
 from studio.vmc.sender import PoseSource
 
@@ -224,7 +223,7 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     """
     torch.set_num_threads(1)
     model = load_model(run_folder / BEST)
-    style = styles.index_of(options.style, model.styles, model.style, run_folder.name)
+    style = model.style_index(options.style, run_folder.name)
     sampling = sampling_of(options.seed, options.liveliness)
     look_ahead = look_ahead_of(model, options.look_ahead_ms)
     rate = model.recipe.sound.sample_rate
@@ -233,8 +232,7 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
     layers = PoseLayers(rest_motion(model, style), idles=options.gate)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
-    named = model.styles[style - 1] if style else styles.AVERAGE
-    return LivePerformance(run_folder.name, performance, named)
+    return LivePerformance(run_folder.name, performance, model.style_name(style))
 
 
 def named_source(layers: PoseLayers, performance: Performance) -> PoseSource:

@@ -19,7 +19,8 @@ from studio.ui.session import Session
 from studio.ui.widgets.correlation_plot import role_of
 
 if TYPE_CHECKING:
-    from studio.dataset.align import Alignment, By
+    from studio.dataset.align import By
+    from studio.motion.lag import Alignment
 
 NUDGE_WAIT_MS = 400
 """Nudges in quick succession become one step of undo."""

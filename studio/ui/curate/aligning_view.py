@@ -33,7 +33,7 @@ from studio.ui.widgets.correlation_plot import (
 )
 
 if TYPE_CHECKING:
-    from studio.take.lag import Alignment
+    from studio.motion.lag import Alignment
 
 FOUND = Qt.ItemDataRole.UserRole + 1
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QKeyEvent, QKeySequence, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -26,6 +26,7 @@ from studio.ui import theme
 from studio.ui.curate.suggestions_view import Suggestions
 from studio.ui.curate.take_delegate import ROW_PX, SPLIT_COLOURS, TakeDelegate
 from studio.ui.curate.take_table import COLUMNS, TakeFilter, TakeRow, TakeTable, split_title
+from studio.ui.shortcuts import pressed, sequence
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.timeline.time_view import clock
@@ -43,7 +44,7 @@ FLASH_MS = 1_500
 class TakeTableView(QTableView):
     """A table whose arrow keys walk rows; every other key belongs to the timeline."""
 
-    _OURS = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_F2,
+    _OURS = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown,
                        Qt.Key.Key_Menu, Qt.Key.Key_Tab, Qt.Key.Key_Backtab})  # fmt: skip
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -66,8 +67,12 @@ class TakeTableView(QTableView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Walk rows; Ctrl+A takes all."""
-        select_all = event.key() == Qt.Key.Key_A and event.modifiers() & Qt.KeyboardModifier.ControlModifier
-        if select_all or Qt.Key(event.key()) in self._OURS:
+        # These two are what Qt's own tables do with these keys.
+        ours = (
+            QKeySequence(event.keyCombination()) == sequence("select_all")
+            or pressed(event, "curate") == "edit_cell"
+        )
+        if ours or Qt.Key(event.key()) in self._OURS:
             super().keyPressEvent(event)
         else:
             event.ignore()

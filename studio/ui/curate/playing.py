@@ -14,7 +14,7 @@ from studio.motion import Motion
 from studio.motion.curve_channels import CurveChannel, channels
 from studio.playback.player import Player
 from studio.sound.peaks import peaks
-from studio.take.motion_file import read_motion
+from studio.take.motion_file import load_motion
 from studio.take.take import Take
 from studio.ui import tasks
 from studio.ui.widgets.timeline.content import PeakSource
@@ -230,7 +230,7 @@ def load(take: Take) -> LoadedTake:
     problems: list[StudioError] = []
     motion, loudness = None, None
     try:
-        motion = read_motion(take.motion_path) if take.motion_path else None
+        motion = load_motion(take)
     except StudioError as error:
         problems.append(error)
     try:

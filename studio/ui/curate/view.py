@@ -23,6 +23,7 @@ from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.inspector_view import Inspector
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.take_table import split_title
+from studio.ui.shortcuts import pressed
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, EmptyState
 from studio.ui.widgets.figure.pane import Pane
@@ -31,13 +32,10 @@ _SHIFT, _CTRL, _ALT = (
     Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier,
 )  # fmt: skip
 
-_GOING = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Home, Qt.Key.Key_End})
+_GOING = frozenset({"step_back", "step_forward", "first_frame", "last_frame"})
 _LETTERS = frozenset(
-    {
-        Qt.Key.Key_Space, Qt.Key.Key_I, Qt.Key.Key_O, Qt.Key.Key_L, Qt.Key.Key_X, Qt.Key.Key_F,
-        Qt.Key.Key_B, Qt.Key.Key_P,
-    }
-)  # fmt: skip
+    {"play", "in_point", "out_point", "loop", "exclude", "zoom_fit", "compare_cleaning", "sound_picture"}
+)
 
 
 class CurateView(QWidget):
@@ -82,10 +80,10 @@ class CurateView(QWidget):
         Buttons would use arrows to pass the focus on, and a number box would swallow Space and letters.
         """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            key = Qt.Key(event.key())
-            if isinstance(watched, QAbstractButton) and key in _GOING:
+            action = pressed(event, "curate")
+            if isinstance(watched, QAbstractButton) and action in _GOING:
                 return self._handle(event)
-            if isinstance(watched, QAbstractSpinBox) and key in _LETTERS and not event.modifiers():
+            if isinstance(watched, QAbstractSpinBox) and action in _LETTERS and not event.modifiers():
                 return self._handle(event)
         return super().eventFilter(watched, event)
 
@@ -130,48 +128,48 @@ class CurateView(QWidget):
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """A word's key ends its label."""
-        number = event.key() - Qt.Key.Key_0
-        if 1 <= number <= 9 and not event.isAutoRepeat():
-            self.word_released.emit(number)
+        action = pressed(event, "curate")
+        if action.startswith("label_") and not event.isAutoRepeat():
+            self.word_released.emit(int(action[-1]))
         else:
             super().keyReleaseEvent(event)
 
     def _handle(self, event: QKeyEvent) -> bool:
-        key, held = Qt.Key(event.key()), event.modifiers()
+        action, held = pressed(event, "curate"), event.modifiers()
         shift = bool(held & _SHIFT)
         steps = 100 if held & _CTRL and held & _ALT else 4 if held & _CTRL else 1
-        if key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
-            self.step_requested.emit(-steps if key == Qt.Key.Key_Left else steps, shift)
-        elif key in (Qt.Key.Key_Home, Qt.Key.Key_End):
-            self.edge_requested.emit(-1 if key == Qt.Key.Key_Home else 1, shift)
+        if action in ("step_back", "step_forward"):
+            self.step_requested.emit(-steps if action == "step_back" else steps, shift)
+        elif action in ("first_frame", "last_frame"):
+            self.edge_requested.emit(-1 if action == "first_frame" else 1, shift)
         elif held & (_CTRL | _ALT):
             return False
-        elif Qt.Key.Key_1 <= key <= Qt.Key.Key_9:
+        elif action.startswith("label_"):
             if not event.isAutoRepeat():
-                self.word_pressed.emit(key - Qt.Key.Key_0)
+                self.word_pressed.emit(int(action[-1]))
         else:
-            return self._handle_letter(key)
+            return self._handle_letter(action)
         return True
 
-    def _handle_letter(self, key: Qt.Key) -> bool:
+    def _handle_letter(self, action: str) -> bool:
         bench = self.bench
-        if key == Qt.Key.Key_Space:
+        if action == "play":
             bench.play_requested.emit()
-        elif key in (Qt.Key.Key_I, Qt.Key.Key_O):
-            self.mark_requested.emit("in" if key == Qt.Key.Key_I else "out")
-        elif key == Qt.Key.Key_L:
+        elif action in ("in_point", "out_point"):
+            self.mark_requested.emit("in" if action == "in_point" else "out")
+        elif action == "loop":
             bench.loop.click()
-        elif key == Qt.Key.Key_B:
+        elif action == "compare_cleaning":
             bench.clean.compared.emit()
-        elif key == Qt.Key.Key_P:
+        elif action == "sound_picture":
             bench.picture.click()
-        elif key == Qt.Key.Key_X:
+        elif action == "exclude":
             bench.exclude.click()
-        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
-            bench.timeline.zoom(2.0 if key == Qt.Key.Key_Minus else 0.5)
-        elif key == Qt.Key.Key_F:
+        elif action in ("zoom_in", "zoom_out"):
+            bench.timeline.zoom(2.0 if action == "zoom_out" else 0.5)
+        elif action == "zoom_fit":
             bench.timeline.fit()
-        elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+        elif action == "remove_marked":
             self.delete_requested.emit()
         else:
             return False

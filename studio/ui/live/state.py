@@ -52,7 +52,7 @@ class Ready:
 
     @classmethod
     def of(cls, event: ReadyEvent) -> Ready:
-        """From what the child told."""
+        """From what the child said."""
         return cls(
             event.source, event.look_aheads, event.look_ahead_ms, event.reach_ms,
             event.shape_names, event.bone_names, _rows(event.positions, 3),
@@ -84,15 +84,15 @@ class Ready:
         return Pose(shapes, positions, rotations, *root)
 
 
-def target_state(told: LiveTarget) -> TargetState:
-    """How a target does, from what the child told."""
-    problem = StudioError(told.what, told.remedy) if told.what else None
-    return TargetState(TargetStatus(told.light), told.sent, told.dropped, problem)
+def target_state(target: LiveTarget) -> TargetState:
+    """Status of a target, from what the child said."""
+    problem = StudioError(target.what, target.remedy) if target.what else None
+    return TargetState(TargetStatus(target.light), target.sent, target.dropped, problem)
 
 
-def _rows(told: Rows, width: int) -> np.ndarray:
+def _rows(rows: Rows, width: int) -> np.ndarray:
     """Rows as an array (N, width), that of no rows too."""
-    return np.asarray(told, dtype=np.float32).reshape(-1, width)
+    return np.asarray(rows, dtype=np.float32).reshape(-1, width)
 
 
 def look_aheads_of(run: Run) -> tuple[LookAheadOption, ...]:

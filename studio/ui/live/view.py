@@ -6,10 +6,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QStackedLayout, QVBoxLayout, QWidget
 
 from studio.ui import theme
-from studio.ui.live.controls import Controls
-from studio.ui.live.latency_card import LatencyCard
-from studio.ui.live.source_card import LiveSourceCard
-from studio.ui.live.stage import LiveStage
+from studio.ui.live.latency_view import LatencyCard
+from studio.ui.live.source_view import LiveSourceCard
+from studio.ui.live.stage_view import Controls, LiveStage
 from studio.ui.widgets.card import Card, EmptyState, Picture, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
 from studio.ui.widgets.shape_meters import ShapeMeters
@@ -33,20 +32,20 @@ class LiveView(QWidget):
             "live_go_train",
         )
         self.empty.clicked.connect(self.train_requested)
-        room = QWidget()
+        page = QWidget()
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
-        self._stack.addWidget(room)
-        outer = QHBoxLayout(room)
+        self._stack.addWidget(page)
+        outer = QHBoxLayout(page)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         parts = (self._left(), 310, 0), (self._middle(), 640, 1), (self._right(), 300, 0)
         outer.addWidget(columns("live_columns", *parts))
         for box in self.findChildren(QComboBox):
-            self.controls.heed_keys_of(box)
+            self.controls.claim_keys_of(box)
         self.send.row_added.connect(self._on_target)
 
     def show_empty(self, empty: bool) -> None:
-        """Show the empty state, or the room."""
+        """Show the empty state, or the page."""
         self._stack.setCurrentIndex(0 if empty else 1)
 
     def show_status(self, words: str, health: str = "") -> None:
@@ -58,7 +57,7 @@ class LiveView(QWidget):
 
     def _on_target(self, row: TargetRow) -> None:
         for box in (row.preset, row.port):
-            self.controls.heed_keys_of(box)
+            self.controls.claim_keys_of(box)
 
     def _left(self) -> QWidget:
         self.source, self.latency = LiveSourceCard(), LatencyCard()

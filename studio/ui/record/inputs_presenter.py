@@ -1,20 +1,25 @@
-"""Thought behind the inputs card: devices and ports opened off the GUI thread, one after another."""
+"""Presenter of the inputs card: devices and ports opened off the GUI thread, one after another."""
 
 from __future__ import annotations
 
+import contextlib
+import ipaddress
+import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QThreadPool, QTimer
+from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
+from studio import clock
 from studio.capture.snapshot import Snapshot
-from studio.errors import InputError, StudioError
+from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
-from studio.ui import messages, tasks
-from studio.ui.record.inputs import EVERYWHERE, InputsCard
-from studio.ui.record.phone import PhoneLink
-from studio.ui.session import Session
-from studio.vmc.decode import IFACIALMOCAP_PORT
+from studio.ui import messages
+from studio.ui.messages import counted
+from studio.ui.record.inputs_view import EVERYWHERE, InputsCard
+from studio.ui.record.model import RecordModel
+from studio.ui.session import MicrophoneRequest, Session
+from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 
 if TYPE_CHECKING:
     from studio.capture.microphone import AudioDevice
@@ -22,79 +27,96 @@ if TYPE_CHECKING:
 
 
 RETRY_MS = 3_000
-"""What could not be opened is tried again this often: a port that another program lets go, a microphone."""
+"""What could not be opened is tried again this often: a port that another program frees, a microphone."""
+ASK_EVERY_MS = 2_000
+PHONE_QUIET_S = 2.0
+"""A phone that sent nothing for so long is asked again."""
 
 
 class InputsPresenter(QObject):
     """Keeps the recorder's inputs as the person chose them, and remembers the choice."""
 
-    def __init__(self, card: InputsCard, session: Session, parent: QObject) -> None:
-        super().__init__(parent)
-        self._card = card
-        self._session = session
-        self._recorder: Recorder | None = None
-        self._in_order = QThreadPool(self)
-        self._in_order.setMaxThreadCount(1)
+    def __init__(self, card: InputsCard, model: RecordModel, session: Session) -> None:
+        super().__init__(card)
+        self._card, self._model, self._session = card, model, session
         self._devices: tuple[AudioDevice, ...] = ()
-        self.problems: dict[str, tuple[str, str]] = {}
-        """What could not be opened: "motion" or "sound" -> (sentence, remedy)."""
-        self.may_refresh = True
-        """Whether looking for microphones anew would cut off no sound that is being played."""
-        self._trying: set[str] = set()
+        self._opening: set[str] = set()
         self._retry = QTimer(self)
         self._retry.setInterval(RETRY_MS)
-        self._retry.timeout.connect(self._on_retry)
+        self._retry.timeout.connect(self.retry)
         self._retry.start()
+        self.phone = PhoneLink(self)
         settings = session.settings
         card.show_choices(settings.vmc_port, settings.vmc_host)
-        self._show_devices()
-        card.port_chosen.connect(lambda port: self._choose_motion(vmc_port=port))
         card.show_more_ports([int(text) for text in settings.more_ports if text.isdigit()])
+        card.phone.address.setText(settings.phone)
+        self._show_devices()
+        card.port_chosen.connect(self._on_port)
         card.more_ports_chosen.connect(
             lambda ports: self._choose_motion(more_ports=tuple(str(port) for port in ports))
         )
-        self.phone = PhoneLink(self)
-        card.phone.address.setText(settings.phone)
-        card.phone_chosen.connect(self._on_phone_chosen)
+        card.phone_chosen.connect(self._on_phone)
         card.host_chosen.connect(lambda host: self._choose_motion(vmc_host=host))
         card.device_chosen.connect(self._choose_device)
         card.refresh_requested.connect(self.refresh)
-        session.microphones_wanted.connect(self._on_wanted)
+        card.practice_toggled.connect(model.set_practising)
+        card.clip_reset_requested.connect(model.clear_clip)
+        session.microphones_requested.connect(self._on_requested)
+        model.recorder_changed.connect(self._on_recorder)
+        model.practice_changed.connect(self._show_practice)
+        model.polled.connect(self.follow_phone)
+        model.text_due.connect(self._show_text)
+        model.frame_due.connect(self._show_level)
 
-    def attach(self, recorder: Recorder | None) -> None:
-        """Open the chosen inputs of a new recorder."""
-        self._recorder = recorder
-        if recorder is not None:
-            recorder.sound_watch.may_refresh = lambda: self.may_refresh
-            self._open_motion()
-            self._open_sound()
-            self._list_devices(refresh=False)
+    def retry_every(self, interval_ms: int) -> None:
+        """Try what could not be opened again this often."""
+        self._retry.setInterval(interval_ms)
 
     def close(self) -> None:
-        """Wait until nothing is being opened any more."""
+        """The window closes: open nothing any more."""
         self._retry.stop()
         self.phone.close()
-        self._recorder = None
-        self._in_order.waitForDone(5_000)
 
-    def show(self, snap: Snapshot) -> None:
-        """Follow a look at the recorder: whether the phone that was asked sends."""
+    # -- showing ---------------------------------------------------------------------------------
+
+    def _show_level(self, snap: Snapshot) -> None:
+        if snap.device is not None and snap.audio_alive:
+            self._card.meter.show_level(snap.peak_dbfs, snap.rms_dbfs, snap.hold_dbfs, snap.clipped)
+        else:
+            self._card.meter.clear()
+
+    def _show_text(self, snap: Snapshot) -> None:
+        card, model = self._card, self._model
+        card.show_motion(*motion_text(snap))
+        card.motion_text.setToolTip(" ".join((snap.avatar, *snap.senders)).strip())
+        card.show_sources(*source_texts(snap))
+        card.show_sound(sound_health(snap, model.problems))
+        card.lock(self._session.rolling or bool(model.busy))
+        self._show_practice()
+
+    def _show_practice(self) -> None:
+        self._card.show_practice(self._model.practice.on, self._model.practice.busy)
+
+    # -- a phone ---------------------------------------------------------------------------------
+
+    def follow_phone(self, snap: Snapshot) -> None:
+        """Ask the phone for its face while it is listened to, and show whether it sends."""
         listens = IFACIALMOCAP_PORT in snap.ports
         if listens and not self.phone.address and self._session.settings.phone and not self.phone.problem:
             self.phone.connect_to(self._session.settings.phone)
         elif not listens and self.phone.address:
             self.phone.connect_to("")
         self.phone.follow(snap)
-        self._card.phone.show_phone(self.phone.address, self.phone.words)
+        self._card.phone.show_phone(self.phone.address, self.phone.status)
         if self.phone.problem is not None:
-            self.problems["phone"] = self.phone.problem
+            self._model.problems["phone"] = self.phone.problem
         else:
-            self.problems.pop("phone", None)
+            self._model.problems.pop("phone", None)
 
-    def _on_phone_chosen(self, address: str) -> None:
-        """Ask a phone, which is in the network and not this computer."""
+    def _on_phone(self, address: str) -> None:
         self.phone.connect_to(address)
         choice: dict[str, object] = {"phone": self.phone.address}
+        # A phone is in the network and not this computer: it could not send where only that may.
         if self.phone.address and self._session.settings.vmc_host != EVERYWHERE:
             choice["vmc_host"] = EVERYWHERE
             self._card.show_choices(self._session.settings.vmc_port, EVERYWHERE)
@@ -102,30 +124,44 @@ class InputsPresenter(QObject):
         else:
             self._session.change_settings(**choice)
 
-    def refresh(self) -> None:
-        """Look for microphones again; the open one is let go for that moment."""
-        recorder = self._recorder
-        if recorder is not None and not self._session.rolling:
-            self.later(recorder.close_audio, lambda _r: self._list_devices(refresh=True))
+    # -- microphones -----------------------------------------------------------------------------
 
-    def _on_wanted(self) -> None:
-        """Another room looks for microphones; a recording is not interrupted for that."""
+    def refresh(self) -> None:
+        """Look for microphones again; the open one is closed for that moment."""
+        recorder = self._model.recorder
+        if recorder is not None and not self._session.rolling:
+            # PortAudio lists devices anew only while no stream is open.
+            self._model.in_order(recorder.close_audio, lambda _: self._list_devices(refresh=True))
+
+    def _on_requested(self, request: MicrophoneRequest) -> None:
+        """Another tab looks for microphones; a recording is not interrupted for that."""
+        request.accepted = True
         if self._session.rolling:
             self._list_devices(refresh=False, asked=True)
             why = self.tr("What was plugged in just now cannot be found while a take is recorded.")
             messages.show_note(self._card, why, self.tr("Look again after the take."))
-        elif self._recorder is None:
+        elif self._model.recorder is None:
             self._list_devices(refresh=True)
         else:
             self.refresh()
 
-    def _on_retry(self) -> None:
-        """Once more what could not be opened, while nothing is recorded."""
-        if self._recorder is None or self._session.rolling:
+    # -- opening ---------------------------------------------------------------------------------
+
+    def _on_recorder(self, recorder: Recorder | None) -> None:
+        """Open the chosen inputs of a new recorder."""
+        if recorder is not None:
+            recorder.sound_watch.may_refresh = lambda: self._model.may_refresh
+            self._open_motion()
+            self._open_sound()
+            self._list_devices(refresh=False)
+
+    def retry(self) -> None:
+        """Try once more what could not be opened, while nothing is recorded."""
+        if self._model.recorder is None or self._session.rolling:
             return
-        if "motion" in self.problems and "motion" not in self._trying:
+        if "motion" in self._model.problems and "motion" not in self._opening:
             self._open_motion(again=True)
-        if "sound" in self.problems and "sound" not in self._trying:
+        if "sound" in self._model.problems and "sound" not in self._opening:
             self._open_sound(again=True)
 
     def _list_devices(self, refresh: bool, asked: bool = False) -> None:
@@ -144,7 +180,7 @@ class InputsPresenter(QObject):
             if refresh or asked:  # who waits for the list goes on with what it has
                 self._session.microphones_listed.emit()
 
-        self.later(lambda: input_devices(refresh), done, failed)
+        self._model.in_order(lambda: input_devices(refresh), done, failed)
 
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
@@ -153,6 +189,10 @@ class InputsPresenter(QObject):
         names += [(device.name, device.name) for device in self._devices]
         names.append((NO_MICROPHONE, self.tr("No microphone")))
         self._card.show_devices(names, self._session.settings.audio_device)
+
+    def _on_port(self, port: int) -> None:
+        self._choose_motion(vmc_port=port)
+        self._model.redirect_practice(port)
 
     def _choose_motion(self, **choice: object) -> None:
         self._session.change_settings(**choice)
@@ -163,7 +203,7 @@ class InputsPresenter(QObject):
         self._open_sound()
 
     def _open_motion(self, again: bool = False) -> None:
-        recorder = self._recorder
+        recorder = self._model.recorder
         if recorder is None:
             return
         chosen = self._session.settings
@@ -180,11 +220,11 @@ class InputsPresenter(QObject):
         self._open("motion", work, again)
 
     def _open_sound(self, again: bool = False) -> None:
-        recorder = self._recorder
+        recorder = self._model.recorder
         if recorder is None:
             return
         device, rate = self._session.settings.audio_device, self._session.settings.sample_rate
-        refresh = again and self.may_refresh
+        refresh = again and self._model.may_refresh
 
         def work() -> None:
             from studio.capture.microphone import input_devices
@@ -201,34 +241,143 @@ class InputsPresenter(QObject):
     def _open(self, which: str, work: Callable[[], None], again: bool) -> None:
         """Open an input; the sentence of one that is tried again stays until it is open."""
         if not again:
-            self.problems.pop(which, None)
-        self._trying.add(which)
+            self._model.problems.pop(which, None)
+        self._opening.add(which)
 
         def done(_result: object) -> None:
-            self._trying.discard(which)
-            had = self.problems.pop(which, None)
+            self._opening.discard(which)
+            had = self._model.problems.pop(which, None)
             if again and had is not None and which == "sound":
                 self._list_devices(refresh=False)
 
         def failed(error: BaseException) -> None:
-            self._trying.discard(which)
+            self._opening.discard(which)
             self._note(which, error)
 
-        self.later(work, done, failed)
+        self._model.in_order(work, done, failed)
 
     def _note(self, which: str, error: BaseException) -> None:
         """Keep a problem on the health card; only what is unexpected pops up."""
         if isinstance(error, StudioError):
-            remedy = error.in_window if isinstance(error, InputError) else error.remedy
-            self.problems[which] = (error.what, remedy)
+            self._model.problems[which] = (error.what, error.in_window)
         else:
             messages.show_error(self._card, error)
 
-    def later(
-        self,
-        work: Callable[[], object],
-        on_done: Callable[..., None],
-        on_error: Callable[[BaseException], None] | None = None,
-    ) -> None:
-        """Do something with the inputs after all that was asked before has been done."""
-        tasks.run(work, on_done, on_error, owner=self, pool=self._in_order)
+
+class PhoneLink(QObject):
+    """Asks iFacialMocap on a phone to send here, while it does not.
+
+    Source: iFacialMocap's page for developers: a text to port 49983 of the phone, which answers to port
+    49983 of whoever asked.
+    """
+
+    def __init__(self, parent: QObject | None = None, port: int = IFACIALMOCAP_PORT) -> None:
+        super().__init__(parent)
+        self.address = ""
+        self.problem: tuple[str, str] | None = None
+        """What is wrong with the way to the phone, and what to do."""
+        self.asked = 0
+        self._port = port
+        self._sends = False
+        self._socket: socket.socket | None = None
+        self._timer = QTimer(self)
+        self._timer.setInterval(ASK_EVERY_MS)
+        self._timer.timeout.connect(self.ask)
+
+    def connect_to(self, address: str) -> None:
+        """Ask the phone at an address from now on; "" asks nobody."""
+        self.close()
+        self.address, self.problem = address.strip(), None
+        if not self.address:
+            return
+        if not _is_address(self.address):
+            self.problem = (
+                _tr("{0} is not the address of a phone.").format(self.address),
+                _tr("Type the four numbers at the top of iFacialMocap, for example 192.168.1.7."),
+            )
+            self.address = ""
+            return
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._timer.start()
+        self.ask()
+
+    def follow(self, snap: Snapshot) -> None:
+        """Note whether the phone sends."""
+        now = clock.now()
+        self._sends = any(s.kind == IFACIALMOCAP and now - s.last < PHONE_QUIET_S for s in snap.sources)
+        if self._sends:
+            self.problem = None
+
+    @property
+    def status(self) -> str:
+        """What is known of it, "" where no phone is asked."""
+        if not self.address:
+            return ""
+        if self._sends:
+            return _tr("The phone sends its face.")
+        return _tr("Asking {0} to send… Open iFacialMocap there, in the same network.").format(self.address)
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._timer.stop()
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def ask(self) -> None:
+        """Ask once, where it does not send."""
+        if self._sends or self._socket is None:
+            return
+        try:
+            with contextlib.suppress(BlockingIOError):
+                self._socket.sendto(HELLO, (self.address, self._port))
+            self.asked += 1
+            self.problem = None
+        except OSError as error:
+            self.problem = (
+                _tr("The phone at {0} cannot be reached ({1}).").format(
+                    self.address, error.strerror or error
+                ),
+                _tr("Connect this computer and the phone to the same network."),
+            )
+
+
+def _is_address(text: str) -> bool:
+    try:
+        return ipaddress.ip_address(text).version == 4
+    except ValueError:
+        return False
+
+
+def motion_text(snap: Snapshot) -> tuple[str, str]:
+    """Who sends what, and its health."""
+    if not snap.motion_alive:
+        return (_tr("waiting"), "") if snap.port else (_tr("not open"), "warn")
+    return _tr("{0} bones  {1} shapes").format(len(snap.bone_names), len(snap.shape_names)), "good"
+
+
+def source_texts(snap: Snapshot) -> tuple[list[str], str]:
+    """Where several senders are heard: a line for each of what it gives, and all of its channels."""
+    if len(snap.sources) < 2:
+        return [], ""
+    lines, details = [], []
+    for source in sorted(snap.sources, key=lambda one: -len(one.bones)):
+        parts = [counted(len(source.bones), _tr("1 bone"), _tr("{0} bones"))] if source.bones else []
+        parts += [counted(len(source.shapes), _tr("1 shape"), _tr("{0} shapes"))] if source.shapes else []
+        lines.append(_tr("{0} from {1}").format(", ".join(parts), source.title))
+        details.append(f"{source.title}: {', '.join((*source.bones, *source.shapes))}")
+    return lines, "\n\n".join(details)
+
+
+def sound_health(snap: Snapshot, problems: dict[str, tuple[str, str]]) -> str:
+    """Health of the microphone: "good", "warn", or "" where none is chosen."""
+    if "sound" in problems or (snap.device is not None and not snap.audio_alive):
+        return "warn"
+    if snap.device is None:
+        return ""
+    return "warn" if snap.clipped or "silent" in snap.troubled else "good"
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Inputs", text)

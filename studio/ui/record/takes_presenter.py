@@ -1,4 +1,4 @@
-"""Thought behind the takes of today: heard again with the figure moving, kept, noted, thrown away."""
+"""Presenter of the takes of today: heard again, kept, noted, thrown away."""
 
 from __future__ import annotations
 
@@ -6,25 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
+from studio.capture.health import losses
 from studio.dataset import edits
 from studio.errors import StudioError
-from studio.motion import Motion, Pose
 from studio.take.take import Take
 from studio.ui import messages, tasks, undo
-from studio.ui.record.takes_list import TakeLine, TakesCard
+from studio.ui.record.model import TAB, RecordModel, SavedTake
+from studio.ui.record.takes_view import TakeLine, TakesCard
 from studio.ui.session import Session
-from studio.ui.undo import DatasetUndo
 
-if TYPE_CHECKING:
-    from studio.playback.player import Player
-
-
-TAB = "record"
-"""Whose steps of undo these are."""
 EVENING = timedelta(hours=8)
 """How long a take stays listed past midnight."""
 
@@ -37,54 +30,28 @@ class Verdict:
     reason: str
 
 
-@dataclass
-class TakePlayback:
-    """A take that is being played."""
-
-    take: Take
-    player: Player
-    motion: Motion | None
-
-
 class TakesPresenter(QObject):
-    """Fills the card and does what its buttons say.
+    """Fills the card, does what its buttons request, and tells of takes that were saved."""
 
-    Signals:
-        redo_requested: a take was thrown away; record the slate of this take again.
-    """
-
-    redo_requested = Signal(object)
-
-    def __init__(self, card: TakesCard, session: Session, parent: QObject) -> None:
-        super().__init__(parent)
-        self._card = card
-        self._session = session
+    def __init__(self, card: TakesCard, model: RecordModel, session: Session) -> None:
+        super().__init__(card)
+        self._card, self._model, self._session = card, model, session
+        # By folder and not by id: another project has takes of the same names.
         self._verdicts: dict[Path, Verdict] = {}
-        self._asked: set[Path] = set()
-        self._hearing: TakePlayback | None = None
-        self._wanted = ""
-        self.undo_scope = DatasetUndo(session, TAB, self)
-        card.play_requested.connect(self.toggle_play)
+        self._checking: set[Path] = set()
+        card.play_requested.connect(model.player.toggle)
         card.keep_requested.connect(self._on_keep)
         card.redo_requested.connect(self._on_redo)
         card.note_written.connect(self._on_note)
         card.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
+        model.player.changed.connect(self.refresh)
+        model.saved.connect(self._on_saved)
+        model.cut_off.connect(lambda cut: messages.show_failure(card, cut.what, cut.remedy))
+        model.recovered.connect(self._on_recovered)
+        session.project_opened.connect(self.refresh)
         session.takes_changed.connect(self.refresh)
         session.dataset_changed.connect(self.refresh)
-
-    @property
-    def hearing(self) -> TakePlayback | None:
-        """What is played now; None once it has ended."""
-        if self._hearing is not None and not self._hearing.player.playing:
-            self.stop()
-        return self._hearing
-
-    def pose_now(self) -> tuple[Motion, Pose] | None:
-        """The pose of the take being played."""
-        hearing = self.hearing
-        if hearing is None or hearing.motion is None or not len(hearing.motion):
-            return None
-        return hearing.motion, hearing.motion.pose(hearing.player.position)
+        self.refresh()
 
     def refresh(self) -> None:
         """List today's takes and have new ones checked."""
@@ -94,32 +61,44 @@ class TakesPresenter(QObject):
             for take in takes:
                 self._check(take)
 
-    def toggle_play(self, take_id: str) -> None:
-        """Play a take, or stop it."""
-        playing = self._hearing.take.id if self._hearing else ""
-        self.stop()
-        if take_id == playing or self._session.project is None or self._session.rolling:
-            return
-        self._wanted = take_id
-        take = self._session.project.take(take_id)
-        tasks.run(lambda: _open(take), self._on_opened, self._show_error, owner=self)
+    # -- what happened ---------------------------------------------------------------------------
 
-    def stop(self) -> None:
-        """Stop playing."""
-        self._wanted = ""
-        if self._hearing is not None:
-            hearing, self._hearing = self._hearing, None
-            tasks.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
-            self.refresh()
+    def _on_saved(self, saved: SavedTake) -> None:
+        take, cut = saved.take, saved.cut
+        if take.info.duration > 0:
+            self._show_saved(take, saved.moved_ms)
+        if cut is not None:  # in the place of the note: this is what has to be read
+            messages.show_failure(self._card, cut.what, cut.remedy)
 
-    def _on_opened(self, hearing: TakePlayback) -> None:
-        if hearing.take.id != self._wanted:
-            tasks.run(hearing.player.close, lambda _r: None, self._show_error, owner=self)
+    def _show_saved(self, take: Take, moved_ms: float) -> None:
+        play = (self.tr("Play"), lambda: self._model.player.toggle(take.id))
+        seconds = f"{take.info.duration:.1f}"
+        if not take.info.frames:
+            text = self.tr("{0} is saved with sound alone: {1} s.").format(take.id, seconds)
+            remedy = self.tr(
+                "No motion came in. Start the motion sender or the practice performer and redo it."
+            )
+            messages.show_warning(self._card, text, remedy, play)
             return
-        self._hearing = hearing
-        if hearing.player.problem is not None:
-            messages.show_error(self._card, hearing.player.problem)
-        self.refresh()
+        details = list(losses(take.info))
+        if moved_ms:
+            moved = self.tr("Its motion is moved by {0} ms, as the sync test found.")
+            details.insert(0, moved.format(f"{moved_ms:+.0f}"))
+        text = self.tr("{0} is saved: {1} s.").format(take.id, seconds)
+        messages.show_note(self._card, text, " ".join(details), play)
+
+    def _on_recovered(self, takes: tuple[Take, ...], failed: tuple[tuple[str, StudioError], ...]) -> None:
+        if takes:
+            names = ", ".join(f"{take.id} ({take.info.duration:.0f} s)" for take in takes)
+            text = self.tr("A recording that was cut short was recovered: {0}.").format(names)
+            damage = " ".join(take.info.extra.get("damage", "") for take in takes).strip()
+            show = messages.show_warning if damage else messages.show_note
+            show(self._card, text, damage or self.tr("It is among your takes."))
+        for name, error in failed[:1]:  # one message at a time: the next opening tells of the rest
+            text = self.tr("{0} was not recovered. {1}").format(name, error.what)
+            messages.show_failure(self._card, text, error.remedy)
+
+    # -- the list --------------------------------------------------------------------------------
 
     def _todays(self) -> list[Take]:
         project = self._session.project
@@ -142,13 +121,13 @@ class TakesPresenter(QObject):
             verdict.reason,
             kept=selection is not None and selection.stars > 0,
             note=selection.note if selection else "",
-            playing=self._hearing is not None and self._hearing.take.id == take.id,
+            playing=self._model.player.take_id == take.id,
         )
 
     def _check(self, take: Take) -> None:
-        if take.folder in self._asked:
+        if take.folder in self._checking:
             return
-        self._asked.add(take.folder)
+        self._checking.add(take.folder)
 
         def done(verdict: Verdict) -> None:
             self._verdicts[take.folder] = verdict
@@ -156,7 +135,9 @@ class TakesPresenter(QObject):
 
         tasks.run(lambda: _judge(take), done, lambda _e: done(Verdict("?", "")), owner=self)
 
-    def _edit(self, name: str, work: Callable[[], None]) -> None:
+    # -- what its buttons do ---------------------------------------------------------------------
+
+    def _edit(self, work: Callable[[], None]) -> None:
         try:
             work()
         except StudioError as error:
@@ -169,7 +150,7 @@ class TakesPresenter(QObject):
         kept = project.dataset[take_id].stars > 0
         name = self.tr("Unkeep {0}") if kept else self.tr("Keep {0}")
         changed = edits.set_stars(project.dataset, [take_id], 0 if kept else 3)
-        self._edit(take_id, lambda: self._session.edit(name.format(take_id), changed, TAB))
+        self._edit(lambda: self._session.edit(name.format(take_id), changed, TAB))
 
     def _on_note(self, take_id: str, note: str) -> None:
         project = self._session.project
@@ -177,24 +158,21 @@ class TakesPresenter(QObject):
             return
         changed = edits.set_note(project.dataset, take_id, note)
         name = self.tr("Note on {0}").format(take_id)
-        self._edit(take_id, lambda: self._session.edit(name, changed, TAB))
+        self._edit(lambda: self._session.edit(name, changed, TAB))
 
     def _on_redo(self, take_id: str) -> None:
         project = self._session.project
         if project is None or self._session.rolling:
             return
         take = project.take(take_id)
-        self.stop()
+        self._model.player.stop()
         try:
             self._session.remove_take(take_id, TAB)
         except StudioError as error:
             messages.show_error(self._card, error)
             return
-        undo.tell_change(self._card, self.undo_scope, self.tr("{0} is in the trash.").format(take_id))
-        self.redo_requested.emit(take)
-
-    def _show_error(self, error: BaseException) -> None:
-        messages.show_error(self._card, error)
+        undo.tell_change(self._card, self._model.undo_scope, self.tr("{0} is in the trash.").format(take_id))
+        self._model.record_again(take)
 
 
 def of_today(created: str, now: datetime) -> bool:
@@ -204,25 +182,14 @@ def of_today(created: str, now: datetime) -> bool:
         created: as the take has it, ISO 8601. now: with its time zone.
     """
     try:
-        made = datetime.fromisoformat(created).astimezone(now.tzinfo)
+        created_at = datetime.fromisoformat(created).astimezone(now.tzinfo)
     except ValueError:
         return False
-    return made.date() == now.date() or now - made < EVENING
-
-
-def _open(take: Take) -> TakePlayback:
-    """Everything needed to play a take, already playing. Runs on a pool thread."""
-    from studio.playback.player import Player
-    from studio.take.motion_file import read_motion
-
-    motion = read_motion(take.motion_path) if take.motion_path else None
-    player = Player(take.audio_path, take.info.duration or None)
-    player.play()
-    return TakePlayback(take, player, motion)
+    return created_at.date() == now.date() or now - created_at < EVENING
 
 
 def _judge(take: Take) -> Verdict:
-    """The take's check in two words. Runs on a pool thread."""
+    """What the check of a take comes to. Runs on a pool thread."""
     from studio.take.check import check_take
 
     report = check_take(take)

@@ -1,9 +1,9 @@
-"""Record: layout and signals, no thought."""
+"""Layout of the Record tab: inputs and health, the figure, shapes and takes, and its keys."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QResizeEvent, QShortcut
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -19,10 +19,11 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.record.health import HealthCard
-from studio.ui.record.inputs import InputsCard
-from studio.ui.record.slate_bar import SlateBar
-from studio.ui.record.takes_list import TakesCard
+from studio.ui.record.health_view import HealthCard
+from studio.ui.record.inputs_view import InputsCard
+from studio.ui.record.slate_view import SlateBar
+from studio.ui.record.takes_view import TakesCard
+from studio.ui.shortcuts import sequence
 from studio.ui.widgets.card import Card
 from studio.ui.widgets.figure.drawn_face import DrawnFace
 from studio.ui.widgets.figure.figure import StickFigure
@@ -58,14 +59,14 @@ class RecordView(QWidget):
         self._lay_out()
         self.figure.installEventFilter(self)
         self.slate_bar.record_clicked.connect(self.record_requested)
-        self._space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
+        self._space = QShortcut(sequence("record_here"), self)
         self._space.setAutoRepeat(False)
         self._space.activated.connect(self.record_requested)
-        escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), self)
+        escape = QShortcut(sequence("cancel_countdown"), self)
         escape.activated.connect(self.cancel_requested)
         app = QApplication.instance()
         if isinstance(app, QApplication):
-            app.focusChanged.connect(self._on_focus_changed)
+            app.focusChanged.connect(self.follow_focus)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self.figure and isinstance(event, QResizeEvent):
@@ -92,10 +93,10 @@ class RecordView(QWidget):
             button.adjustSize()
             button.move((self.figure.width() - button.width()) // 2, button.y())
 
-    def _on_focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
+    def follow_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Leave the space bar to a control that has the focus and a use for it."""
-        takes_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
-        self._space.setEnabled(not isinstance(new, takes_space) or new is self.slate_bar.record)
+        uses_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
+        self._space.setEnabled(not isinstance(new, uses_space) or new is self.slate_bar.record)
 
     def _lay_out(self) -> None:
         side = QWidget()

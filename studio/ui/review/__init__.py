@@ -7,7 +7,6 @@ batching        A batch in a child process: starts it, follows its queue, and as
 camera          More views of the figures, and a camera that goes around them by itself
 clip            What Review has on its stage: a sound, what was captured with it, and what a run made of it.
                 No widgets
-comparing       How far a predicted motion is from the captured one, over time and in sum. Pure: numpy only
 export_options  What else an export asks: further formats, part, span, sliders, and how pictures are drawn
 export_panel    Exporting: which format, what it leaves out, how many frames a second, and where to
 exporting       Writes what is on screen through a child process, and says so only once it was read back

@@ -25,10 +25,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.export.options import FormatChoice
 from studio.training.run_choice import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.review.export_options import MoreFormats
-from studio.ui.review.export_panel import FormatChoice
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser
 

@@ -11,15 +11,15 @@ from PySide6.QtCore import QObject, QTimer, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
+from studio.export.options import format_choices
 from studio.files import leftovers
 from studio.ipc.commands import skip
-from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, ProgressEvent, QueueEvent
+from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, QueueEvent, QueueProgressEvent
 from studio.playback.layers import Tuning, presets
 from studio.training.run_choice import RunSelection
 from studio.ui import messages
 from studio.ui.messages import counted
 from studio.ui.review.batch_dialog import BatchDialog, BatchRequest
-from studio.ui.review.exporting import choices
 from studio.ui.review.listing import ReviewList
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
@@ -72,7 +72,7 @@ class BatchPresenter(QObject):
         if self._dialog is None or not self.busy:
             self._drop_dialog()
             folder = project.exports_folder / "batch"
-            dialog = BatchDialog(self._listing.runs(), self._wanted(), choices(), folder, self._view)
+            dialog = BatchDialog(self._listing.runs(), self._wanted(), format_choices(), folder, self._view)
             dialog.start_requested.connect(self._on_start)
             dialog.skip_requested.connect(self._on_skip)
             dialog.cancel_requested.connect(self._on_cancel)
@@ -167,10 +167,10 @@ class BatchPresenter(QObject):
             case EntryEvent():
                 words = f"{event.what} {event.remedy}" if event.what else ""
                 dialog.show_entry(event.index, event.state, words)
-            case ProgressEvent():
+            case QueueProgressEvent():
                 dialog.show_progress(event.index, event.entry, event.fraction, self._left(event))
 
-    def _left(self, event: ProgressEvent) -> str:
+    def _left(self, event: QueueProgressEvent) -> str:
         done = self.tr("{0} %").format(round(100 * event.fraction))
         if event.eta_s is None or event.eta_s < 1:
             return done

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.dataset import Selection
+from studio.metrics.comparison import MotionComparison, compare
 from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
 from studio.playback.layers import Tuning, tuned
@@ -17,8 +18,7 @@ from studio.project import Project
 from studio.sound.peaks import Peaks, peaks
 from studio.take import Take
 from studio.take.cleaned import sound_path
-from studio.take.motion_file import read_motion
-from studio.ui.review.comparing import MotionComparison, compare
+from studio.take.motion_file import load_motion
 
 
 @dataclass(frozen=True)
@@ -107,12 +107,9 @@ def _heard(take: Take, way: str) -> Path | None:
 
 def load_captured(take: Take, selection: Selection | None) -> Captured:
     """Read a take's motion and apply the offset of its selection."""
-    motion = read_motion(take.motion_path) if take.motion_path else None
     if selection is None:
-        return Captured(motion, 0.0, None)
-    if motion is not None and selection.offset:
-        motion = motion.shifted(selection.offset)
-    return Captured(motion, selection.in_point, selection.out_point)
+        return Captured(load_motion(take), 0.0, None)
+    return Captured(load_motion(take, selection.offset), selection.in_point, selection.out_point)
 
 
 def load(source: ReviewItem, device: str | None) -> ReviewClip:

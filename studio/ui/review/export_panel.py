@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio import formats
+from studio.export.options import FormatChoice
 from studio.files.atomic import safe_name
 from studio.ui import theme
 from studio.ui.review.export_options import DRAWN, ExportOptions, MoreFormats, OptionsForm, caption
@@ -30,16 +31,6 @@ from studio.ui.widgets.card import label
 
 SIDES_PX, RIGHT_PX = 12, 4
 """Around the panel, and between its fields and a scroll bar."""
-
-
-@dataclass(frozen=True)
-class FormatChoice:
-    """A format to export to: module name, title, suffix, what it leaves out."""
-
-    name: str
-    title: str
-    suffix: str
-    note: str
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,16 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 
-from studio import formats
+from studio.export.options import RenderOptions, format_choices
+from studio.export.range import cut_sound
 from studio.files import leftovers
 from studio.ipc.events import ChildEvent, FilesDone, ProgressEvent
 from studio.motion import Motion
 from studio.motion.motion import only_part
-from studio.sound.sound_file import Sound, open_file, read_sound, read_span, write_sound
 from studio.take.motion_file import write_motion
 from studio.ui import messages, tasks, theme
 from studio.ui.review.export_options import ExportOptions
-from studio.ui.review.export_panel import ExportPanel, ExportRequest, FormatChoice
+from studio.ui.review.export_panel import ExportPanel, ExportRequest
 from studio.ui.session import Session
 from studio.ui.tasks import Job
 
@@ -81,7 +81,7 @@ class ExportPresenter(QObject):
         self._preparing = False
         self._target = Path()
         self._files: list[Path] = []
-        panel.show_formats(choices())
+        panel.show_formats(format_choices())
         panel.show_fps(session.settings.export_fps)
         panel.export_requested.connect(self._on_export)
         panel.cancel_requested.connect(self._on_cancel)
@@ -223,32 +223,21 @@ def _prepare(exhibit: ExportInput, scratch: Path, options: ExportOptions) -> Pat
     """Write the wanted part of motion and sound for the child. Runs on a pool thread."""
     motion = only_part(exhibit.motion if options.tuned else exhibit.untuned, options.part)
     if not exhibit.whole:
-        motion = motion.between(exhibit.start, exhibit.end).shifted(-exhibit.start)
+        motion = motion.cut(exhibit.start, exhibit.end)
     write_motion(scratch / "motion.arrow", motion)
     if exhibit.sound is None or exhibit.whole:
         return exhibit.sound
-    trimmed = scratch / "sound.wav"
-    write_sound(trimmed, _span(exhibit.sound, exhibit.start, exhibit.end), "PCM_24")
-    return trimmed
-
-
-def _span(path: Path, start: float, end: float) -> Sound:
-    """Some seconds of a sound of any kind."""
-    if open_file(path) is not None:
-        return read_span(path, start, end)
-    whole = read_sound(path)  # FFmpeg's kinds cannot be entered in the middle
-    first, last = round(start * whole.sample_rate), round(end * whole.sample_rate)
-    return Sound(whole.samples[first:last], whole.sample_rate)
+    return cut_sound(exhibit.sound, scratch / "sound.wav", exhibit.start, exhibit.end)
 
 
 def _look(exhibit: ExportInput, options: ExportOptions) -> list[str]:
     """How films and stills are drawn: as they are seen on the stage."""
-    words = [f"--size={options.size[0]}x{options.size[1]}"]
-    words.append("--view=" + ",".join(f"{value:.3f}" for value in exhibit.view))
-    words.append(f"--at={max(exhibit.at - (0.0 if exhibit.whole else exhibit.start), 0.0):.4f}")
-    words += ["--clear"] if options.clear else []
-    words += ["--light"] if theme.colours().name == "light" else []
-    return words + (["--avatar", str(exhibit.avatar)] if exhibit.avatar is not None else [])
+    at = max(exhibit.at - (0.0 if exhibit.whole else exhibit.start), 0.0)
+    light = theme.colours().name == "light"
+    width, height = options.size
+    return RenderOptions(
+        width, height, exhibit.view, at=at, clear=options.clear, light=light, avatar=exhibit.avatar
+    ).args()
 
 
 def _told_apart(files: list[Path]) -> list[str]:
@@ -256,13 +245,3 @@ def _told_apart(files: list[Path]) -> list[str]:
     if len({file.name for file in files}) == len(files):
         return [file.name for file in files]
     return [f"{file.parent.name}/{file.name}" for file in files]
-
-
-def choices() -> list[FormatChoice]:
-    """The formats that can be written, those most wanted first."""
-    found = [
-        FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE)
-        for name, m in formats.writers().items()
-    ]
-    order = {"vrma": 0, "bvh": 1, "saia_csv": 2, "mp4": 3, "png": 4}
-    return sorted(found, key=lambda choice: (order.get(choice.name, 9), choice.title))

@@ -9,7 +9,7 @@ from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
 from studio.errors import StudioError
 from studio.files import atomic
 from studio.playback.layers import Tuning, presets
-from studio.project.files import is_project
+from studio.project.contents import is_project
 from studio.ui import messages, tasks
 from studio.ui.review.tune_panel import TunePanel
 from studio.ui.session import Session

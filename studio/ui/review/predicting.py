@@ -19,7 +19,7 @@ from studio.ipc.events import ChildEvent, PieceEvent, ProgressEvent
 from studio.motion import Motion
 from studio.motion.motion import concatenate
 from studio.project import Project, Run
-from studio.project.generated import generated_path
+from studio.project.run import generated_path
 from studio.take.motion_file import read_motion
 from studio.ui import tasks
 from studio.ui.tasks import Job

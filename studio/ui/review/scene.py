@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from studio.metrics.comparison import MotionComparison
 from studio.motion import Motion
 from studio.playback.player import Player
 from studio.training.run_choice import RunSelection
 from studio.ui.review.clip import Captured, ReviewItem, Tuned
-from studio.ui.review.comparing import MotionComparison
 
 A, B = 0, 1
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
+from studio.metrics.comparison import MotionComparison
 from studio.render.world_pose import WorldPose
 from studio.ui.review import clip
-from studio.ui.review.comparing import MotionComparison
 from studio.ui.review.scene import ReviewScene
 from studio.ui.review.view import ReviewView
 

@@ -8,8 +8,10 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QSignalBlocker, QSize, Qt, S
 from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QMenu, QPushButton, QWidget
 
+from studio.actions import LIST
 from studio.ui import theme
 from studio.ui.review.clip import ReviewItem
+from studio.ui.shortcuts import pressed
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.timeline.time_view import minutes
 
@@ -80,7 +82,7 @@ class ReviewListCard(Card):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Delete on the list removes a dropped sound."""
-        if watched is self.list and isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Delete:
+        if watched is self.list and isinstance(event, QKeyEvent) and pressed(event, LIST) == "remove_sound":
             if event.type() == QEvent.Type.KeyPress:
                 self._on_remove()
             return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QActionGroup, QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtGui import QActionGroup, QKeyEvent, QShortcut
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -26,6 +26,7 @@ from studio.ui.review.run_bar import RunBar
 from studio.ui.review.source_card import ReviewListCard
 from studio.ui.review.stage import Stage
 from studio.ui.review.tune_panel import TunePanel
+from studio.ui.shortcuts import pressed, sequence
 from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel
 from studio.ui.widgets.timeline.time_view import clock
@@ -79,7 +80,7 @@ class ReviewView(QWidget):
         parts = (self.sources_card, 182, 0), (self._middle(), 756, 1), (self._right(), 294, 0)
         self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)
-        space = QShortcut(QKeySequence(Qt.Key.Key_Space), self)
+        space = QShortcut(sequence("play"), self)
         space.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         space.activated.connect(self.play_toggled)
 
@@ -131,20 +132,20 @@ class ReviewView(QWidget):
         control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
         far = control and bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
         step = 100 if far else 4 if control else 1
-        key = event.key()
-        if key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
-            self.step_requested.emit(step if key == Qt.Key.Key_Right else -step)
-        elif key == Qt.Key.Key_Home:
+        action = pressed(event, "review")
+        if action in ("step_back", "step_forward"):
+            self.step_requested.emit(step if action == "step_forward" else -step)
+        elif action == "first_frame":
             self.seek_requested.emit(0.0)
-        elif key == Qt.Key.Key_End:
+        elif action == "last_frame":
             self.seek_requested.emit(float("inf"))
-        elif key == Qt.Key.Key_Space:
+        elif action == "play":
             self.play_toggled.emit()
-        elif key == Qt.Key.Key_L:
+        elif action == "loop":
             self.loop.toggle()
-        elif key == Qt.Key.Key_G and self.bar.ghost.isVisible():
+        elif action == "ghost" and self.bar.ghost.isVisible():
             self.bar.ghost.toggle()
-        elif key == Qt.Key.Key_B:
+        elif action == "other_run":
             self.bar.vote.other()
         else:
             super().keyPressEvent(event)

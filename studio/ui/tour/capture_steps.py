@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from studio.dataset.dataset import Selection
 from studio.errors import StudioError
 from studio.sound.sound_file import read_sound
-from studio.take.motion_file import read_motion
+from studio.take.motion_file import load_motion
 from studio.take.take import Take
 from studio.ui.tour.driver import PATIENCE
 from studio.ui.tour.guide import Guide
@@ -70,9 +70,10 @@ def _roll(guide: Guide, picture: str) -> None:
 
 def _inspect(take: Take) -> None:
     """Open what lies on disk: motion that moves, a voice that can be heard, both as long as the take."""
-    assert take.motion_path is not None, f"{take.id} has motion"
+    motion = load_motion(take)
+    assert motion is not None, f"{take.id} has motion"
     assert take.audio_path is not None, f"{take.id} has sound"
-    motion, sound = read_motion(take.motion_path), read_sound(take.audio_path)
+    sound = read_sound(take.audio_path)
     level = 20 * np.log10(np.sqrt(np.mean(sound.mono() ** 2)) + 1e-9)
     facts = {
         f"only {motion.duration:.1f} s of motion": motion.duration < 0.9 * TAKE_SECONDS,

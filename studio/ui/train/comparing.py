@@ -7,7 +7,14 @@ from collections.abc import Sequence
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from studio.ipc.events import BaselinesEvent, ChildEvent, CompareDone, MeasuredEvent, NoteEvent, ProgressEvent
+from studio.ipc.events import (
+    BaselinesEvent,
+    ChildEvent,
+    CompareDone,
+    MeasuredEvent,
+    MeasureProgressEvent,
+    NoteEvent,
+)
 from studio.project import Project
 from studio.ui.tasks import Job
 from studio.ui.train.compare_dialog import CompareDialog, Points
@@ -81,7 +88,7 @@ class ComparePresenter(QObject):
             case MeasuredEvent():
                 self._measured += 1
                 self.dialog.show_busy(self._measured, self.tr("{0} is measured.").format(event.run))
-            case ProgressEvent():
+            case MeasureProgressEvent():
                 words = self.tr("{0} listens to {1}, take {2} of {3}.")
                 told = words.format(event.run, event.take, event.done + 1, event.of)
                 self.dialog.show_busy(self._measured + event.fraction, told)

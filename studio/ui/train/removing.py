@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QWidget
 
 from studio.errors import StudioError
 from studio.project import Run
-from studio.project.generated import generated_folder
+from studio.project.run import generated_folder
 from studio.project.trash import MOST_KEPT, bring_run_back, put_run_away, thin_out
 from studio.ui import messages, tasks, undo
 from studio.ui.undo import Step, StepsUndo

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QToolButton, QWidget
 from studio.ui import theme
 
 if TYPE_CHECKING:
-    from studio.take.lag import Alignment
+    from studio.motion.lag import Alignment
 
 CERTAIN, LIKELY = 0.75, 0.5
 """Confidence from which an offset is called sure, and likely."""

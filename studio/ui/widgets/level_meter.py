@@ -30,8 +30,8 @@ class LevelMeterBar(QWidget):
         self.setAccessibleName(self.tr("Microphone level"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setToolTip(self.tr("Peaks belong in the yellow. Click the lamp to put it out."))
-        self._values: tuple[float, float, float] | None = None
-        self._clipped = False
+        self.values: tuple[float, float, float] | None = None
+        self.clipped = False
 
     def sizeHint(self) -> QSize:
         return QSize(240, 36)
@@ -39,19 +39,19 @@ class LevelMeterBar(QWidget):
     def show_level(self, peak_dbfs: float, rms_dbfs: float, hold_dbfs: float, clipped: bool) -> None:
         """Show the level now; repaints only where a pixel would change."""
         values = (round(peak_dbfs, 1), round(rms_dbfs, 1), round(hold_dbfs, 1))
-        if (values, clipped) == (self._values, self._clipped):
+        if (values, clipped) == (self.values, self.clipped):
             return
-        if clipped != self._clipped:
+        if clipped != self.clipped:
             name = self.tr("Microphone level, clipped") if clipped else self.tr("Microphone level")
             self.setAccessibleName(name)
-        self._values, self._clipped = values, clipped
+        self.values, self.clipped = values, clipped
         QAccessible.updateAccessibility(QAccessibleValueChangeEvent(self, int(values[0])))
         self.update()
 
     def clear(self) -> None:
         """Show that there is no microphone."""
-        if self._values is not None or self._clipped:
-            self._values, self._clipped = None, False
+        if self.values is not None or self.clipped:
+            self.values, self.clipped = None, False
             self.update()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -79,7 +79,7 @@ class LevelMeterBar(QWidget):
         zones = (
             (LOWEST_DBFS, WARN_DBFS, "good"), (WARN_DBFS, BAD_DBFS, "warn"), (BAD_DBFS, 0.0, "record"),
         )  # fmt: skip
-        peak, rms, hold = self._values or (LOWEST_DBFS, LOWEST_DBFS, LOWEST_DBFS)
+        peak, rms, hold = self.values or (LOWEST_DBFS, LOWEST_DBFS, LOWEST_DBFS)
         for low, high, token in zones:
             painter.fillRect(self._span(bar, low, high), theme.colour(token, 34))
             if peak > low:
@@ -104,17 +104,17 @@ class LevelMeterBar(QWidget):
 
     def _paint_lamp(self, painter: QPainter) -> None:
         lamp = QRectF(self.width() - LAMP_PX, 1.5, LAMP_PX - 1, 15)
-        painter.setPen(QPen(theme.colour("record" if self._clipped else "line"), 1))
-        painter.setBrush(theme.colour("record") if self._clipped else Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(theme.colour("record" if self.clipped else "line"), 1))
+        painter.setBrush(theme.colour("record") if self.clipped else Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(lamp, 3, 3)
-        painter.setPen(Qt.GlobalColor.white if self._clipped else theme.colour("muted"))
+        painter.setPen(Qt.GlobalColor.white if self.clipped else theme.colour("muted"))
         painter.setFont(theme.ui_font(9, semibold=True))
         painter.drawText(lamp, int(Qt.AlignmentFlag.AlignCenter), self.tr("CLIP"))
-        if self._values is not None:
+        if self.values is not None:
             painter.setPen(theme.colour("muted"))
             painter.setFont(theme.figures_font(10))
             box = QRectF(lamp.left() - 6, lamp.bottom() + 2, LAMP_PX + 6, 14)
-            painter.drawText(box, int(Qt.AlignmentFlag.AlignRight), f"{self._values[2]:.0f} dB")
+            painter.drawText(box, int(Qt.AlignmentFlag.AlignRight), f"{self.values[2]:.0f} dB")
 
     @staticmethod
     def _x(bar: QRectF, dbfs: float) -> float:

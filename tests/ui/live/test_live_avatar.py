@@ -15,7 +15,7 @@ from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 from tests.formats.avatars import Maker
 from tests.inference.live.runs import add_run
-from tests.ui.live.children import Room, pose, ready
+from tests.ui.live.children import FakeChild, Room, pose, ready
 
 BONES = ("Hips", "Spine", "Head")
 
@@ -26,35 +26,41 @@ def file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def live(room: Callable[..., Room], toy_project: Project) -> Room:
+def live(room: Callable[..., Room], toy_project: Project, child: FakeChild) -> Room:
     add_run(toy_project)
-    return room(toy_project)
+    return room(toy_project, child)
 
 
-def test_an_avatar_is_worn_with_its_bones_and_its_face(live: Room, file: Path, qtbot: QtBot) -> None:
-    view, presenter, _ = live
+def test_an_avatar_is_worn_with_its_bones_and_its_face(
+    live: Room, child: FakeChild, file: Path, qtbot: QtBot
+) -> None:
+    view, _, _ = live
     view.stage.avatar.wanted.emit(file)
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
     assert not view.stage.figure.empty  # it waits, and is seen
-    presenter._on_event(ready(("A",), BONES))
-    presenter._on_event(pose(1, len(BONES)))
+    view.source.start.click()
+    child.told.emit(ready(("A",), BONES))
+    child.told.emit(pose(1, len(BONES)))
     stance = view.stage.figure.stance
     assert stance is not None
     assert stance.turns is not None
     assert stance.shapes == {"A": 0.5}
     assert stance.skeleton.bone_names == BONES
-    presenter._performing._on_ended()
+    child.end()
     assert not view.stage.figure.empty
 
 
-def test_a_face_alone_is_worn_by_an_avatar_at_ease(live: Room, file: Path, qtbot: QtBot) -> None:
-    view, presenter, _ = live
-    presenter._on_event(ready(("A",), ()))
-    presenter._on_event(pose(1, 0))
+def test_a_face_alone_is_worn_by_an_avatar_at_ease(
+    live: Room, child: FakeChild, file: Path, qtbot: QtBot
+) -> None:
+    view, _, _ = live
+    view.source.start.click()
+    child.told.emit(ready(("A",), ()))
+    child.told.emit(pose(1, 0))
     assert view.stage.pane.room.isVisible()  # a large face
     view.stage.avatar.wanted.emit(file)
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
-    presenter._on_event(pose(1, 0))
+    child.told.emit(pose(1, 0))
     assert view.stage.figure.isVisible()
 
 
@@ -90,21 +96,21 @@ def test_what_cannot_be_opened_is_said_once_and_the_last_one_stays(
 
 
 def test_drawing_too_slowly_is_said_and_the_stick_figure_goes_on(
-    live: Room, file: Path, qtbot: QtBot
+    live: Room, child: FakeChild, file: Path, qtbot: QtBot
 ) -> None:
-    view, presenter, _ = live
+    view, _, _ = live
     view.stage.avatar.wanted.emit(file)
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
     figure = view.stage.figure
-    figure._last_cost = 10.0
     for _ in range(12):
-        figure._watch_cost()
+        figure.note_cost(10.0)
     assert figure.avatar is not None
     assert not figure.avatar.surfaces
     said = " ".join(toast.text.text() for toast in view.findChildren(Toast))
     assert said == (
         "This computer draws the avatar too slowly. The stick figure with its proportions is shown instead."
     )
-    presenter._on_event(ready(("A",), BONES))
-    presenter._on_event(pose(1, len(BONES)))
-    assert view.stage.pane.face._face is not None  # without its own face, the drawn one shows
+    view.source.start.click()
+    child.told.emit(ready(("A",), BONES))
+    child.told.emit(pose(1, len(BONES)))
+    assert view.stage.pane.face.face is not None  # without its own face, the drawn one shows

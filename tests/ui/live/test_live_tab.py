@@ -11,17 +11,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from pytestqt.qtbot import QtBot
 
+from studio.errors import StudioError
 from studio.ipc.events import ChannelsEvent, LookAheadEvent
 from studio.project import Project
 from studio.ui import messages
-from studio.ui.live.latency_card import LatencyCard
-from studio.ui.live.performing import Phase
+from studio.ui.live.latency_view import LatencyCard
+from studio.ui.live.model import PendingSwitches
 from studio.ui.live.state import LookAheadOption, look_aheads_of
-from studio.ui.live.wishes import PendingSwitches
-from studio.ui.tasks import Job
 from tests.inference.live.runs import add_run
 from tests.inference.live.test_steps import speech
-from tests.ui.live.children import Room, pose, ready, state
+from tests.ui.live.children import FakeChild, Room, pose, ready, state
 
 FIGURES = [
     {"ms": 0, "reach_ms": -8.3, "rmse": 0.05, "pearson_mouth": 0.6},
@@ -90,20 +89,17 @@ def test_options_become_the_words_of_the_command(room: Callable[..., Room], toy_
     view.source.gate.setChecked(False)
     view.source.noise.setChecked(True)
     view.latency.look_ahead_chosen.emit(200)
-    assert presenter._options() == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
+    assert presenter.source.args == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
 
 
-def test_poses_are_seen_whatever_channels_a_tuning_leaves(
-    room: Callable[..., Room], toy_project: Project
-) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._on_event(ready(("A",), ("Hips", "Head")))
-    presenter._on_event(pose(1, 2))
-    presenter._on_event(pose(2, 0))  # of channels it does not know yet
+def test_poses_are_seen_whatever_channels_a_tuning_leaves(performing: Room, child: FakeChild) -> None:
+    view, _, _ = performing
+    child.told.emit(ready(("A",), ("Hips", "Head")))
+    child.told.emit(pose(1, 2))
+    child.told.emit(pose(2, 0))  # of channels it does not know yet
     assert view.meters.shown_names == ("A",)
-    presenter._on_event(ChannelsEvent(("A", "Joy"), (), ()))
-    presenter._on_event(pose(2, 0))
+    child.told.emit(ChannelsEvent(("A", "Joy"), (), ()))
+    child.told.emit(pose(2, 0))
     assert view.meters.shown_names == ("A", "Joy")
 
 
@@ -117,13 +113,11 @@ def test_poses_are_seen_whatever_channels_a_tuning_leaves(
     ],
 )
 def test_the_status_says_what_is_heard(
-    how: dict[str, object], said: str, room: Callable[..., Room], toy_project: Project
+    how: dict[str, object], said: str, performing: Room, child: FakeChild
 ) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._performing.phase = Phase.LIVE
-    presenter._on_event(ready(("A",), ()))
-    presenter._on_event(state(**how))
+    view, _, _ = performing
+    child.told.emit(ready(("A",), ()))
+    child.told.emit(state(**how))
     assert view.status.text() == said
 
 
@@ -162,7 +156,7 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         qtbot.waitUntil(lambda: _received(listener))
         presenter.activate()
         view.source.start.click()
-        qtbot.waitUntil(lambda: not presenter.running)
+        qtbot.waitUntil(lambda: not presenter.model.task.running)
     assert view.source.start.text() == "Go live"
     assert view.status.text() == "Not live: press Go live, and speak."
     assert facts[-1] == ("live", "", "")
@@ -185,7 +179,7 @@ def test_a_microphone_that_is_not_there_is_a_sentence(
     view, presenter, _ = room(toy_project)
     view.source.show_devices((), "Old one")
     view.source.start.click()
-    qtbot.waitUntil(lambda: not presenter.running)
+    qtbot.waitUntil(lambda: not presenter.model.task.running)
     said = " ".join(toast.text.text() for toast in view.window().findChildren(Toast))
     assert "There is no sound input called Old one." in said
     assert view.source.start.text() == "Go live"
@@ -228,10 +222,10 @@ def test_the_tab_key_leads_through_the_targets_before_their_options(
 
 
 def test_closing_asks_while_it_is_live(
-    room: Callable[..., Room], toy_project: Project, monkeypatch: pytest.MonkeyPatch
+    room: Callable[..., Room], toy_project: Project, child: FakeChild, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add_run(toy_project)
-    _, presenter, _ = room(toy_project)
+    view, presenter, _ = room(toy_project, child)
     asked: list[str] = []
 
     def stay(_parent: object, question: str, *_words: str) -> bool:
@@ -241,57 +235,51 @@ def test_closing_asks_while_it_is_live(
     monkeypatch.setattr(messages, "ask", stay)
     assert presenter.may_close()
     assert not asked
-    presenter._performing._job = Job(presenter)
+    view.source.start.click()
     assert not presenter.may_close()
     assert asked == ["You are live."]
-    presenter._performing._job = None
 
 
-def test_a_state_under_way_presses_no_switch_back(room: Callable[..., Room], toy_project: Project) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._wishes = PendingSwitches(lambda: 0.0)  # no time passes, however slow the machine is
-    presenter._on_event(ready(("A",), ()))
-    presenter._on_event(state())
+def test_a_state_under_way_presses_no_switch_back(performing: Room, child: FakeChild) -> None:
+    view, presenter, _ = performing
+    presenter.model.switches = PendingSwitches(lambda: 0.0)  # no time passes, however slow the machine is
+    child.told.emit(ready(("A",), ()))
+    child.told.emit(state())
     mute, gain = view.controls.button("mute"), view.source.gain
     view.controls.show_live(True)
     mute.click()
     gain.click()
-    presenter._on_event(state())  # written before the child heard of it
+    child.told.emit(state())  # written before the child heard of it
     assert mute.isChecked()
     assert not gain.isChecked()
-    presenter._on_event(state(muted=True, gain_on=False))
+    child.told.emit(state(muted=True, gain_on=False))
     assert mute.isChecked()
     assert not gain.isChecked()
 
 
-def test_the_switches_show_what_the_child_says(room: Callable[..., Room], toy_project: Project) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._on_event(ready(("A",), ()))
-    presenter._on_event(state(gain_on=False, idles=False, neutral=True))
+def test_the_switches_show_what_the_child_says(performing: Room, child: FakeChild) -> None:
+    view, _, _ = performing
+    child.told.emit(ready(("A",), ()))
+    child.told.emit(state(gain_on=False, idles=False, neutral=True))
     assert not view.source.gain.isChecked()
     assert not view.source.gate.isChecked()
     assert view.controls.button("neutral").isChecked()
-    presenter._on_event(state())
+    child.told.emit(state())
     assert view.source.gain.isChecked()
     assert view.source.gate.isChecked()
     assert not view.controls.button("neutral").isChecked()
 
 
-def test_after_a_failure_no_old_value_stays(room: Callable[..., Room], toy_project: Project) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._performing.phase = Phase.LIVE
-    presenter._on_event(ready(("A",), ("Hips", "Head")))
-    presenter._on_event(state(clipped=True))
-    presenter._on_event(pose(1, 2))
-    assert view.source.meter._values is not None
+def test_after_a_failure_no_old_value_stays(performing: Room, child: FakeChild) -> None:
+    view, _, _ = performing
+    child.told.emit(ready(("A",), ("Hips", "Head")))
+    child.told.emit(state(clipped=True))
+    child.told.emit(pose(1, 2))
+    assert view.source.meter.values is not None
     assert not view.stage.figure.empty
-    presenter._performing.failed.emit("It broke.", "Try again.")
-    presenter._performing._on_ended()
-    assert view.source.meter._values is None
-    assert not view.source.meter._clipped
+    child.end(StudioError("It broke.", "Try again."))
+    assert view.source.meter.values is None
+    assert not view.source.meter.clipped
     assert view.meters.shown_names == ()
     assert view.latency.figure.text() == "-"
     assert view.stage.figure.empty
@@ -299,45 +287,41 @@ def test_after_a_failure_no_old_value_stays(room: Callable[..., Room], toy_proje
     assert not view.controls.button("mute").isEnabled()
 
 
-def test_a_performance_that_says_nothing_is_told_of(room: Callable[..., Room], toy_project: Project) -> None:
-    add_run(toy_project)
-    view, presenter, _ = room(toy_project)
-    presenter._performing.phase = Phase.LIVE
-    presenter._on_event(ready(("A",), ()))
-    presenter._on_event(state(speaking=True))
-    presenter._performing.silent.emit()
+def test_a_performance_that_says_nothing_is_told_of(performing: Room, child: FakeChild) -> None:
+    view, presenter, _ = performing
+    child.told.emit(ready(("A",), ()))
+    child.told.emit(state(speaking=True))
+    presenter.model.task.silent.emit()
     assert view.status.text() == (
         "The performance does not answer: this computer is very busy. Wait, or press Stop."
     )
-    presenter._on_event(state(speaking=True))
+    child.told.emit(state(speaking=True))
     assert view.status.text() == "Live: Mic is heard."
 
 
-def test_the_fastest_setting_is_kept_when_going_live(room: Callable[..., Room], toy_project: Project) -> None:
+def test_the_fastest_setting_is_kept_when_going_live(
+    room: Callable[..., Room], toy_project: Project, child: FakeChild
+) -> None:
     add_run(toy_project, look_aheads=FIGURES)
-    view, presenter, _ = room(toy_project)
+    view, _, _ = room(toy_project, child)
     view.latency.slider.setValue(0)
     fastest = view.latency.chosen
     assert fastest is not None
     assert fastest.ms == 0
-    words = presenter._options()
-    assert words[words.index("--look-ahead") + 1] == "0"
-    presenter._on_event(LookAheadEvent(0, -8.0))
+    view.source.start.click()
+    args = child.started[0]
+    assert args[args.index("--look-ahead") + 1] == "0"
+    child.told.emit(LookAheadEvent(0, -8.0))
     assert view.latency.chosen == fastest
 
 
-def test_what_holds_the_avatar_is_seen_from_every_tab(
-    room: Callable[..., Room], toy_project: Project
-) -> None:
-    add_run(toy_project)
-    view, presenter, session = room(toy_project)
+def test_what_holds_the_avatar_is_seen_from_every_tab(performing: Room, child: FakeChild) -> None:
+    view, _, session = performing
     told: list[tuple[str, str, str]] = []
     session.status_changed.connect(lambda *status: told.append(status))
-    presenter._performing._go(Phase.STARTING)
-    presenter._performing.phase = Phase.LIVE
-    presenter._on_event(ready(("A",), ("Head",)))
-    presenter._on_event(state(muted=True, neutral=True))
+    child.told.emit(ready(("A",), ("Head",)))
+    child.told.emit(state(muted=True, neutral=True))
     assert told[-1] == ("live", "Live, neutral", "warn")
     assert "Muted too (M)." in view.status.text()
-    presenter._on_event(state(muted=True))
+    child.told.emit(state(muted=True))
     assert told[-1] == ("live", "Live, muted", "warn")

@@ -2,6 +2,7 @@
 
 import os
 import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -24,12 +25,13 @@ from studio.take.folder import load_take, save_take
 from studio.take.motion_file import read_motion
 from studio.ui import tasks, theme
 from studio.ui.messages import Toast
-from studio.ui.record.inputs import OTHER, own_address
-from studio.ui.record.practice import Practice
+from studio.ui.record.inputs_view import OTHER, own_address
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.takes_presenter import of_today
+from studio.ui.record.task import PracticeTask
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
+from studio.ui.tasks import ChildTask
 from studio.vmc.encode import encode_frame
 
 
@@ -71,6 +73,7 @@ class Room:
         self.session = session
         self.view = RecordView()
         self.presenter = RecordPresenter(self.view, session)
+        self.model = self.presenter.model
 
     @property
     def project(self) -> Project:
@@ -79,7 +82,7 @@ class Room:
 
     @property
     def ready(self) -> bool:
-        return self.presenter._recorder is not None and self.view.slate_bar.record.isEnabled()
+        return self.model.recorder is not None and self.view.slate_bar.record.isEnabled()
 
 
 @pytest.fixture
@@ -115,7 +118,7 @@ def sender(port: int) -> Iterator[Sender]:
 
 def recorded(room: Room, seconds: float = 0.4, frames: int = 4) -> bool:
     """Whether so much of a take is in; a busy sender may be behind the clock."""
-    now = room.presenter._recorder.snapshot()
+    now = room.model.recorder.snapshot()
     return now.elapsed >= seconds and now.frames >= frames
 
 
@@ -123,7 +126,7 @@ def record(room: Room, qtbot, seconds: float = 0.5, frames: int = 4) -> None:
     """One take, by the button."""
     before = len(room.project.takes)
     room.view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     qtbot.waitUntil(lambda: recorded(room, seconds, frames), timeout=30_000)
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: len(room.project.takes) > before, timeout=30_000)
@@ -155,7 +158,7 @@ def test_voice_and_motion_are_recorded_together(virtual_audio, room: Room, sende
     qtbot.waitUntil(lambda: box.count() > 2, timeout=30_000)
     box.setCurrentIndex(box.findData(""))
     box.activated.emit(box.currentIndex())
-    recorder = room.presenter._recorder
+    recorder = room.model.recorder
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive, timeout=30_000)
     record(room, qtbot, 1.0)
     take = room.project.takes[0]
@@ -167,10 +170,10 @@ def test_the_frame_is_red_and_the_clock_runs_while_rolling(room: Room, sender: S
     room.view.activateWindow()
     qtbot.waitUntil(room.view.isActiveWindow, timeout=30_000)
     qtbot.keyClick(room.view.figure, Qt.Key.Key_Space)
-    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     assert room.session.rolling
     qtbot.waitUntil(lambda: room.view.slate_bar.elapsed.text() >= "00:00.2", timeout=30_000)
-    assert room.view.figure._rolling
+    assert room.view.figure.rolling
     assert room.view.slate_bar.record.text() == "Stop  F1"
     qtbot.waitUntil(lambda: not room.view.inputs.port.isEnabled(), timeout=30_000)
     qtbot.waitUntil(lambda: recorded(room), timeout=30_000)
@@ -182,11 +185,11 @@ def test_the_frame_is_red_and_the_clock_runs_while_rolling(room: Room, sender: S
 def test_a_countdown_can_be_cancelled(room: Room, qtbot) -> None:
     room.session.change_settings(countdown=30.0)
     room.view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: room.view.figure._overlay.isdigit(), timeout=30_000)
+    qtbot.waitUntil(lambda: room.view.figure.overlay.isdigit(), timeout=30_000)
     assert room.view.slate_bar.record.text() == "Cancel  Esc"
     room.view.cancel_requested.emit()
-    qtbot.waitUntil(lambda: room.view.figure._overlay == "", timeout=30_000)
-    assert not room.presenter.rolling
+    qtbot.waitUntil(lambda: room.view.figure.overlay == "", timeout=30_000)
+    assert not room.session.rolling
     assert room.project.takes == ()
 
 
@@ -194,18 +197,18 @@ def test_the_space_bar_types_into_the_slate(room: Room, qtbot) -> None:
     slate = room.view.slate_bar.slate
     slate.setFocus()
     slate.clear()
-    room.view._on_focus_changed(None, slate)
+    room.view.follow_focus(None, slate)
     qtbot.keyClicks(slate, "My take")
     assert slate.text() == "My take"
-    assert not room.presenter.rolling
+    assert not room.session.rolling
 
 
 def test_a_recording_goes_on_while_another_room_is_shown(room: Room, sender: Sender, qtbot) -> None:
     room.view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     room.presenter.deactivate()
     room.view.hide()
-    seen = room.presenter._recorder.snapshot().frames
+    seen = room.model.recorder.snapshot().frames
     qtbot.waitUntil(lambda: recorded(room, 0.6, seen + 10), timeout=30_000)
     room.view.show()
     room.presenter.activate()
@@ -216,8 +219,8 @@ def test_a_recording_goes_on_while_another_room_is_shown(room: Room, sender: Sen
 
 def test_nothing_to_record_is_said_in_words(room: Room, qtbot) -> None:
     # The inputs are opened on a pool thread: what is not open yet cannot be closed.
-    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().port is not None, timeout=30_000)
-    room.presenter._recorder.close_motion()
+    qtbot.waitUntil(lambda: room.model.recorder.snapshot().port is not None, timeout=30_000)
+    room.model.recorder.close_motion()
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
     toast = room.view.findChild(Toast)
@@ -233,17 +236,17 @@ def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> 
         room.view.inputs.port_chosen.emit(taken)
         wanted = f"Port {taken} is used by another program, such as VSeeFace or a second studio."
         qtbot.waitUntil(lambda: any(wanted in s for s in room.view.health.sentences), timeout=30_000)
-        room.presenter.inputs._retry.setInterval(50)
-        room.presenter.inputs._on_retry()
+        room.presenter.inputs.retry_every(50)
+        room.presenter.inputs.retry()
         assert any(wanted in s for s in room.view.health.sentences)  # it stays until it is no longer so
         remedy = "Close it, or choose another port here."
-        assert room.presenter.inputs.problems["motion"] == (wanted, remedy)
-        qtbot.waitUntil(lambda: room.view.figure._empty_text == f"{wanted} {remedy}", timeout=30_000)
-    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().port == taken, timeout=30_000)
+        assert room.model.problems["motion"] == (wanted, remedy)
+        qtbot.waitUntil(lambda: room.view.figure.empty_text == f"{wanted} {remedy}", timeout=30_000)
+    qtbot.waitUntil(lambda: room.model.recorder.snapshot().port == taken, timeout=30_000)
     qtbot.waitUntil(lambda: not any(wanted in s for s in room.view.health.sentences), timeout=30_000)
     qtbot.waitUntil(
         lambda: (
-            room.view.figure._empty_text
+            room.view.figure.empty_text
             == "Waiting for motion. Start your tracking program, or try it without any."
         ),
         timeout=30_000,
@@ -273,13 +276,13 @@ def test_any_port_can_be_chosen(room: Room, qtbot, monkeypatch) -> None:
 def test_a_microphone_that_is_not_there_is_looked_for_again(virtual_audio, room: Room, qtbot) -> None:
     box = room.view.inputs.device
     qtbot.waitUntil(lambda: box.count() > 2, timeout=30_000)
-    room.presenter.inputs.may_refresh = False
-    room.presenter.inputs._choose_device("Blue Parrot")
+    room.model.may_refresh = False
+    room.view.inputs.device_chosen.emit("Blue Parrot")
     wanted = "There is no sound input called Blue Parrot."
     qtbot.waitUntil(lambda: wanted in room.view.health.sentences, timeout=30_000)
     room.session.change_settings(audio_device="default")  # as if it were plugged in under its name
-    room.presenter.inputs._retry.setInterval(50)
-    recorder = room.presenter._recorder
+    room.presenter.inputs.retry_every(50)
+    recorder = room.model.recorder
     qtbot.waitUntil(lambda: recorder.snapshot().audio_alive, timeout=30_000)
     qtbot.waitUntil(lambda: wanted not in room.view.health.sentences, timeout=30_000)
 
@@ -291,7 +294,7 @@ def test_the_network_choice_comes_with_a_sentence(room: Room) -> None:
     said = "Any device in your network may send motion here: a phone, a second PC."
     address = own_address()
     said += f" This computer's address is {address}." if address else ""
-    assert room.view.inputs._network_note.text() == said
+    assert room.view.inputs.network_note.text() == said
     assert room.session.settings.vmc_host == "0.0.0.0"
 
 
@@ -306,7 +309,7 @@ def test_keep_note_and_redo(room: Room, sender: Sender, qtbot) -> None:
     qtbot.keyClick(row.note, Qt.Key.Key_Return)
     assert room.project.dataset["Hello_001"].note == "smile more"
     row.redo.click()
-    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     assert room.project.takes == ()
     qtbot.waitUntil(lambda: recorded(room), timeout=30_000)
     room.presenter.toggle()
@@ -328,12 +331,12 @@ def test_a_take_is_heard_with_the_figure_moving(room: Room, qtbot) -> None:
     long = Motion.build([0.0, 600.0], VRM0_SHAPES, np.array([[0.2], [0.3]]).repeat(18, 1), BONES)
     info = TakeInfo("Hello", 1, created=today)
     room.session.adopt(room.project.add_take("Hello_001", info, long, None))
-    room.presenter.takes.toggle_play("Hello_001")
-    qtbot.waitUntil(lambda: room.presenter.takes.hearing is not None, timeout=30_000)
-    qtbot.waitUntil(lambda: room.view.figure._caption == "Playing Hello_001", timeout=30_000)
-    assert room.presenter.takes.pose_now() is not None
-    room.presenter.takes.hearing.player.seek(599.9)
-    qtbot.waitUntil(lambda: room.presenter.takes.hearing is None, timeout=30_000)
+    room.model.player.toggle("Hello_001")
+    qtbot.waitUntil(lambda: room.model.player.current is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: room.view.figure.caption == "Playing Hello_001", timeout=30_000)
+    assert room.model.player.pose is not None
+    room.model.player.current.player.seek(599.9)
+    qtbot.waitUntil(lambda: room.model.player.current is None, timeout=30_000)
 
 
 def test_a_take_says_before_it_begins_what_it_would_lack(room: Room, sender: Sender, qtbot) -> None:
@@ -359,9 +362,9 @@ def test_a_slate_that_cannot_be_a_file_s_name_says_what_it_is_saved_as(room: Roo
 
 def test_a_take_of_the_practice_performer_is_named_after_it(room: Room, sender: Sender, qtbot) -> None:
     record(room, qtbot)
-    room.presenter.practice._wanted = True
+    room.model.practice.set_on(True, free_port(), "none")
     record(room, qtbot)
-    room.presenter.practice._wanted = False
+    room.model.practice.set_on(False)
     named = {one.take: one.performer for one in room.project.dataset.selections}
     assert named == {"Hello_001": "", "Hello_002": PERFORMER_NAME}
 
@@ -429,7 +432,7 @@ def test_who_records_past_midnight_still_has_the_takes_of_the_evening(created: s
 
 def test_closing_while_rolling_asks_and_saves(room: Room, sender: Sender, qtbot, monkeypatch) -> None:
     room.view.slate_bar.record.click()
-    qtbot.waitUntil(lambda: room.presenter.rolling, timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     qtbot.waitUntil(lambda: recorded(room), timeout=30_000)
     answers = iter(["Go on recording", "Stop and save"])
 
@@ -440,7 +443,7 @@ def test_closing_while_rolling_asks_and_saves(room: Room, sender: Sender, qtbot,
 
     monkeypatch.setattr(QMessageBox, "exec", answer)
     assert not room.presenter.may_close()
-    assert room.presenter.rolling
+    assert room.session.rolling
     assert room.presenter.may_close()
     assert [take.id for take in Project.open(room.project.folder, read_only=True).takes] == ["Hello_001"]
 
@@ -449,7 +452,6 @@ def test_a_recording_cut_short_is_recovered_with_a_sentence(
     room: Room, sender: Sender, qtbot, tmp_path
 ) -> None:
     import subprocess
-    import sys
 
     folder = tmp_path / "Crashed"
     Project.create(folder).close()
@@ -473,12 +475,12 @@ def test_a_recording_cut_short_is_recovered_with_a_sentence(
 
 
 def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Sender, qtbot) -> None:
-    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().motion_alive, timeout=30_000)
+    qtbot.waitUntil(lambda: room.model.recorder.snapshot().motion_alive, timeout=30_000)
     room.presenter.toggle()
-    qtbot.waitUntil(lambda: room.presenter.rolling and recorded(room), timeout=30_000)
-    room.presenter._recorder._reserve = 2**62  # what no disk has stands for a disk with nothing left
+    qtbot.waitUntil(lambda: room.session.rolling and recorded(room), timeout=30_000)
+    room.model.recorder.reserve_bytes = 2**62  # what no disk has stands for a disk with nothing left
     qtbot.waitUntil(lambda: bool(room.project.takes), timeout=30_000)
-    assert not room.presenter.rolling
+    assert not room.session.rolling
     qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
     toast = room.view.findChild(Toast)
     said = "The disk is full. Recording ended at "
@@ -490,9 +492,9 @@ def test_a_full_disk_ends_the_take_which_is_kept_and_said(room: Room, sender: Se
 @pytest.mark.skipif(os.name != "posix", reason="Windows lets nobody move a folder with open files")
 def test_a_project_moved_in_mid_take_keeps_it_and_says_where(room: Room, sender: Sender, qtbot) -> None:
     folder, elsewhere = room.project.folder, room.project.folder.with_name("Elsewhere")
-    qtbot.waitUntil(lambda: room.presenter._recorder.snapshot().motion_alive, timeout=30_000)
+    qtbot.waitUntil(lambda: room.model.recorder.snapshot().motion_alive, timeout=30_000)
     room.presenter.toggle()
-    qtbot.waitUntil(lambda: room.presenter.rolling and recorded(room), timeout=30_000)
+    qtbot.waitUntil(lambda: room.session.rolling and recorded(room), timeout=30_000)
     folder.rename(elsewhere)
     qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
     toast = room.view.findChild(Toast)
@@ -512,15 +514,15 @@ def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Ro
     first = room.project
     Project.create(tmp_path / "Other").close()
     room.session.open_project(tmp_path / "Other")
-    qtbot.waitUntil(lambda: room.presenter._recorder is not None, timeout=30_000)
-    recorder = room.presenter._recorder
+    qtbot.waitUntil(lambda: room.model.recorder is not None, timeout=30_000)
+    recorder = room.model.recorder
     motion = Motion.build([0.0, 1.0], ("A",), [[0.0], [1.0]])
     late = save_take(first.takes_folder / "Late_001", TakeInfo("Late", 1), motion, None)
-    room.presenter._on_saved(late)
+    room.model.adopt(late)
     assert room.project.takes == ()
-    room.presenter._on_recovered(first, (late,))
+    room.model.use_recovered(first, (late,))
     assert room.project.takes == ()
-    assert room.presenter._recorder is recorder
+    assert room.model.recorder is recorder
     assert recorder.takes_folder == room.project.takes_folder
 
 
@@ -529,46 +531,35 @@ def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, 
     room.view.inputs.practice.click()
     qtbot.waitUntil(lambda: not room.view.figure.empty, timeout=60_000)
     qtbot.waitUntil(lambda: room.view.inputs.practice.text() == "Stop the practice performer", timeout=30_000)
-    practice = room.presenter.practice
-    qtbot.waitUntil(lambda: room.view.figure._caption == practice.speaking != "", timeout=60_000)
+    practice = room.model.practice
+    qtbot.waitUntil(lambda: room.view.figure.caption == practice.speaking != "", timeout=60_000)
     room.view.inputs.practice.click()
-    assert not room.presenter.practice.on
-    qtbot.waitUntil(lambda: not room.presenter.practice._job.running, timeout=30_000)
+    assert not room.model.practice.on
+    qtbot.waitUntil(lambda: not room.model.practice.running, timeout=30_000)
 
 
-class Started:
-    """A job that only notes what it was asked."""
+def test_the_practice_performer_follows_the_port(qapp) -> None:
+    targets: list[str] = []
 
-    def __init__(self) -> None:
-        self.running, self.words = False, []
+    def command(arguments: list[str]) -> list[str]:
+        targets.append(arguments[2])
+        return [sys.executable, "-c", "import sys; sys.stdin.read()"]
 
-    def start(self, words: list[str]) -> None:
-        self.running = True
-        self.words.append(words[2])
-
-    def stop(self) -> None:
-        pass  # it takes its time
-
-    def cancel(self) -> None:
-        self.running = False
-
-
-def test_the_practice_performer_follows_the_port(qtbot, qapp) -> None:
-    practice = Practice()
-    practice._job = Started()
+    child = ChildTask(command=command)
+    practice = PracticeTask(child=child)
     practice.redirect(5000)
     assert not practice.on
     practice.set_on(True, 39539)
     practice.redirect(39539)
     practice.redirect(39540)
-    practice._on_ended()
     assert practice.on
-    assert practice._job.words == ["127.0.0.1:39539", "127.0.0.1:39540"]
+    assert targets == ["127.0.0.1:39539", "127.0.0.1:39540"]
+    practice.close()
 
 
 @pytest.mark.slow
 def test_a_practice_performer_that_is_wanted_again_at_once_comes_back(room: Room, qtbot) -> None:
-    practice = room.presenter.practice
+    practice = room.model.practice
     practice.set_on(True, free_port(), "none")
     practice.set_on(False)
     practice.set_on(True, room.session.settings.vmc_port, "none")
@@ -582,7 +573,7 @@ def test_a_take_without_motion_is_saved_with_a_warning(room: Room, tmp_path: Pat
     soundfile.write(tmp_path / "voice.wav", np.zeros(16_000), 16_000)
     folder = room.project.takes_folder / "Alone_001"
     take = save_take(folder, TakeInfo("Alone", 1), None, tmp_path / "voice.wav")
-    room.presenter._on_saved(take)
+    room.model.adopt(take)
     toast = room.view.findChild(Toast)
     assert toast.text.text() == "Alone_001 is saved with sound alone: 1.0 s."
     assert toast.remedy.text().startswith("No motion came in.")

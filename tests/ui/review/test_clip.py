@@ -1,11 +1,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
-from studio.dataset import edits
+import numpy as np
+
+from studio.dataset import Selection, edits
+from studio.dataset.material import load_material
+from studio.export.clip import take_clip
 from studio.files import cache
 from studio.project import Project
+from studio.take import TakeInfo
+from studio.take.folder import save_take
 from studio.ui.review.clip import load_captured, review_items
+from tests.formats.examples import a_motion, a_sound, assert_same_motion
 
 
 def test_a_take_is_heard_cleaned_where_that_is_chosen_and_made(toy_project: Project) -> None:
@@ -46,3 +54,19 @@ def test_each_part_cut_from_a_take_is_an_entry_with_its_own_span_offset_and_soun
 def test_a_take_that_nothing_is_used_of_can_still_be_seen(toy_project: Project) -> None:
     toy_project.edit("Leave out", edits.remove(toy_project.dataset, ["toy_001"]))
     assert "toy_001" in [one.title for one in review_items(toy_project, {})]
+
+
+def test_a_damaged_take_looks_the_same_in_review_in_training_and_exported(tmp_path: Path) -> None:
+    whole = a_motion(120)
+    times, shapes, rotations = whole.times.copy(), whole.shapes.copy(), whole.rotations.copy()
+    shapes[20], rotations[40], times[60] = np.nan, 0.0, 1e9
+    damaged = replace(whole, times=times, shapes=shapes, rotations=rotations)
+    take = save_take(tmp_path / "a_001", TakeInfo("a"), damaged, a_sound(tmp_path / "in.wav", 2.0, 16000, 2))
+    selection = Selection("a", "a_001", 0.25, 1.75, offset=0.1)
+    seen, learnt = load_captured(take, selection), load_material(selection, take)
+    exported = take_clip(selection, take, tmp_path).motion
+    assert seen.motion is not None
+    assert exported is not None
+    assert np.isfinite(seen.motion.shapes).all()
+    assert_same_motion(seen.motion.cut(0.25, 1.75), learnt.motion)
+    assert_same_motion(exported, learnt.motion)

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
+from studio.export.options import FormatChoice, format_choices
 from studio.ui import theme
 from studio.ui.review.export_options import ExportOptions
-from studio.ui.review.export_panel import ExportPanel, FormatChoice
-from studio.ui.review.exporting import choices
+from studio.ui.review.export_panel import ExportPanel
 
 
 @pytest.fixture
@@ -39,11 +39,11 @@ def _small(panel: ExportPanel) -> tuple[int, int]:
     return round(268 * max(wide, 1.0)), round(391 * max(metrics.height() / 19, 1.0))
 
 
-@pytest.mark.parametrize("choice", choices(), ids=lambda choice: choice.name)
+@pytest.mark.parametrize("choice", format_choices(), ids=lambda choice: choice.name)
 def test_every_format_fits_a_small_window_without_scrolling(
     qtbot: QtBot, panel: ExportPanel, tmp_path: Path, choice: FormatChoice
 ) -> None:
-    panel.show_formats(choices())
+    panel.show_formats(format_choices())
     panel.show_target("Hello_001", tmp_path, ready=True)
     panel.show_what(predicted=True)
     panel.resize(*_small(panel))

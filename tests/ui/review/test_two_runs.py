@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from studio.project import Project
-from studio.project.generated import generated_path
+from studio.project.run import generated_path
 from studio.take.motion_file import read_motion, write_motion
 from studio.training.run_choice import RunChoice, RunSelection, run_choice
 from studio.ui.review import votes

@@ -9,8 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
-from studio.ipc.events import CompareDone
-from studio.ipc.messages import from_plain
+from studio.ipc.events import CompareDone, from_plain
 from studio.project import Project
 from studio.ui.session import Session
 from studio.ui.train.compare_dialog import CompareDialog

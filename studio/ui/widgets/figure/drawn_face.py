@@ -17,7 +17,7 @@ class DrawnFace(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._face: FaceShape | None = None
+        self.face: FaceShape | None = None
         self._token = "figure"
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         self.setAccessibleName(self.tr("Drawn face"))
@@ -34,12 +34,12 @@ class DrawnFace(QWidget):
     def show_values(self, values: Mapping[str, float] | None) -> None:
         """Show blend shapes by name; None for no face."""
         face = face_shape(values) if values is not None else None
-        if face != self._face:
-            self._face = face
+        if face != self.face:
+            self.face = face
             self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        if self._face is None:
+        if self.face is None:
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -49,7 +49,7 @@ class DrawnFace(QWidget):
         line = theme.colour(self._token)
         outline = QPen(line, 5 if side < 180 else 3.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
         eye = QPainterPath()
-        for part in face_parts(self._face):
+        for part in face_parts(self.face):
             path = _path(part)
             painter.setPen(outline)
             painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -26,12 +26,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from studio.actions import FIGURE
 from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.render.camera import VIEWS, Orbit
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
+from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
 
 World = NDArray[np.floating]
@@ -88,9 +90,9 @@ class StickFigure(QWidget):
         self._costs: deque[float] = deque(maxlen=_COSTS_KEPT)
         self._detail = Detail()
         self._image: QImage | None = None
-        self._empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
-        self._rolling = self._ring = False
-        self._caption = self._overlay = ""
+        self.empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
+        self.rolling = self._ring = False
+        self.caption = self.overlay = ""
         self._last_cost = 0.0
         self._next = QTimer(self)
         self._next.setSingleShot(True)
@@ -146,7 +148,7 @@ class StickFigure(QWidget):
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
-        self._empty_text = sentence or self._empty_text
+        self.empty_text = sentence or self.empty_text
         self._empty_icon = icon or self._empty_icon
         self._stance = self._ghost = self._image = None
         self._update_buttons()
@@ -159,20 +161,20 @@ class StickFigure(QWidget):
 
     def set_rolling(self, rolling: bool) -> None:
         """Put the red frame around the picture, or take it away."""
-        if rolling != self._rolling:
-            self._rolling = rolling
+        if rolling != self.rolling:
+            self.rolling = rolling
             self.update()
 
     def set_caption(self, text: str) -> None:
         """A word in the upper left corner, e.g. "Captured"."""
-        if text != self._caption:
-            self._caption = text
+        if text != self.caption:
+            self.caption = text
             self.update()
 
     def set_overlay(self, text: str) -> None:
         """A large word over the middle, e.g. a countdown's "3"; "" takes it away."""
-        if text != self._overlay:
-            self._overlay = text
+        if text != self.overlay:
+            self.overlay = text
             self.update()
 
     # The camera
@@ -269,14 +271,15 @@ class StickFigure(QWidget):
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        turns = {Qt.Key.Key_Left: (-8.0, 0.0), Qt.Key.Key_Right: (8.0, 0.0), Qt.Key.Key_Up: (0.0, 5.0),
-                 Qt.Key.Key_Down: (0.0, -5.0)}  # fmt: skip
-        zooms = {Qt.Key.Key_Plus: 0.9, Qt.Key.Key_Equal: 0.9, Qt.Key.Key_Minus: 1 / 0.9}
-        key = Qt.Key(event.key())
-        if key in turns and not event.modifiers():
-            self.set_orbit(self.orbit.turned(*turns[key]))
-        elif key in zooms:
-            self.set_orbit(self.orbit.zoomed(zooms[key]))
+        turns = {"turn_left": (-8.0, 0.0), "turn_right": (8.0, 0.0), "turn_up": (0.0, 5.0),
+                 "turn_down": (0.0, -5.0)}  # fmt: skip
+        zooms = {"figure_closer": 0.9, "figure_further": 1 / 0.9}
+        action = pressed(event, FIGURE)
+        # With a modifier the arrows step through the take, also while the figure has the keyboard.
+        if action in turns and not event.modifiers():
+            self.set_orbit(self.orbit.turned(*turns[action]))
+        elif action in zooms:
+            self.set_orbit(self.orbit.zoomed(zooms[action]))
         else:
             super().keyPressEvent(event)
 
@@ -291,22 +294,22 @@ class StickFigure(QWidget):
             painter.drawImage(rect, self._image)
         else:
             self._paint_sketch(painter, rect)
-        if self._caption:
+        if self.caption:
             painter.setFont(theme.ui_font(semibold=True))
             painter.setPen(theme.colour("muted"))
             front = self._view_buttons["front"]
             room = (front.x() if front.isVisible() else self.width()) - 28
             metrics = painter.fontMetrics()
-            words = metrics.elidedText(self._caption, Qt.TextElideMode.ElideRight, max(room, 60))
+            words = metrics.elidedText(self.caption, Qt.TextElideMode.ElideRight, max(room, 60))
             painter.drawText(QPointF(14, 28), words)
-        if self._overlay:
+        if self.overlay:
             painter.fillRect(rect, theme.colour("ground", 120))
             painter.setFont(theme.figures_font(min(int(rect.height() * 0.35), 180), semibold=True))
             painter.setPen(theme.colour("text"))
-            painter.drawText(rect, int(Qt.AlignmentFlag.AlignCenter), self._overlay)
-        edge = "record" if self._rolling else ("accent" if self._ring and self.hasFocus() else "")
+            painter.drawText(rect, int(Qt.AlignmentFlag.AlignCenter), self.overlay)
+        edge = "record" if self.rolling else ("accent" if self._ring and self.hasFocus() else "")
         if edge:
-            width = FRAME_PX if self._rolling else 1
+            width = FRAME_PX if self.rolling else 1
             painter.setPen(QPen(theme.colour(edge), width))
             inset = width / 2
             painter.drawRect(rect.adjusted(inset, inset, -inset, -inset))
@@ -329,7 +332,7 @@ class StickFigure(QWidget):
         box = QRectF(middle.x() - 190, middle.y() + side * 0.15 + 16, 380, 64)
         box = box.intersected(rect.adjusted(12, 0, -12, 0))
         flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
-        painter.drawText(box, int(flags), self._empty_text)
+        painter.drawText(box, int(flags), self.empty_text)
 
     def _symbol_side(self) -> int:
         return int(min(max(min(self.width(), self.height()) * 0.3, 56), 120))
@@ -368,17 +371,17 @@ class StickFigure(QWidget):
         width, height = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
         self._image = _image_of(self._scene.render(self.orbit, width, height))
         self._last_drawn = time.perf_counter()
-        self._last_cost = self._last_drawn - started
+        self.note_cost(self._last_drawn - started)
         self.renders += 1
-        self._detail.saw(self._last_cost)
-        self._watch_cost()
         self.update()
 
-    def _watch_cost(self) -> None:
-        """Fall back to a stick figure of the avatar's proportions where drawing all of it takes too long."""
+    def note_cost(self, seconds: float) -> None:
+        """A picture took this long: draw less often or less, where that is too slow."""
+        self._last_cost = seconds
+        self._detail.saw(seconds)
         if self._avatar is None or not self._avatar.surfaces:
             return
-        self._costs.append(self._last_cost)
+        self._costs.append(seconds)
         # The quickest of them counts: a computer that is held up by something else for a while is not slow.
         quickest = min(self._costs)
         always = len(self._costs) == _COSTS_KEPT and quickest > TOO_SLOW

@@ -200,10 +200,9 @@ def test_disposing_twice_is_harmless(warm: StickFigure) -> None:
 def test_an_avatar_that_draws_too_slowly_becomes_a_figure_of_its_size(figure, qtbot, tmp_path) -> None:
     avatar = formats.read_avatar(Maker(0).write(tmp_path / "a.vrm"))
     figure.set_avatar(avatar)
-    figure._last_cost = TOO_SLOW + 1.0
     with qtbot.waitSignal(figure.avatar_too_slow):
         for _ in range(20):
-            figure._watch_cost()
+            figure.note_cost(TOO_SLOW + 1.0)
     assert figure._avatar is not None
     assert figure._avatar.skeleton is avatar.skeleton
     assert not figure._avatar.surfaces

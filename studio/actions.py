@@ -1,0 +1,268 @@
+"""What can be done in the program, each declared once: its name, its keys, where it works, what it needs.
+
+Menus, tabs and the list of keys read this table, and so can whatever triggers actions from outside. A new
+key goes here and nowhere else: tests find keys that are declared elsewhere, and keys that clash.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+TABS = ("record", "curate", "train", "review", "live")
+FIGURE, MESSAGE, LIST = "figure", "message", "list"
+"""Parts of the window with keys of their own while they have the keyboard, so that they may share a tab's."""
+NEEDS = ("project", "take", "run", "training", "live")
+"""What an action may need: an open project, a chosen take or run, a training or a performance under way."""
+CONTEXT = "Actions"
+"""Where translations of this file's texts are looked up."""
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing that can be done.
+
+    Args:
+        id: names it in code, settings and remote triggers; it never changes.
+        name: what a menu or a button says.
+        keys: as text such as "Ctrl+N"; the first is the one that is shown.
+        places: of TABS, or FIGURE, MESSAGE or LIST; empty for the whole window.
+        needs: of NEEDS.
+        help: one sentence, "" where the name says it all.
+    """
+
+    id: str
+    name: str
+    keys: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    help: str = ""
+
+
+def _tr(text: str) -> str:
+    """Mark a text to be translated where it is shown; no Qt is imported here, so it stays as it is."""
+    return text
+
+
+def _action(id: str, name: str, *keys: str, at: str = "", needs: str = "", help: str = "") -> Action:
+    """One line of the table; `at` and `needs` are words with blanks between them."""
+    return Action(id, name, keys, tuple(at.split()), tuple(needs.split()), help)
+
+
+_ALL = (
+    # -- the whole window
+    _action("new_project", _tr("New project…"), "Ctrl+N"),
+    _action("open_project", _tr("Open a project…"), "Ctrl+O"),
+    _action("open_sample", _tr("Open the sample project")),
+    _action("import_files", _tr("Import files…"), "Ctrl+I", needs="project"),
+    _action("import_folder", _tr("Import a folder…"), needs="project"),
+    _action("pack_project", _tr("Pack the project…"), needs="project"),
+    _action("unpack_project", _tr("Open a packed project…")),
+    _action("show_project_folder", _tr("Show the project's folder"), needs="project"),
+    _action("close_project", _tr("Close the project"), "Ctrl+W", needs="project"),
+    _action("quit", _tr("Quit"), "Ctrl+Q"),
+    _action("undo", _tr("Undo"), "Ctrl+Z", needs="project"),
+    # Both are usual, on different systems; the menu shows the first.
+    _action("redo", _tr("Redo"), "Ctrl+Shift+Z", "Ctrl+Y", needs="project"),
+    _action("show_record", _tr("Record"), "Ctrl+1", needs="project"),
+    _action("show_curate", _tr("Curate"), "Ctrl+2", needs="project"),
+    _action("show_train", _tr("Train"), "Ctrl+3", needs="project"),
+    _action("show_review", _tr("Review"), "Ctrl+4", needs="project"),
+    _action("show_live", _tr("Live"), "Ctrl+5", needs="project"),
+    _action("light_colours", _tr("Light colours")),
+    _action("full_screen", _tr("Full screen"), "F11"),
+    _action("open_menu", _tr("Menu"), "F10"),
+    _action("list_keys", _tr("List of keys"), "Ctrl+/"),
+    _action("copy_diagnostics", _tr("Copy diagnostics")),
+    _action("about", _tr("About Saia Studio")),
+    _action("go_to_message", _tr("Go to the message"), "F6"),
+    _action("dismiss_message", _tr("Dismiss message"), "Esc", at=MESSAGE),
+    # -- Record
+    # F1 works from every tab: whoever wears a suit must not look for the tab first.
+    _action("record", _tr("Start and stop recording"), "F1", needs="project"),
+    _action("record_here", _tr("Start and stop recording"), "Space", at="record", needs="project"),
+    _action("cancel_countdown", _tr("Cancel the countdown"), "Esc", at="record", needs="project"),
+    # -- Curate and Review
+    _action("play", _tr("Play and pause"), "Space", at="curate review", needs="take"),
+    _action("step_back", _tr("One frame back"), "Left", at="curate review", needs="take"),
+    _action("step_forward", _tr("One frame on"), "Right", at="curate review", needs="take"),
+    _action("first_frame", _tr("First frame"), "Home", at="curate review", needs="take"),
+    _action("last_frame", _tr("Last frame"), "End", at="curate review", needs="take"),
+    _action("loop", _tr("Loop"), "L", at="curate review", needs="take"),
+    # -- Curate
+    _action("in_point", _tr("In point"), "I", at="curate", needs="take"),
+    _action("out_point", _tr("Out point"), "O", at="curate", needs="take"),
+    # Tens of takes are labelled in a sitting: a word of the vocabulary is one key.
+    *(_action(f"label_{n}", _tr("Label {0}"), str(n), at="curate", needs="take") for n in range(1, 10)),
+    _action("exclude", _tr("Exclude the span"), "X", at="curate", needs="take"),
+    _action("remove_marked", _tr("Remove the label"), "Del", "Backspace", at="curate", needs="take"),
+    # Without Shift the plus of most keyboards is an equals sign.
+    _action("zoom_in", _tr("Closer"), "+", "=", at="curate", needs="take"),
+    _action("zoom_out", _tr("Wider"), "-", at="curate", needs="take"),
+    _action("zoom_fit", _tr("Whole take"), "F", at="curate", needs="take"),
+    _action("sound_picture", _tr("Waveform or spectrogram"), "P", at="curate", needs="take"),
+    _action("compare_cleaning", _tr("Before and after cleaning the sound"), "B", at="curate", needs="take"),
+    _action("select_all", _tr("All takes"), "Ctrl+A", at="curate", needs="project"),
+    _action("edit_cell", _tr("Change what the table's row says"), "F2", at="curate", needs="take"),
+    _action("split_takes", _tr("Split for me"), at="curate", needs="project",
+            help=_tr("Divide the takes among train, val and test, balanced by length, performer and label")),
+    _action("align", _tr("Align"), at="curate", needs="take",
+            help=_tr("Find out how much later the motion must be to fit the sound")),
+    # -- Train
+    _action("start_training", _tr("Start training"), at="train", needs="project",
+            help=_tr("Learn from the training takes")),
+    _action("stop_training", _tr("Stop, keep best"), at="train", needs="training"),
+    _action("cancel_training", _tr("Cancel"), at="train", needs="training",
+            help=_tr("Stop now and remove this run")),
+    _action("review_run", _tr("Review"), at="train", needs="run"),
+    _action("compare_runs", _tr("Compare"), at="train", needs="run",
+            help=_tr("Hold the selected runs against each other and against simple guesses, on takes they "
+                     "have not learnt from; select several with Ctrl or Shift")),
+    _action("card_of_run", _tr("Model card"), at="train", needs="run"),
+    _action("resume_run", _tr("Resume"), at="train", needs="run"),
+    _action("show_run_folder", _tr("Folder"), at="train", needs="run"),
+    _action("export_run", _tr("Export run"), at="train", needs="run",
+            help=_tr("The run as one file, to use it in another project or on another computer")),
+    _action("import_run", _tr("Import a run"), at="train", needs="project",
+            help=_tr("A run exported on another computer needs no takes here")),
+    _action("delete_run", _tr("Delete"), at="train", needs="run"),
+    # -- Review
+    _action("ghost", _tr("Captured figure over the predicted one"), "G", at="review", needs="run"),
+    _action("other_run", _tr("Switch between A and B"), "B", at="review", needs="run"),
+    _action("remove_sound", _tr("Remove a dropped sound from the list"), "Del", at=LIST, needs="project"),
+    _action("export", _tr("Export"), at="review", needs="take"),
+    _action("send", _tr("Send"), at="review", needs="take"),
+    # -- Live
+    _action("start_live", _tr("Go live"), at="live", needs="run"),
+    _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("The microphone is not listened to")),
+    _action("freeze", _tr("Freeze"), "F", at="live", needs="live",
+            help=_tr("The avatar holds still as it is")),
+    _action("neutral", _tr("Neutral"), "N", at="live", needs="live",
+            help=_tr("Panic key: the avatar goes to its neutral pose and stays there")),
+    # -- the figure
+    _action("turn_left", _tr("Turn left"), "Left", at=FIGURE),
+    _action("turn_right", _tr("Turn right"), "Right", at=FIGURE),
+    _action("turn_up", _tr("Turn up"), "Up", at=FIGURE),
+    _action("turn_down", _tr("Turn down"), "Down", at=FIGURE),
+    _action("figure_closer", _tr("Closer"), "+", "=", at=FIGURE),
+    _action("figure_further", _tr("Further away"), "-", at=FIGURE),
+)  # fmt: skip
+
+ACTIONS = {action.id: action for action in _ALL}
+"""All of them by id, in the order of the tabs."""
+
+
+def keys_of(place: str) -> dict[str, str]:
+    """The id of the action that each key of a tab or other place does, without those of the whole window."""
+    return {key: one.id for one in ACTIONS.values() if place in one.places for key in one.keys}
+
+
+# -- the list of keys ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class KeyRow:
+    """One line of the list of keys: some actions that are told of together.
+
+    Args:
+        text: what they do.
+        actions: their ids.
+        gesture: what the mouse does instead, "" for nothing.
+        keys: what to show where the first keys of the actions do not say it, "" for those.
+    """
+
+    text: str
+    actions: tuple[str, ...] = ()
+    gesture: str = ""
+    keys: str = ""
+
+
+def _row(text: str, actions: str = "", gesture: str = "", keys: str = "") -> KeyRow:
+    return KeyRow(text, tuple(actions.split()), gesture, keys)
+
+
+KEY_LIST: tuple[tuple[str, tuple[KeyRow, ...]], ...] = (
+    (
+        _tr("Everywhere"),
+        (
+            _row(_tr("Record, Curate, Train, Review, Live"),
+                 "show_record show_curate show_train show_review show_live"),
+            _row(_tr("New project, open a project"), "new_project open_project"),
+            _row(_tr("Import sound and motion"), "import_files"),
+            _row(_tr("Undo, redo (or Ctrl+Shift+Z) in this tab"), "undo redo", keys="Ctrl+Z, Ctrl+Y"),
+            _row(_tr("Close the project, quit"), "close_project quit"),
+            _row(_tr("Go to a message, take it away"), "go_to_message dismiss_message"),
+            _row(_tr("Menu"), "open_menu"),
+            _row(_tr("Full screen"), "full_screen"),
+            _row(_tr("This list"), "list_keys"),
+        ),
+    ),
+    (
+        _tr("Record"),
+        (
+            _row(_tr("Start and stop recording"), "record record_here"),
+            _row(_tr("Cancel the countdown"), "cancel_countdown"),
+        ),
+    ),
+    (
+        _tr("Curate and Review"),
+        (
+            _row(_tr("Play and pause"), "play"),
+            _row(_tr("One frame; with Ctrl 4, with Ctrl+Alt 100"), "step_back step_forward"),
+            _row(_tr("First and last frame"), "first_frame last_frame"),
+            _row(_tr("Loop"), "loop"),
+        ),
+    ),
+    (
+        _tr("Curate"),
+        (
+            _row(_tr("In point, out point"), "in_point out_point"),
+            _row(_tr("with ← → Home End: select a span"), keys="Shift"),
+            _row(_tr("Label; hold while playing to label a span"),
+                 "label_1 label_2 label_3 label_4 label_5 label_6 label_7 label_8 label_9"),
+            _row(_tr("Exclude the span, remove the label"), "exclude remove_marked"),
+            _row(_tr("Closer, wider, whole take"), "zoom_in zoom_out zoom_fit"),
+            _row(_tr("Waveform or spectrogram"), "sound_picture"),
+            _row(_tr("Before and after cleaning the sound"), "compare_cleaning"),
+            _row(_tr("All takes; change what the table's row says"), "select_all edit_cell"),
+        ),
+    ),
+    (
+        _tr("Review"),
+        (
+            _row(_tr("Captured figure over the predicted one"), "ghost"),
+            _row(_tr("Switch between A and B"), "other_run"),
+            _row(_tr("Remove a dropped sound from the list"), "remove_sound"),
+        ),
+    ),
+    (
+        _tr("Live"),
+        (
+            _row(_tr("Mute the microphone"), "mute"),
+            _row(_tr("Freeze the avatar"), "freeze"),
+            _row(_tr("Neutral pose, the panic key"), "neutral"),
+        ),
+    ),
+    (
+        _tr("Figure"),
+        (
+            _row(_tr("Turn around the figure"), "turn_left turn_right turn_up turn_down", _tr("Drag")),
+            _row(_tr("Closer, further away"), "figure_closer figure_further", _tr("Wheel")),
+            _row(_tr("Back to the first view"), gesture=_tr("Double-click")),
+        ),
+    ),
+)  # fmt: skip
+"""(title, rows) of each group, in the order shown."""
+
+_SYMBOLS = {"Left": "←", "Right": "→", "Up": "↑", "Down": "↓", "+": "+", "-": "−"}
+_RANGE = 5
+"""Keys that end in as many digits running are shown as the first and the last."""
+
+
+def shown_keys(actions: Sequence[str]) -> str:
+    """The first keys of some actions as people read them: "F1, Space", "← →" or "Ctrl+1 … 5"."""
+    keys = [ACTIONS[one].keys[0] for one in actions]
+    if len(keys) >= _RANGE and all(key[-1].isdigit() for key in keys):
+        return f"{keys[0]} … {keys[-1][-1]}"
+    symbols = [_SYMBOLS.get(key, key) for key in keys]
+    return (", " if symbols == keys else " ").join(symbols)

@@ -1,0 +1,225 @@
+"""What commands that write motion share: their arguments, and how an export is reported."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.cli._output import Output, as_request
+from studio.cli._stdin import CancelRequests
+from studio.errors import RequestError, StudioError
+from studio.export.clip import GenerationOptions
+from studio.export.options import VIEWS, RenderOptions
+from studio.export.queue import Entry, Queue
+from studio.export.range import PARTS, ExportRange
+from studio.ipc.events import (
+    ChildEvent,
+    EntryEvent,
+    FilesDone,
+    ProgressEvent,
+    QueueFailure,
+    QueueProgressEvent,
+)
+
+if TYPE_CHECKING:
+    from studio.playback.layers import Tuning
+
+
+def add_tune(parser: argparse.ArgumentParser) -> None:
+    """--tune PRESET|FILE.json."""
+    parser.add_argument(
+        "--tune",
+        metavar="PRESET|FILE",
+        help="lay a preset of Review's Tune page over the motion: one of the studio (Streaming), one of the "
+        "project, or a .json file",
+    )
+
+
+def tuning_of(args: argparse.Namespace, project: Path | None = None) -> Tuning | None:
+    """The tuning that was asked for, None for none.
+
+    Args:
+        args: the command's arguments.
+        project: the project's folder, whose presets count too.
+
+    Raises:
+        RequestError: there is no such preset, or its file cannot be used.
+    """
+    if not args.tune:
+        return None
+    from studio.playback.layers import presets
+
+    with as_request():
+        return presets.find(args.tune, project / presets.FOLDER if project is not None else None).tuning
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """The option that allows writing over a file."""
+    parser.add_argument("--force", action="store_true", help="write over a file that is there already")
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """--format A,B: several files into the folder named by -o."""
+    parser.add_argument(
+        "--format", metavar="A,B", help="write these formats into the folder named by -o, e.g. vrma,bvh"
+    )
+
+
+def add_range(parser: argparse.ArgumentParser) -> None:
+    """--part all|face|body, --fps N, --from S, --to S and --tune PRESET|FILE."""
+    parser.add_argument("--part", choices=PARTS, default="all", help="the face or the body alone (all)")
+    parser.add_argument("--fps", type=float, default=0.0, help="frame rate; the motion's own where not given")
+    parser.add_argument(
+        "--from", dest="start", type=float, default=0.0, metavar="S", help="seconds at which to begin (0)"
+    )
+    parser.add_argument("--to", dest="end", type=float, metavar="S", help="seconds at which to end")
+    add_tune(parser)
+
+
+def range_of(args: argparse.Namespace) -> ExportRange:
+    """What is to be written.
+
+    Raises:
+        RequestError: it is not possible.
+    """
+    if args.fps and not 1 <= args.fps <= 1000:
+        what = "The frame rate must be from 1 to 1000."
+        raise RequestError(what, "Leave --fps out to keep the motion's own.")
+    if not args.start >= 0 or (args.end is not None and not args.end > args.start):
+        raise RequestError("The span ends before it begins.", "Choose --to later than --from.")
+    return ExportRange(args.part, args.fps, args.start, args.end, tuning_of(args, args.project))
+
+
+def add_generation_options(parser: argparse.ArgumentParser) -> None:
+    """How a run is to move: --style NAME, --liveliness X and --seed N."""
+    parser.add_argument(
+        "--style",
+        metavar="NAME",
+        help="a take or performer it learnt from, or average (chosen on validation)",
+    )
+    add_sampling_options(parser)
+
+
+def add_sampling_options(parser: argparse.ArgumentParser) -> None:
+    """--liveliness X and --seed N."""
+    parser.add_argument(
+        "--liveliness",
+        type=float,
+        default=1.0,
+        metavar="X",
+        help="0 is still, 1 as it was learnt (1), more exaggerates, up to 3",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="another seed, another take of models that draw (0)"
+    )
+
+
+def generation_options_of(args: argparse.Namespace) -> GenerationOptions:
+    """How a run is to move."""
+    return GenerationOptions(args.style, args.seed, args.liveliness)
+
+
+def add_render_options(parser: argparse.ArgumentParser) -> None:
+    """--size, --view, --turn, --at, --clear, --light and --avatar."""
+    group = parser.add_argument_group("films (.mp4), stills (.png) and bodies (.glb)")
+    group.add_argument("--size", default="1280x720", metavar="WxH", help="pixels (1280x720)")
+    group.add_argument(
+        "--view", default="front", metavar="NAME",
+        help=f"one of {', '.join(VIEWS)}, or AROUND,ABOVE,NEAR in degrees, 1 being all of the body (front)",
+    )  # fmt: skip
+    group.add_argument(
+        "--turn", type=float, default=0.0, metavar="DEG", help="go around it, degrees a second (0)"
+    )
+    group.add_argument("--at", type=float, metavar="S", help="the moment of a still (the middle)")
+    group.add_argument("--clear", action="store_true", help="a still without the room behind the figure")
+    group.add_argument("--light", action="store_true", help="in light colours")
+    group.add_argument("--avatar", type=Path, metavar="VRM", help="this avatar, not the stick figure")
+
+
+def render_options_of(args: argparse.Namespace) -> RenderOptions:
+    """How pictures are to be drawn.
+
+    Raises:
+        RequestError: it is not possible.
+    """
+    wide, _, high = args.size.lower().partition("x")
+    if not (wide.isdecimal() and high.isdecimal()):
+        raise RequestError(f"{args.size} is no size of a picture.", "Write it as 1280x720.")
+    if args.avatar is not None and not args.avatar.is_file():
+        raise RequestError(f"There is no avatar at {args.avatar}.", "Check how the path is written.")
+    view = VIEWS.get(args.view) or _view(args.view)
+    return RenderOptions(int(wide), int(high), view, args.turn, args.at, args.clear, args.light, args.avatar)
+
+
+def _view(text: str) -> tuple[float, float, float]:
+    try:
+        around, above, near = (float(part) for part in text.split(","))
+    except ValueError:
+        what = f"There is no view called {text}."
+        raise RequestError(what, f"Choose one of {', '.join(VIEWS)}, or write AROUND,ABOVE,NEAR.") from None
+    return around, above, near
+
+
+def run_one(entry: Entry, out: Output) -> list[Path]:
+    """Make one file, as a queue of one of which only the progress is printed.
+
+    Returns:
+        The files that were written.
+
+    Raises:
+        Exception: whatever went wrong, as it was raised: its type decides the exit code.
+    """
+
+    def on_event(event: ChildEvent) -> None:
+        if isinstance(event, ProgressEvent):
+            out.progress(ProgressEvent(event.fraction, event.eta_s))  # a number in a queue says nothing here
+
+    queue = Queue([entry], on_event)
+    queue.run()
+    if queue.failed:
+        raise queue.failed[0].error
+    return queue.files
+
+
+def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
+    """Make everything and say what came of it; the last line names what failed and what was cancelled.
+
+    Raises:
+        StudioError: not one file could be made.
+    """
+
+    def on_event(event: ChildEvent) -> None:
+        match event:
+            case QueueProgressEvent():
+                out.progress(event, entries[event.index].name if entries else "")
+            case EntryEvent(state="done"):
+                out.emit(event, f"{event.name}: {', '.join(event.files)}")
+            case EntryEvent(state="failed"):
+                out.emit(event, f"{event.name}: {event.what} {event.remedy}")
+            case EntryEvent(state="cancelled"):
+                out.emit(event, f"{event.name}: cancelled")
+            case _:
+                out.emit(event)
+
+    requests = CancelRequests(watched=out.as_json)
+    queue = Queue(entries, on_event, requests.is_cancelled)
+    try:
+        queue.run()
+    finally:
+        requests.close()
+    if queue.failed and not queue.files and not queue.cancelled:
+        first = queue.failed[0]
+        if len(entries) == 1:
+            raise StudioError(first.what, first.remedy)
+        # A full disk or a run without weights fails every file alike, and needs no name.
+        alike = all(failure.what == first.what for failure in queue.failed)
+        details = first.what if alike else f"The first, {first.name}: {first.what}"
+        raise StudioError(f"None of the {len(entries)} files could be made. {details}", first.remedy)
+    parts = [f"{len(queue.files)} files written."]
+    parts += [f"{len(queue.failed)} failed."] if queue.failed else []
+    parts += [f"{len(queue.cancelled)} cancelled."] if queue.cancelled else []
+    failed = tuple(QueueFailure(one.name, one.what, one.remedy) for one in queue.failed)
+    files = tuple(str(file) for file in queue.files)
+    out.done(FilesDone(files, failed, tuple(queue.cancelled), note), " ".join([*parts, note]).strip())

@@ -1,0 +1,70 @@
+"""How good a run is at each look-ahead it offers to live use, measured and kept in its report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import count
+from typing import Any
+
+from studio.dataset.material import TrainingMaterial
+from studio.errors import StudioError
+from studio.evaluation.evaluation_set import EvaluationSet, evaluate
+from studio.files.atomic import plain, write_json
+from studio.motion import Motion
+from studio.project import Run
+
+OnStep = Callable[[int, int, int], None]
+_METRICS = ("rmse", "pearson_mouth", "motion_ratio", "std_ratio")
+"""The figures that Live shows beside its slider."""
+
+
+def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnStep) -> list[dict[str, Any]]:
+    """Measure a run at each of its look-aheads on some takes and keep the figures in report.json.
+
+    Args:
+        chosen: the run.
+        evaluation_set: takes it has not learnt from.
+        on_step: told (ms, how many were measured, of how many) before each; what it raises ends the work,
+            and nothing is kept.
+
+    Returns:
+        For each look-ahead `ms`, `reach_ms` and figures; empty for runs that offer none.
+    """
+    from studio.inference.live.steps import look_ahead_of
+    from studio.inference.offline import load_predictor
+    from studio.sound.sound_file import Sound
+
+    predictor = load_predictor(chosen.folder)
+    network, rate = predictor.model.network, predictor.model.recipe.sound.sample_rate
+    found: list[dict[str, Any]] = []
+    # A run that hears whole sentences goes live at none of them.
+    offered = () if predictor.model.recipe.sound.uses_encoder else network.look_aheads
+    of, begun = len(offered) * len(evaluation_set.material), count()
+    for ms in offered:
+        network.set_look_ahead(ms)
+
+        def predict(material: TrainingMaterial, ms: int = ms) -> Motion:
+            on_step(ms, next(begun), of)
+            sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
+            return predictor.generate_samples(sound.mono())
+
+        figures = evaluate(predict, evaluation_set.material).metrics
+        reach = round(look_ahead_of(predictor.model, ms).reach_ms, 2)
+        found.append({"ms": ms, "reach_ms": reach, **{name: figures.get(name) for name in _METRICS}})
+    if found:
+        _save(chosen, found, evaluation_set)
+    return found
+
+
+def _save(chosen: Run, found: list[dict[str, Any]], evaluation_set: EvaluationSet) -> None:
+    path = chosen.folder / "report.json"
+    # A run in a folder that cannot be written works all the same; Live then shows no figures.
+    with suppress(StudioError, OSError, ValueError, RecursionError):
+        report = json.loads(path.read_text(encoding="utf-8"))
+        report |= {
+            "look_aheads": found,
+            "look_aheads_on": {"split": evaluation_set.split, "takes": evaluation_set.takes},
+        }
+        write_json(path, plain(report))

@@ -1,0 +1,301 @@
+"""Events of a live performance, the practice performer, the doctor and the tour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from studio.ipc.events.common import ChildEvent, DoneEvent, NoteEvent
+
+Row = tuple[float | None, ...]
+Rows = tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class ReadyEvent(ChildEvent):
+    """What is known once, when a performance begins.
+
+    Args:
+        source: the microphone or file that is heard.
+        look_aheads: those offered, milliseconds, the shortest first.
+        look_ahead_ms, reach_ms, hop_ms, exact: the one in use, as inference/live/steps.py has it.
+        shape_names, bone_names: channels of the poses.
+        positions: where bones rest (J, 3).
+    """
+
+    NAME = "ready"
+
+    source: str
+    look_aheads: tuple[int, ...]
+    look_ahead_ms: int
+    reach_ms: float
+    shape_names: tuple[str, ...]
+    bone_names: tuple[str, ...]
+    positions: Rows
+    hop_ms: float = 0.0
+    exact: bool = True
+    run: str = ""
+    style: str = ""
+    fps: float = 0.0
+
+
+@dataclass(frozen=True)
+class ChannelsEvent(ChildEvent):
+    """Other channels from now on: layers leave some out. Fields as in `ReadyEvent`."""
+
+    NAME = "channels"
+
+    shape_names: tuple[str, ...]
+    bone_names: tuple[str, ...]
+    positions: Rows
+
+
+@dataclass(frozen=True)
+class PoseEvent(ChildEvent):
+    """The pose to be seen now, and the level of the sound.
+
+    Args:
+        shapes: by shape (S,).
+        rotations: by bone (J, 4).
+        positions: of the first bones (up to J, 3); the others rest.
+        root_position, root_rotation: (3,) and (4,).
+        peak_dbfs, rms_dbfs: the level.
+    """
+
+    NAME = "pose"
+
+    shapes: Row
+    rotations: Rows
+    positions: Rows
+    root_position: Row
+    root_rotation: Row
+    peak_dbfs: float
+    rms_dbfs: float
+
+
+@dataclass(frozen=True)
+class LiveTarget:
+    """An avatar program that is sent to.
+
+    Args:
+        to: HOST:PORT.
+        light: its TargetStatus.
+        sent, dropped: frames.
+        what, remedy: what is wrong with it, "" for nothing.
+    """
+
+    to: str
+    light: str
+    sent: int = 0
+    dropped: int = 0
+    what: str = ""
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class LiveStateEvent(ChildEvent):
+    """State, levels, latency and switches of a performance, some ten times a second.
+
+    Args:
+        speaking: whether somebody speaks.
+        gain_db: the automatic gain.
+        latency_ms: how long after a sound its pose is sent; 0 before it is known.
+        sound_delay_ms: how much to delay the sound to match.
+        seen: "unseen", "seen" or "minded" by viewers.
+        muted, frozen, neutral, gain_on, idles: the switches.
+        clipped: the sound clipped.
+        lost: no sound comes from the microphone.
+        idling: how far the avatar idles, 0 to 1.
+        load: share of a core used.
+        targets: the state of each target.
+        peak_dbfs, rms_dbfs, voice, late, frames, seconds, drift_ppm: as inference/live/performance.py has
+            them.
+        look_ahead_ms: the look-ahead in use.
+    """
+
+    NAME = "state"
+    VERBS = ("live",)
+
+    speaking: bool
+    gain_db: float
+    latency_ms: float
+    sound_delay_ms: int
+    seen: str
+    muted: bool
+    frozen: bool
+    neutral: bool
+    gain_on: bool
+    idles: bool
+    clipped: bool
+    lost: bool
+    idling: float
+    load: float
+    targets: tuple[LiveTarget, ...] = ()
+    peak_dbfs: float | None = None
+    rms_dbfs: float | None = None
+    voice: float | None = None
+    late: int = 0
+    frames: int = 0
+    seconds: float = 0.0
+    drift_ppm: float | None = None
+    look_ahead_ms: int = 0
+
+
+@dataclass(frozen=True)
+class LiveDone(DoneEvent):
+    """What was performed: seconds, poses made and made too late, frames sent and left out, and latency."""
+
+    VERBS = ("live",)
+
+    seconds: float = 0.0
+    frames: int = 0
+    late: int = 0
+    sent: int = 0
+    dropped: int = 0
+    latency_ms: float = 0.0
+    drift_ppm: float = 0.0
+
+
+@dataclass(frozen=True)
+class LookAheadEvent(ChildEvent):
+    """Another look-ahead is in use."""
+
+    NAME = "look_ahead"
+
+    look_ahead_ms: int
+    reach_ms: float = 0.0
+
+
+@dataclass(frozen=True)
+class VoiceEvent(ChildEvent):
+    """Where the delayed voice goes: an output's name, "" for the system's, None for nowhere."""
+
+    NAME = "voice"
+
+    to: str | None = None
+
+
+@dataclass(frozen=True)
+class LatencyEvent(ChildEvent):
+    """How late the avatar moves, told once that is settled."""
+
+    NAME = "latency"
+
+    latency_ms: float = 0.0
+    sound_delay_ms: int = 0
+
+
+@dataclass(frozen=True)
+class SwitchEvent(ChildEvent):
+    """A switch was turned."""
+
+    NAME = "switch"
+
+    name: str = ""
+    on: bool = False
+
+
+@dataclass(frozen=True)
+class WaveEvent(ChildEvent):
+    """A target gets the test wave."""
+
+    NAME = "wave"
+
+    to: str = ""
+
+
+@dataclass(frozen=True)
+class PerformerStartedEvent(ChildEvent):
+    """The practice performer begins to send."""
+
+    NAME = "started"
+    VERBS = ("performer",)
+
+    host: str = ""
+    port: int = 0
+    fps: float = 0.0
+
+
+@dataclass(frozen=True)
+class LineEvent(ChildEvent):
+    """The sentence the practice performer says now."""
+
+    NAME = "line"
+
+    text: str = ""
+    t: float = 0.0
+
+
+@dataclass(frozen=True)
+class PerformerDone(DoneEvent):
+    """What the practice performer did.
+
+    Args:
+        frames, frames_dropped, datagrams_sent, datagrams_lost: of a performance.
+        project, takes: of --sample.
+        files, bytes: of --bundle.
+    """
+
+    VERBS = ("performer",)
+
+    frames: int = 0
+    frames_dropped: int = 0
+    datagrams_sent: int = 0
+    datagrams_lost: int = 0
+    project: str = ""
+    takes: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    bytes: int = 0
+
+
+@dataclass(frozen=True)
+class VirtualDeviceEvent(NoteEvent):
+    """A missing screen or sound device is replaced by a virtual one, named as its environment variable."""
+
+    VERBS = ("tour",)
+
+    display: str = ""
+    PULSE_SERVER: str = ""  # the key is the variable that leads programs to the server
+
+
+@dataclass(frozen=True)
+class SystemCheckEvent(ChildEvent):
+    """One finding of `saia doctor`: what was looked at, whether it is well, and what to do where not."""
+
+    NAME = "check"
+
+    name: str = ""
+    ok: bool = False
+    what: str = ""
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class DoctorDone(DoneEvent):
+    """All findings of `saia doctor`."""
+
+    VERBS = ("doctor",)
+
+    checks: tuple[SystemCheckEvent, ...] = ()
+
+
+@dataclass(frozen=True)
+class TourStepEvent(ChildEvent):
+    """A step of the tour is over; `what` says what was missing, "" where it went well."""
+
+    NAME = "step"
+    VERBS = ("tour",)
+
+    name: str = ""
+    ok: bool = False
+    seconds: float = 0.0
+    what: str = ""
+
+
+@dataclass(frozen=True)
+class TourDone(DoneEvent):
+    """Files and steps of the tour."""
+
+    VERBS = ("tour",)
+
+    files: tuple[str, ...] = ()
+    steps: tuple[TourStepEvent, ...] = ()

@@ -1,0 +1,211 @@
+"""What the Live tab knows: the performance, its last state, the run and the sound; and word of changes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from studio.ipc.commands import Command, switch
+from studio.ipc.events import (
+    ChannelsEvent,
+    ChildEvent,
+    LiveStateEvent,
+    LookAheadEvent,
+    NoticeEvent,
+    PoseEvent,
+    ReadyEvent,
+    VoiceEvent,
+)
+from studio.training.run_choice import RunSelection, newest
+from studio.ui.live.state import Ready
+from studio.ui.live.task import LiveTask
+from studio.ui.session import Session
+from studio.ui.tasks import ChildTask
+
+if TYPE_CHECKING:
+    from studio.project import Run
+
+ANSWER_S = 1.0
+"""Seconds within which a child that is well has read a command and sent its state since."""
+
+
+class LiveModel(QObject):
+    """The only thing that the tab's cards share; it has no widgets.
+
+    Args:
+        session: the open project and the settings.
+        parent: as everywhere in Qt.
+        child: runs the performance; tests give one that starts nothing.
+
+    Signals:
+        about_to_start: a performance begins; what is chosen is to be remembered.
+        ready_changed: the child is ready to perform: it may be told the choices of every card.
+        state_changed: a LiveStateEvent came in.
+        posed: a PoseEvent came in.
+        voice_changed: where the delayed voice goes; "" for the system's output, None for nobody.
+        look_ahead_changed: milliseconds that the child uses from now on.
+        noticed: a sentence of the child to show for a while.
+        ended: the performance is over; `ready` and `state` are None again.
+        runs_changed: runs came or went; another may be chosen.
+        run_chosen: another run is to perform.
+        source_changed: `file` or `checking` is another now.
+    """
+
+    about_to_start = Signal()
+    ready_changed = Signal()
+    state_changed = Signal(object)
+    posed = Signal(object)
+    voice_changed = Signal(object)
+    look_ahead_changed = Signal(int)
+    noticed = Signal(str)
+    ended = Signal()
+    runs_changed = Signal()
+    run_chosen = Signal()
+    source_changed = Signal()
+
+    def __init__(
+        self, session: Session, parent: QObject | None = None, child: ChildTask | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.task = LiveTask(self, child)
+        self.switches = PendingSwitches()
+        self.ready: Ready | None = None
+        """What the child said of itself when it was ready; None before."""
+        self.state: LiveStateEvent | None = None
+        """Its last state; None before the first."""
+        self.selection = RunSelection()
+        self.look_ahead_ms: int | None = None
+        """The look-ahead chosen, None for the usual one."""
+        self.file: Path | None = None
+        """The sound file that is performed, None for a microphone."""
+        self.checking = False
+        """Whether a file is still being opened that is to be performed."""
+        self.active = False
+        """Whether the tab is the one shown."""
+        self.task.told.connect(self._on_event)
+        self.task.ended.connect(self._on_ended)
+        session.project_opened.connect(self.open)
+        session.runs_changed.connect(self.refresh)
+
+    @property
+    def runs(self) -> list[Run]:
+        """The project's runs that can perform."""
+        project = self._session.project
+        return [run for run in project.runs if run.has_weights] if project is not None else []
+
+    @property
+    def run(self) -> Run | None:
+        """The run that is chosen."""
+        return next((run for run in self.runs if run.id == self.selection.run), None)
+
+    # -- what happens to it --------------------------------------------------------------------
+
+    def activate(self) -> None:
+        """The tab is shown: poses are drawn."""
+        self.active = True
+        self.refresh()
+        self.task.tell(switch("poses", True))
+
+    def deactivate(self) -> None:
+        """Another tab is shown; the performance goes on, only its picture rests."""
+        self.active = False
+        self.task.tell(switch("poses", False))
+
+    def open(self) -> None:
+        """Another project is open; the performer of the one before leaves."""
+        self.task.stop()
+        self.selection, self.look_ahead_ms = RunSelection(), None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Choose the newest run where the one chosen is gone."""
+        runs = self.runs
+        if runs and self.run is None and not self.task.running:
+            self.selection, self.look_ahead_ms = RunSelection(newest(runs).id), None
+        self.runs_changed.emit()
+
+    def choose_run(self, selection: RunSelection) -> None:
+        """Perform with this run from the next start on."""
+        if selection.run != self.selection.run:
+            self.look_ahead_ms = None  # another run offers others
+        self.selection = selection
+        self.run_chosen.emit()
+
+    def choose_look_ahead(self, ms: int) -> None:
+        """Hear this far ahead, now and from the next start on."""
+        self.look_ahead_ms = ms
+        self.task.tell(Command("look-ahead", str(ms)))
+
+    def switch(self, name: str, on: bool) -> None:
+        """Turn a switch of the performance."""
+        self.switches.press(name, on)
+        self.task.tell(switch(name, on))
+
+    def show_checking(self, checking: bool) -> None:
+        """A file that was offered is being opened, or no longer."""
+        self.checking = checking
+        self.source_changed.emit()
+
+    def use_file(self, path: Path | None) -> None:
+        """Perform a file, None for a microphone; whatever was being opened is not any more."""
+        self.file, self.checking = path, False
+        self.source_changed.emit()
+
+    # -- what the child says -------------------------------------------------------------------
+
+    def _on_event(self, event: ChildEvent) -> None:
+        match event:
+            case PoseEvent():
+                self.posed.emit(event)
+            case LiveStateEvent():
+                self.state = event
+                self.state_changed.emit(event)
+            case NoticeEvent():
+                self.noticed.emit(f"{event.what} {event.remedy}")
+            case ReadyEvent():
+                self.ready = Ready.of(event)
+                self.ready_changed.emit()
+                if not self.active:
+                    self.task.tell(switch("poses", False))
+            case ChannelsEvent() if self.ready is not None:
+                self.ready = self.ready.of_channels(event)
+            case VoiceEvent():
+                self.voice_changed.emit(event.to)
+            case LookAheadEvent():
+                self.look_ahead_changed.emit(event.look_ahead_ms)
+
+    def _on_ended(self) -> None:
+        self.ready = self.state = None
+        self.switches.clear()
+        self.ended.emit()
+        self.refresh()
+
+
+class PendingSwitches:
+    """Switches that were just pressed: states that the child sent before it read of them undo nothing.
+
+    Args:
+        now: a clock in seconds.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._pressed: dict[str, tuple[bool, float]] = {}
+
+    def press(self, name: str, on: bool) -> None:
+        """A switch was pressed."""
+        self._pressed[name] = on, self._now()
+
+    def shown(self, name: str, state: bool) -> bool:
+        """Whether a switch is to be shown on where the child's state has it so."""
+        on, at = self._pressed.get(name, (state, float("-inf")))
+        return on if self._now() - at < ANSWER_S else state
+
+    def clear(self) -> None:
+        """Nobody is there any more to answer."""
+        self._pressed.clear()

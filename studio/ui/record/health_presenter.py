@@ -1,0 +1,107 @@
+"""Presenter of the health card, and of what the status strip says of motion and sound."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication, QObject
+
+from studio.capture.health import is_quiet
+from studio.capture.snapshot import Snapshot
+from studio.settings import NO_MICROPHONE
+from studio.ui.record.health_view import HealthCard
+from studio.ui.record.model import RecordModel
+from studio.ui.session import Session
+
+NAMELESS = ("default", "pulse", "sysdefault")
+"""What sound systems call the microphone that the system chooses."""
+
+Finding = tuple[str, str, str]
+"""Sentence, remedy, health ("good", "warn" or "")."""
+
+
+class HealthPresenter(QObject):
+    """Puts a look at the recorder into words."""
+
+    def __init__(self, card: HealthCard, model: RecordModel, session: Session) -> None:
+        super().__init__(card)
+        self._card, self._model, self._session = card, model, session
+        model.polled.connect(self._show_strip)
+        model.text_due.connect(self._show_card)
+
+    def _show_strip(self, snap: Snapshot) -> None:
+        self._session.status_changed.emit("motion", *strip_motion(snap))
+        self._session.status_changed.emit("sound", *strip_sound(snap))
+
+    def _show_card(self, snap: Snapshot) -> None:
+        problems, microphone = dict(self._model.problems), self._session.settings.audio_device
+        if self._model.practice.problem:
+            remedy = self.tr("Plug in headphones, then stop it and start it again; or record motion alone.")
+            problems["practice"] = (self._model.practice.problem, remedy)
+        rows = findings(snap, problems, microphone != NO_MICROPHONE, self._session.rolling)
+        self._card.show_findings(rows)
+        self._card.show_numbers(
+            packets=f"{snap.packets_per_s:.0f}",
+            frames=f"{snap.frames_per_s:.1f}",
+            jitter=f"{snap.jitter_ms:.1f} ms",
+            late=str(snap.late),
+            lost=str(snap.frames_lost + snap.packets_lost),
+            bad=str(snap.packets_bad),
+        )
+
+
+def findings(
+    snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: bool, rolling: bool = False
+) -> list[Finding]:
+    """Rows of the health card, the worst first.
+
+    Args:
+        snap: the capture now.
+        problems: inputs that could not be opened, by "motion" and "sound".
+        microphone: whether one is to be recorded.
+        rolling: whether a take is being recorded.
+    """
+    rows: list[Finding] = [(what, remedy, "warn") for what, remedy in problems.values()]
+    rows += [
+        (_named(what, snap.device), remedy, "warn")
+        for what, remedy in snap.problems
+        if (what, remedy) not in problems.values()
+    ]
+    if snap.motion_alive and "motion" not in problems and "motion" not in snap.troubled:
+        rows.append((_tr("Motion is steady."), "", "good"))
+    elif not rows and rolling:
+        remedy = _tr("Start the motion sender; what it sends from then on is in the take.")
+        rows.append((_tr("No motion comes in: so far this take holds sound alone."), remedy, "warn"))
+    elif not rows:
+        rows.append((_tr("No motion comes in yet."), "", ""))
+    if not microphone:
+        rows.append((_tr("Recording without sound."), "", ""))
+    elif snap.audio_alive and "sound" not in problems and "sound" not in snap.troubled:
+        rows.append((_tr("Sound is fine."), "", "good"))
+    return rows
+
+
+def strip_motion(snap: Snapshot) -> tuple[str, str]:
+    """The motion's fact in the status strip."""
+    if snap.motion_alive:
+        return _tr("VMC {0}/s").format(f"{snap.frames_per_s:.1f}"), "good"
+    return (_tr("no motion"), "") if snap.port else (_tr("motion not open"), "warn")
+
+
+def strip_sound(snap: Snapshot) -> tuple[str, str]:
+    """The sound's fact in the status strip."""
+    if snap.device is None:
+        return "", ""
+    if not snap.audio_alive:
+        return _tr("no sound"), "warn"
+    if is_quiet(snap.hold_dbfs):
+        return _tr("Mic silent"), "warn" if "silent" in snap.troubled else ""
+    text = _tr("Mic {0} dBFS").format(f"{snap.hold_dbfs:.0f}")
+    return text, "warn" if snap.clipped else "good"
+
+
+def _named(what: str, device: str | None) -> str:
+    """A sentence about a device that has no name of its own, in the words of the list of microphones."""
+    return what.replace(device, _tr("System's microphone")) if device in NAMELESS else what
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Findings", text)

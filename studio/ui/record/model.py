@@ -1,0 +1,425 @@
+"""What the Record tab knows: the recorder, whether it rolls, the slate, and word of what changed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from PySide6.QtCore import QObject, Qt, QThreadPool, QTimer, Signal
+
+from studio.capture import input_tests
+from studio.capture.snapshot import RecorderState, Snapshot
+from studio.dataset import edits
+from studio.errors import StudioError
+from studio.take.take import Take
+from studio.ui import tasks
+from studio.ui.record.playback import SavedTakePlayer
+from studio.ui.record.task import PERFORMER_NAME, PracticeTask
+from studio.ui.session import Session
+from studio.ui.undo import DatasetUndo
+
+if TYPE_CHECKING:
+    from studio.capture.cut_off import CutOff
+    from studio.capture.recorder import Recorder
+    from studio.project import Project
+
+TAB = "record"
+"""Whose steps of undo these are."""
+SHOWN_MS, HIDDEN_MS = 16, 500
+"""How often the recorder is polled while Record is shown, and while another tab is."""
+SLOW_EVERY = 12
+"""Text is updated at every twelfth poll: five times a second can be read, sixty cannot."""
+CLOSING_MS = 5_000
+PRACTICE_SENDER = "the practice performer"
+
+
+@dataclass(frozen=True)
+class SavedTake:
+    """A take that was just saved.
+
+    Args:
+        take: it.
+        moved_ms: how much later its motion is used, as the sync test of its inputs found; 0 where unknown.
+        cut: why it ended by itself, None where it was stopped.
+    """
+
+    take: Take
+    moved_ms: float = 0.0
+    cut: CutOff | None = None
+
+
+class RecordModel(QObject):
+    """The only thing that the tab's cards share; it has no widgets.
+
+    Signals:
+        recorder_changed: the Recorder of the open project, None while there is none.
+        polled: a Snapshot of the recorder, several times a second, whichever tab is shown.
+        text_due: the Snapshot to put into words, while the tab is shown.
+        frame_due: the Snapshot to draw, at the display's rate, while the tab is shown.
+        about_to_roll: a take is about to begin; what is typed counts now.
+        slate_changed: the next take is called otherwise; read `slate` and `number`.
+        practice_changed: the practice performer was started or stopped.
+        saved: a SavedTake is in the open project.
+        cut_off: the CutOff of a take that is not in the open project.
+        recovered: takes that were cut short by a crash, and (name, StudioError) of those that are lost.
+        failed: an exception that somebody should see.
+    """
+
+    recorder_changed = Signal(object)
+    polled = Signal(object)
+    text_due = Signal(object)
+    frame_due = Signal(object)
+    about_to_roll = Signal()
+    slate_changed = Signal()
+    practice_changed = Signal()
+    saved = Signal(object)
+    cut_off = Signal(object)
+    recovered = Signal(object, object)
+    failed = Signal(object)
+
+    def __init__(self, session: Session, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.recorder: Recorder | None = None
+        """The open project's; it listens to the inputs all the time."""
+        self.busy: Literal["", "starting", "saving"] = ""
+        """What goes on off the GUI thread."""
+        self.slate, self.number = session.settings.slate, 1
+        self.problems: dict[str, tuple[str, str]] = {}
+        """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
+        self.may_refresh = True
+        """Whether looking for microphones anew would interrupt no sound that is being played."""
+        self.active = False
+        """Whether the tab is the one shown."""
+        self.undo_scope = DatasetUndo(session, TAB, self)
+        self.countdown = Countdown(self)
+        self.practice = PracticeTask(self)
+        self.player = SavedTakePlayer(session, self)
+        self._practised = False  # the take that rolls was begun with the practice performer
+        self._ticks = 0
+        # One thread: an input must be closed before it is opened anew, and open before a take begins.
+        self._in_order = QThreadPool(self)
+        self._in_order.setMaxThreadCount(1)
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)  # a coarse one strays by 5 %: the figure stutters
+        self._timer.setInterval(HIDDEN_MS)
+        self._timer.timeout.connect(self._poll)
+        self.countdown.ended.connect(self._start)
+        self.practice.failed.connect(self.failed)
+        self.player.failed.connect(self.failed)
+        session.project_opened.connect(self.open)
+
+    # -- what happens to it --------------------------------------------------------------------
+
+    def activate(self) -> None:
+        """The tab is shown: poll the recorder at the display's rate."""
+        self.active = True
+        self._timer.setInterval(SHOWN_MS)
+        self._timer.start()
+
+    def deactivate(self) -> None:
+        """Another tab is shown: inputs and a recording go on, only the pictures rest."""
+        self.active = False
+        self.player.stop()
+        self._timer.setInterval(HIDDEN_MS)
+
+    def close(self) -> None:
+        """The window closes: let go of microphone and port."""
+        self._timer.stop()
+        self.player.stop()
+        self.practice.close()
+        recorder = self._detach()
+        self._in_order.waitForDone(CLOSING_MS)
+        if recorder is not None:
+            recorder.close()
+
+    def open(self) -> None:
+        """Record into the project that is open now, and no longer into the one before."""
+        recorder = self._detach()
+        if recorder is not None:
+            tasks.run(recorder.close, lambda _: None, owner=self)
+        self.player.stop()
+        project = self._session.project
+        if project is None:
+            return
+        folder = project.takes_folder
+        self._next_number()
+        # First what was cut short is recovered; only then may a new journal be begun in its folder.
+        tasks.run(
+            lambda: _recovered(folder),
+            lambda found: self.use_recovered(project, *found),
+            lambda error: self._on_not_recovered(project, error),
+            owner=self,
+        )
+
+    def in_order(
+        self,
+        work: Callable[[], object],
+        on_done: Callable[..., None],
+        on_error: Callable[[BaseException], None] | None = None,
+    ) -> None:
+        """Do something with the recorder's inputs, after all that was requested before has been done."""
+        tasks.run(work, on_done, on_error, owner=self, pool=self._in_order)
+
+    # -- the one key -----------------------------------------------------------------------------
+
+    def toggle(self) -> None:
+        """What the one key does now: count down, cancel that, or stop."""
+        if self.busy or self.recorder is None:
+            return
+        if self._session.rolling:
+            self._stop()
+        elif self.countdown.running:
+            self.countdown.cancel()
+        else:
+            self._begin()
+
+    def finish(self) -> None:
+        """Save the take that rolls, and wait for it: the window closes.
+
+        Raises:
+            StudioError: it cannot be saved.
+        """
+        if self._session.rolling and self.recorder is not None:
+            self.recorder.stop()
+
+    def wait(self) -> None:
+        """Wait for a take that is being begun or saved."""
+        if self.busy:
+            tasks.wait()
+
+    def _begin(self) -> None:
+        project = self._session.project
+        if project is None:
+            return
+        if project.read_only:
+            self.failed.emit(StudioError(self._session.locked_reason, project.read_only_remedy))
+            return
+        if not project.folder.is_dir():  # a take would make an empty shell of a project in its place
+            what = self.tr("The folder of {0} is gone.").format(project.name)
+            self.failed.emit(StudioError(what, self.tr("Open the project where it is now.")))
+            return
+        self.player.stop()  # a take that is played would be recorded once more
+        self.about_to_roll.emit()
+        self.countdown.start(self._session.settings.countdown)
+
+    def _start(self) -> None:
+        """Roll. The recorder makes its journal, so it is called off the GUI thread."""
+        recorder = self.recorder
+        if recorder is None:
+            return
+        self.busy = "starting"
+        slate, number, pre_roll = self.slate, self.number, self._session.settings.pre_roll
+        self._practised = self.practice.on
+        self.in_order(
+            lambda: recorder.start(slate, number, pre_roll=pre_roll),
+            lambda _: self._on_started(),
+            self.fail,
+        )
+
+    def _on_started(self) -> None:
+        self.busy = ""
+        self._session.set_rolling(True)
+
+    def _stop(self) -> None:
+        recorder = self.recorder
+        if recorder is None:
+            return
+        self.busy = "saving"
+        self._session.set_rolling(False)
+        # Not in order with the inputs: one that is slow to open must not hold a take back.
+        tasks.run(recorder.stop, lambda take: self.adopt(take, recorder.cut_off), self.fail, owner=self)
+
+    def adopt(self, take: Take, cut: CutOff | None = None) -> None:
+        """A take was saved: it is the open project's, where it lies in its folder.
+
+        Elsewhere its project's folder went away, or another project was opened while it was saved; its own
+        finds it when it is opened again.
+        """
+        self.busy = ""
+        project = self._session.project
+        if project is None or take.folder.parent != project.takes_folder:
+            if cut is not None:
+                self.cut_off.emit(cut)
+            return
+        practised = self._practised or self.practice.on
+        self._session.adopt(take, PERFORMER_NAME if practised else "")
+        moved_ms = self.apply_sync(take, self.recorder.snapshot()) if self.recorder is not None else 0.0
+        self._next_number()
+        self.saved.emit(SavedTake(take, moved_ms, cut))
+
+    def fail(self, error: BaseException) -> None:
+        """A take could not be begun or saved."""
+        self.busy = ""
+        state = self.recorder.snapshot().state if self.recorder else RecorderState.IDLE
+        self._session.set_rolling(state == RecorderState.ROLLING)
+        self._next_number()
+        self.failed.emit(error)
+
+    # -- the slate -------------------------------------------------------------------------------
+
+    def set_slate(self, text: str) -> None:
+        """Call the next takes by another slate, and remember it."""
+        slate = text.strip() or self.tr("Take")
+        if slate != self.slate:
+            self.slate = slate
+            self._session.change_settings(slate=slate)
+        self._next_number()
+
+    def record_again(self, take: Take) -> None:
+        """Record the slate of a take that was thrown away."""
+        self.slate = take.info.slate or self.slate
+        self._next_number()
+        self.toggle()
+
+    def _next_number(self) -> None:
+        project = self._session.project
+        if project is not None:
+            self.number = project.next_number(self.slate)
+            self.slate_changed.emit()
+
+    # -- the practice performer ------------------------------------------------------------------
+
+    def set_practising(self, on: bool) -> None:
+        """Start or stop the practice performer."""
+        settings = self._session.settings
+        self.practice.set_on(on, settings.vmc_port, settings.audio_output)
+        self.practice_changed.emit()
+
+    def redirect_practice(self, port: int) -> None:
+        """Whoever performs here performs for the port that is listened to."""
+        if self.practice.on:
+            self.practice.redirect(port, self._session.settings.audio_output)
+
+    # -- sync ------------------------------------------------------------------------------------
+
+    def sync_sender(self, snap: Snapshot) -> str:
+        """Who sends: a camera's delay is not the practice performer's, though both come to one port."""
+        return PRACTICE_SENDER if self.practice.on else input_tests.sender_of(snap.sources)
+
+    def sync_ms(self, snap: Snapshot) -> float | None:
+        """Milliseconds measured for the microphone and the sender in use; None where nobody measured."""
+        sender = self.sync_sender(snap)
+        if not snap.device or not sender:
+            return None
+        return input_tests.remembered(self._session.settings.sync_offsets, snap.device, sender)
+
+    def apply_sync(self, take: Take, snap: Snapshot) -> float:
+        """Give a new take the offset of its inputs; milliseconds later, 0 where nothing is known.
+
+        A recording is never altered: the offset is one of the take's choices, which Curate shows and undo
+        takes back.
+        """
+        project, ms = self._session.project, self.sync_ms(snap)
+        if project is None or not ms or take.id not in project.dataset:
+            return 0.0
+        name = self.tr("Sync of {0}").format(take.id)
+        changed = edits.set_offset(project.dataset, [take.id], round(-ms / 1000, 4))
+        self._session.edit(name, changed, TAB)
+        return -ms
+
+    # -- the recorder ----------------------------------------------------------------------------
+
+    def clear_clip(self) -> None:
+        """Put the clip lamp out."""
+        if self.recorder is not None:
+            self.recorder.clear_clip()
+
+    def use_recovered(
+        self, project: Project, takes: tuple[Take, ...], failed: tuple[tuple[str, StudioError], ...] = ()
+    ) -> None:
+        """Adopt what was recovered, and record into the project from now on.
+
+        Nothing happens where another project was opened meanwhile, which has a recorder of its own.
+        """
+        from studio.capture.recorder import Recorder
+
+        if project is not self._session.project:
+            return
+        for take in takes:
+            self._session.adopt(take)
+        self.recorder = Recorder(project.takes_folder)
+        self.recorder_changed.emit(self.recorder)
+        self._timer.start()
+        self._next_number()
+        if takes or failed:
+            self.recovered.emit(takes, failed)
+
+    def _on_not_recovered(self, project: Project, error: BaseException) -> None:
+        self.failed.emit(error)
+        self.use_recovered(project, ())
+
+    def _detach(self) -> Recorder | None:
+        """Record no more into the project that was open; gives its recorder."""
+        recorder, self.recorder = self.recorder, None
+        self.recorder_changed.emit(None)
+        return recorder
+
+    def _poll(self) -> None:
+        recorder = self.recorder
+        if recorder is None:
+            return
+        snap = recorder.snapshot()
+        if self._session.rolling and not self.busy and snap.state != RecorderState.ROLLING:
+            self._stop()  # the recorder ended the take by itself, and says why
+        self.may_refresh = self.active and self.player.current is None
+        self._ticks += 1
+        if not self.active or self._ticks % SLOW_EVERY == 0:
+            self.polled.emit(snap)
+            if self.active:
+                self.text_due.emit(snap)
+        if self.active:
+            self.frame_due.emit(snap)
+
+
+class Countdown(QObject):
+    """Counts down once.
+
+    Signals:
+        ended: it reached zero; not after a cancel.
+    """
+
+    ended = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._end = 0.0
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self.ended)
+
+    @property
+    def running(self) -> bool:
+        """Whether it counts."""
+        return self._timer.isActive()
+
+    @property
+    def text(self) -> str:
+        """The whole seconds left, "" when it does not count."""
+        return str(max(1, math.ceil(self._end - time.monotonic()))) if self.running else ""
+
+    def start(self, seconds: float) -> None:
+        """Count from some seconds; 0 ends at once."""
+        self._end = time.monotonic() + seconds
+        if seconds <= 0:
+            self.ended.emit()
+        else:
+            self._timer.start(int(seconds * 1000))
+
+    def cancel(self) -> None:
+        """Stop counting; nothing happens."""
+        self._timer.stop()
+
+
+def _recovered(folder: Path) -> tuple[tuple[Take, ...], tuple[tuple[str, StudioError], ...]]:
+    """Takes that were cut short by a crash, and those that could not be recovered. Runs on a pool thread."""
+    from studio.capture.recorder import recover
+
+    failed: list[tuple[str, StudioError]] = []
+    takes = recover(folder, lambda left, error: failed.append((left.name, error)))
+    return takes, tuple(failed)
