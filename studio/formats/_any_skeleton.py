@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from studio.formats._bvh_text import Bvh
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 
 Array = NDArray[np.floating]
 
-_MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
-_MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
 # Thigh and shin of the built-in figure.
 _LEG_M = 0.81
 # Metres of thigh and shin together, from a child's to a giant's.
@@ -51,7 +50,7 @@ def to_humanoid(bvh: Bvh, bones: dict[str, int], skeleton: Skeleton) -> tuple[Mo
     for j, name in enumerate(names):
         if name in lowered:
             q[:, j] = rotation.multiply(q[:, j], np.broadcast_to(lowered[name], q[:, j].shape))
-    p, q = p * scale * _MIRROR_POSITION, q * _MIRROR_ROTATION
+    p, q = p * scale * MIRROR, q * MIRROR_TURN
     positions, rotations = p.copy(), q.copy()
     for j, parent in enumerate(Skeleton.humanoid(names).parents):
         if parent >= 0:

@@ -20,6 +20,7 @@ from studio.formats._table import check_suffix, counted
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 
 TITLE = "BVH"
 SUFFIX = ".bvh"
@@ -32,8 +33,6 @@ NOTE = (
 METRES = 0.01
 # As VirtualMotionCapture writes it; some readers refuse a joint without an end.
 END_SITE_CM = 5.0
-_MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
-_MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
 _TOLERANCE_CM = 0.05
 _FRAMES_COMPARED = 1000
 
@@ -128,7 +127,7 @@ def _depth_first(skeleton: Skeleton) -> list[int]:
 def _joints(skeleton: Skeleton, order: list[int]) -> tuple[Joint, ...]:
     place = {bone: j for j, bone in enumerate(order)}
     hips = order[0]
-    offsets = skeleton.rest_positions * _MIRROR_POSITION / METRES
+    offsets = skeleton.rest_positions * MIRROR / METRES
     parents = {bone: hips if skeleton.parents[bone] < 0 else skeleton.parents[bone] for bone in order[1:]}
     with_children = set(parents.values())
     joints = [Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS)]
@@ -155,11 +154,11 @@ def _three(values: Array) -> tuple[float, float, float]:
 
 def _frames(motion: Motion, order: list[int]) -> Array:
     """Channel values (T, 3 + 3 J)."""
-    turned = motion.rotations[:, order] * _MIRROR_ROTATION
+    turned = motion.rotations[:, order] * MIRROR_TURN
     # In the order of the channels, Yrotation Xrotation Zrotation, which is R = Ry Rx Rz.
     y, x, z = rotation.to_euler_yxz(turned)
     angles = np.degrees(np.stack([y, x, z], axis=-1)).reshape(len(motion), -1)
-    hips = motion.positions[:, order[0]] * _MIRROR_POSITION / METRES
+    hips = motion.positions[:, order[0]] * MIRROR / METRES
     return np.concatenate([hips, angles], axis=1)
 
 
@@ -176,7 +175,7 @@ def _fits(bvh: Bvh, written: Array, motion: Motion, order: list[int]) -> bool:
         wanted = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
         wanted[:, order[0]] = motion.positions[rows, order[0]]
         skeleton = _rooted(motion.skeleton, order[0])
-        expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * _MIRROR_POSITION / METRES
+        expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * MIRROR / METRES
         part = Bvh(bvh.joints, bvh.frame_time, bvh.frames[rows])
         got = _skeleton(bvh).forward(*part.local())[0]
         return float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM

@@ -18,10 +18,11 @@ from studio.errors import RequestError
 from studio.formats import Imported, _glb
 from studio.formats._table import check_suffix
 from studio.formats._vrm import animation
-from studio.formats._vrm.animation import EYES, MIRROR_POSITION, MIRROR_ROTATION, SLOWEST
+from studio.formats._vrm.animation import EYES, SLOWEST
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 from studio.motion.channels import VRM0_TO_VRM1, VRM1_SHAPES, vrm1_bone
 
 TITLE = "VRM Animation"
@@ -131,7 +132,7 @@ def _gaze(motion: Motion) -> Array | None:
     eyes = [motion.rotations[:, motion.bone_names.index(eye)] for eye in EYES if eye in motion.bone_names]
     if not eyes:
         return None
-    yaw, pitch, roll = rotation.to_euler_yxz(rotation.slerp(eyes[0], eyes[-1], 0.5) * MIRROR_ROTATION)
+    yaw, pitch, roll = rotation.to_euler_yxz(rotation.slerp(eyes[0], eyes[-1], 0.5) * MIRROR_TURN)
     return rotation.sign_continuous(rotation.from_euler_yxz(yaw, pitch, np.zeros_like(roll)))
 
 
@@ -150,8 +151,8 @@ def _document(
     for j, name in enumerate(body.bone_names):
         node = skeleton.bone_names.index(name) + 1
         if name == "Hips":
-            tracks.append((node, "translation", numbers.add(body.positions[:, j] * MIRROR_POSITION)))
-        tracks.append((node, "rotation", numbers.add(body.rotations[:, j] * MIRROR_ROTATION)))
+            tracks.append((node, "translation", numbers.add(body.positions[:, j] * MIRROR)))
+        tracks.append((node, "rotation", numbers.add(body.rotations[:, j] * MIRROR_TURN)))
     extension: dict[str, Any] = {"specVersion": "1.0", "humanoid": {"humanBones": _human_bones(skeleton)}}
     if gaze is not None:
         nodes[0]["children"].append(len(nodes))
@@ -184,7 +185,7 @@ def _document(
 def _bone_nodes(skeleton: Skeleton) -> list[dict[str, Any]]:
     """A root without any turn, and each bone at its place in the list plus one."""
     # + 0.0 makes of -0.0, which JSON would keep, a plain zero.
-    offsets = skeleton.rest_positions * MIRROR_POSITION + 0.0
+    offsets = skeleton.rest_positions * MIRROR + 0.0
     nodes: list[dict[str, Any]] = [{"name": "Root", "children": []}]
     nodes += [
         {"name": name, "translation": offset.tolist()}
@@ -204,7 +205,7 @@ def _eye_offset(motion: Motion) -> list[float]:
     if "Head" in motion.bone_names:
         found = [motion.skeleton.rest_positions[motion.bone_names.index(e)] for e in _eyes_of(motion)]
         rest = np.array(found)
-    offset: list[float] = (rest.mean(axis=0) * MIRROR_POSITION + 0.0).tolist()
+    offset: list[float] = (rest.mean(axis=0) * MIRROR + 0.0).tolist()
     return offset
 
 

@@ -149,11 +149,6 @@ class Avatar:
         hips = _place(self.skeleton, "Hips")
         return float(self.rest_joints[hips, 1]) if hips >= 0 else 0.0
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all surfaces."""
-        return sum(len(surface.triangles) for surface in self.surfaces)
-
     @cached_property
     def skins(self) -> tuple[Skin, ...]:
         """What moves each surface; worked out once, in a moment: not first on a thread that draws."""

@@ -18,7 +18,6 @@ from studio.performer import espeak, sentences
 from studio.performer.sentences import Sentence
 
 MOUTH = ("A", "I", "U", "E", "O")
-BILABIAL = frozenset("mbpɸβ")
 VOWELS = frozenset("aɑæäɐʌəɚɝɜeɛiɪɨyoɔɒuʊɯø")
 
 
@@ -95,11 +94,6 @@ def targets(name: str) -> tuple[tuple[str, Target, float], ...]:
 def is_vowel(name: str) -> bool:
     """Whether a phoneme carries a syllable."""
     return any(letter in VOWELS for letter in name)
-
-
-def is_bilabial(name: str) -> bool:
-    """Whether a phoneme shuts the lips."""
-    return any(letter in BILABIAL for letter in name)
 
 
 Samples = NDArray[np.float32]
