@@ -127,7 +127,7 @@ def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[
     """
     sound = folder / SOUND
     # The sizes in a WAV's head are written last; of a killed program they are still zero.
-    samples = wav_writer.mend(sound, *_sound_form(contents.head)) if sound.is_file() else 0
+    samples = wav_writer.repair(sound, *_sound_form(contents.head)) if sound.is_file() else 0
     # Fitted anew over the whole take, which is more exact than the fit that was shown while it rolled.
     fit = _fit(contents, samples)
     arrivals = [block.arrivals for block in contents.row_blocks]

@@ -44,4 +44,4 @@ def _alike(back: Motion, motion: Motion) -> bool:
         (back.root_rotation, motion.root_rotation),
     )  # fmt: skip
     names = (back.shape_names, back.bone_names) == (motion.shape_names, motion.bone_names)
-    return names and all(np.array_equal(got, wanted) for got, wanted in pairs)
+    return names and all(np.array_equal(got, expected) for got, expected in pairs)

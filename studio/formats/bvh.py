@@ -172,10 +172,10 @@ def _fits(bvh: Bvh, written: Array, motion: Motion, order: list[int]) -> bool:
     if fits and float(np.abs(bvh.frames - written).max(initial=0.0)) < 1e-3:
         rows = np.unique(np.linspace(0, len(motion) - 1, _FRAMES_COMPARED).astype(int))
         # Bones that move against their parent (only Hips may in a BVH) are held at their rest offset.
-        wanted = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
-        wanted[:, order[0]] = motion.positions[rows, order[0]]
+        positions = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
+        positions[:, order[0]] = motion.positions[rows, order[0]]
         skeleton = _rooted(motion.skeleton, order[0])
-        expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * MIRROR / METRES
+        expected = skeleton.forward(positions, motion.rotations[rows])[0][:, order] * MIRROR / METRES
         part = Bvh(bvh.joints, bvh.frame_time, bvh.frames[rows])
         got = _skeleton(bvh).forward(*part.local())[0]
         return float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM

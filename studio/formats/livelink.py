@@ -211,9 +211,9 @@ def _fits(
         return False
     apart = [np.abs(back.times - motion.times).max(), np.abs(back.shapes - weights).max()]
     for bone, (yaw, pitch, roll) in ((bone, values.T) for bone, values in angles.items()):
-        wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
+        expected = rotation.from_euler_yxz(-yaw, pitch, -roll)
         got = back.rotations[:, back.bone_names.index(bone)]
-        apart.append(rotation.angle_between(got, wanted).max())
+        apart.append(rotation.angle_between(got, expected).max())
     # Not `any(far > ...)`: NaN compares as false, and must not pass.
     return all(far <= 1e-3 for far in apart)
 

@@ -231,10 +231,10 @@ def _fits(path: Path, body: Motion, expressions: dict[str, Array]) -> bool:
         return False
     rows = np.unique(np.linspace(0, len(body) - 1, _FRAMES_COMPARED).astype(int))
     # Bones that move against their parent (only Hips may in a VRMA) are held at their rest offset.
-    wanted = np.tile(body.skeleton.rest_positions, (len(rows), 1, 1))
+    expected = np.tile(body.skeleton.rest_positions, (len(rows), 1, 1))
     if "Hips" in body.bone_names:
-        wanted[:, body.bone_names.index("Hips")] = body.positions[rows, body.bone_names.index("Hips")]
-    at, turned = body.skeleton.forward(wanted, body.rotations[rows])
+        expected[:, body.bone_names.index("Hips")] = body.positions[rows, body.bone_names.index("Hips")]
+    at, turned = body.skeleton.forward(expected, body.rotations[rows])
     got_at, got_turned = back.skeleton.forward(back.positions[rows], back.rotations[rows])
     bones = [back.bone_names.index(name) for name in body.bone_names]
     far = np.abs(got_at[:, bones] - at).max(initial=0.0)

@@ -73,7 +73,7 @@ class WavWriter:
         self._file.close()
 
     def abandon(self) -> None:
-        """Close without another byte, for a disk that takes none; `mend` sets the sizes later."""
+        """Close without another byte, for a disk that takes none; `repair` sets the sizes later."""
         if not self._file.closed:
             try:
                 self._file.close()
@@ -82,7 +82,7 @@ class WavWriter:
                 self.frames = 0
 
 
-def mend(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
+def repair(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
     """Set the sizes of a file whose writer was killed, by its length; a torn last sample is cut off.
 
     Args:
