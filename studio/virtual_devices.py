@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from studio import launch
@@ -79,7 +79,7 @@ def virtual_screen() -> Iterator[str]:
             raise StudioError("The virtual screen did not start.", "Run `Xvfb :99` to see why.")
         yield f":{number}"
     finally:
-        _end(server)
+        end(server)
 
 
 def sound_available() -> bool:
@@ -87,11 +87,31 @@ def sound_available() -> bool:
     return sys.platform == "linux" and launch.program("pulseaudio") is not None
 
 
+def start_pulseaudio(folder: Path) -> subprocess.Popen[bytes]:
+    """Start the sound server whose script lies in a folder; also the way to plug it in again."""
+    command = [
+        launch.program("pulseaudio") or "pulseaudio",
+        "-n", "-F", str(folder / "default.pa"), "--daemonize=no", "--exit-idle-time=-1",
+        "--use-pid-file=no", "--disable-shm=yes", "--realtime=no", "--high-priority=no",
+        f"--log-target=file:{folder / 'log'}",
+    ]  # fmt: skip
+    # Its own home and runtime folder: a person's real sound server is neither found nor disturbed.
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder), "HOME": str(folder)}
+    environment.pop("PULSE_SERVER", None)
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen(_mortal(command), env=environment, stdin=quiet, stdout=quiet, stderr=quiet)
+
+
 @contextlib.contextmanager
-def virtual_sound() -> Iterator[dict[str, str]]:
+def virtual_sound(
+    start: Callable[[Path], subprocess.Popen[bytes]] = start_pulseaudio,
+) -> Iterator[dict[str, str]]:
     """A sound server whose one output is heard by its one input.
 
     PortAudio lists devices once: re-enumerate after this opens and before it closes.
+
+    Args:
+        start: starts the server in the folder with its script; given by who wants to unplug it.
 
     Yields:
         Environment variables that lead programs, this one too, to the server.
@@ -106,26 +126,12 @@ def virtual_sound() -> Iterator[dict[str, str]]:
         folder = Path(name)
         socket = folder / "native"
         (folder / "default.pa").write_text(_PULSE_SCRIPT.format(socket=socket), encoding="utf-8")
-        server = _start_pulseaudio(folder)
+        server = start(folder)
         try:
             _wait_for_pulseaudio(server, socket)
             yield {"PULSE_SERVER": f"unix:{socket}"}
         finally:
-            _end(server)
-
-
-def _start_pulseaudio(folder: Path) -> subprocess.Popen[bytes]:
-    command = [
-        launch.program("pulseaudio") or "pulseaudio",
-        "-n", "-F", str(folder / "default.pa"), "--daemonize=no", "--exit-idle-time=-1",
-        "--use-pid-file=no", "--disable-shm=yes", "--realtime=no", "--high-priority=no",
-        f"--log-target=file:{folder / 'log'}",
-    ]  # fmt: skip
-    # Its own home and runtime folder: a person's real sound server is neither found nor disturbed.
-    environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder), "HOME": str(folder)}
-    environment.pop("PULSE_SERVER", None)
-    quiet = subprocess.DEVNULL
-    return subprocess.Popen(_mortal(command), env=environment, stdin=quiet, stdout=quiet, stderr=quiet)
+            end(server)
 
 
 def _wait_for_pulseaudio(server: subprocess.Popen[bytes], socket: Path) -> None:
@@ -157,7 +163,8 @@ def _mortal(command: list[str]) -> list[str]:
     return [setpriv, "--pdeathsig", "TERM", *command] if setpriv else command
 
 
-def _end(server: subprocess.Popen[bytes]) -> None:
+def end(server: subprocess.Popen[bytes]) -> None:
+    """End a server that was started here, for good if it does not obey."""
     server.terminate()
     try:
         server.wait(END_TIMEOUT)

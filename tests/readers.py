@@ -24,9 +24,8 @@ from studio.motion import Motion
 from studio.motion.sanitize import FARTHEST, OFF_UNIT
 from studio.project import Project
 from studio.sound.peaks import peaks
-from studio.sound.sound_file import Sound, read_sound, sound_blocks, sound_info, write_sound
+from studio.sound.sound_file import Sound, SoundSource, read_sound, sound_blocks, sound_info, write_sound
 from studio.sound.spectrogram import spectrogram
-from studio.sound.stream import SoundSource
 from studio.sound.voice_activity import voice
 from studio.take import TakeInfo
 from studio.take.check import check_take

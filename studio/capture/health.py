@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from studio.capture.snapshot import Problem
 from studio.take.take import TakeInfo
 from studio.vmc.senders import NO_FLOOD, Flood
 from studio.vmc.watch import LATELY_S, MOST_FRAMES_PER_S
 
+Problem = tuple[str, str]
+"""A sentence, and what to do about it."""
+# Below what any microphone in a room gives.
 _QUIET_DBFS = -65.0
+# Frames a second below which motion looks jerky whatever is done with it.
 _FEW_FPS = 20.0
 _MINUTES_LEFT = 10
 _LOST_SHARE = 0.005
@@ -66,6 +69,7 @@ def is_quiet(rms_dbfs: float) -> bool:
 
 def problems(status: InputStatus) -> tuple[Problem, ...]:
     """What is wrong, the worst first; empty when all is well."""
+    # Loss of the whole take first, then no motion, then no sound; what is only poor comes last.
     return (*_disk(status), *_flood(status), *_no_motion(status), *_sound(status), *_poor_motion(status))
 
 
@@ -208,6 +212,7 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
                 "Close heavy programs, or let the sender bundle its messages.",
             )
         )
+    # Half a per cent of a few seconds: single frames get lost on any Wi-Fi, and nobody sees them.
     many_lost = s.frames_lost > _LOST_SHARE * LATELY_S * max(s.fps, 1.0)
     if many_lost and s.local and not s.packets_lost:
         # Nothing gets lost on the way inside one computer: the sender had no time to make them.

@@ -19,8 +19,8 @@ LEVEL_SECONDS = 5.0
 LOUD_DBFS, QUIET_DBFS, SILENT_DBFS = -3.0, -20.0, -50.0
 """Speech that peaks between the first two is as loud as it may be; below the last there is none."""
 AIM_DBFS = -9.0
+# Less than this between voice and room is a noisy room.
 _NEAR_DB = 20.0
-"""Less than this between voice and room is a noisy room."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,10 @@ UNNOTICED_MS, ACCEPTED_MS = (-45.0, 15.0), (-125.0, 45.0)
 BT.1359 for what an audience begins to see."""
 _SURE = 0.6
 _HANDS = ("LeftHand", "RightHand")
+# No tracker is later; what fits there fits by chance.
 _FARTHEST_MS = 400.0
-"""No tracker is later; what fits there fits by chance."""
+# Metres that the hands' distance has to change by to count as clapping.
 _LEAST_MOVE = 0.05
-"""Metres that the hands' distance has to change by to count as clapping."""
 
 Array = NDArray[np.float64]
 

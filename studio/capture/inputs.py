@@ -25,13 +25,13 @@ from studio.vmc.rows import RowBlock
 from studio.vmc.udp import bind_wide
 
 _REFIT_S = 2.0
+# Seconds without a block after which a microphone that said nothing of leaving counts as gone.
 _LOST_S = 5.0
-"""Seconds without a block after which a microphone that said nothing of leaving counts as gone."""
 _POINTS = 2000
+# How long the listener may take to end; on a busy machine it may just be starting.
 _PATIENCE_S = 5.0
-"""How long the listener may take to end; on a busy machine it may just be starting."""
+# Reports of the listener kept for a recorder that is held up: some minutes.
 _KEPT_TURNS = 60_000
-"""Minutes of what the listener told, for a recorder that is held up."""
 _log = logging.getLogger(__name__)
 
 
@@ -59,23 +59,32 @@ class MotionInput:
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:
+                # Bound here and not in the listener: a port that is taken is an error that `open_motion`
+                # raises at once.
                 self._sockets += bind_wide(port, host)
         except Exception:
             self._close_sockets()
             raise
         self.ports = tuple(dict.fromkeys(int(one.getsockname()[1]) for one in self._sockets))
         self.host = ports[0][1]
+        # A deque's append and popleft are atomic: the reading thread and the recorder's need no lock.
         self._reports: deque[tuple[list[listener.SentBlock], ReceiverStats]] = deque(maxlen=_KEPT_TURNS)
         self._local_receiver: Receiver | None = None
         self._child: subprocess.Popen[bytes] | None = None
         # Set where the listener could not start or ended by itself; `poll` then listens in this process.
         self._listener_ended = threading.Event()
+        # At last, since the reading thread uses all of it.
         self._start()
 
     @property
     def port(self) -> int:
         """The first one."""
         return self.ports[0]
+
+    @property
+    def listener_pid(self) -> int | None:
+        """The process that listens; None where this one does."""
+        return self._child.pid if self._child is not None else None
 
     def poll(self, now: float) -> list[RowBlock]:
         """The rows that have arrived since the last call, in order.
@@ -112,6 +121,7 @@ class MotionInput:
         if child is not None:
             assert child.stdin is not None
             with contextlib.suppress(OSError):
+                # The end of its stdin is what asks the listener to end.
                 child.stdin.close()
             try:
                 child.wait(_PATIENCE_S)
@@ -134,6 +144,7 @@ class MotionInput:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=launch.environment(),
+                # Unbuffered: what is written to the pipe leaves at once.
                 bufsize=0,
                 **handed,
             )
@@ -150,11 +161,13 @@ class MotionInput:
     def _read(self, child: subprocess.Popen[bytes]) -> None:
         """Runs on the motion thread: a few hundred times a second, whatever the packets are."""
         assert child.stdout is not None
+        # Buffered for reading, on a duplicate: closing it must not close the descriptor that Popen owns.
         pipe = os.fdopen(os.dup(child.stdout.fileno()), "rb", buffering=1 << 18)
         with pipe, contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
             while True:
                 self._reports.append(pickle.load(pipe))
         child.stdout.close()
+        # None where `close` asked for the end.
         if self._child is not None:
             _log.warning("the listener ended by itself with %s", child.poll())
         self._listener_ended.set()
@@ -212,6 +225,7 @@ class SoundInput:
             self.seconds += len(block.samples) / self.audio.sample_rate
         if not is_quiet(self.meter.rms_dbfs):
             self.last_loud = now
+        # Seldom is enough: the two clocks part by some millionths.
         if now - self._fitted_at > _REFIT_S and self._points:
             self._fitted_at = now
             points = np.array(self._points)
@@ -232,11 +246,13 @@ class SoundInput:
         Raises:
             StudioError: it is not there.
         """
+        # Another rate or number of channels could not be appended to the take's sound file.
         form = self.audio.sample_rate, self.audio.channels
         self.audio.abandon()
         if refresh:
             input_devices(refresh=True)
         found = SoundInput(self._device, form)
+        # The display goes on counting where it was.
         found.seconds = self.seconds
         return found
 

@@ -1,4 +1,4 @@
-"""Writer of a take's crash-safe journal: blocks with checksums, each readable without the others."""
+"""Writer of a take's crash-safe journal, and the blocks it is made of: each readable without the others."""
 
 from __future__ import annotations
 
@@ -11,20 +11,57 @@ import time
 import zlib
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from studio.capture.journal_format import CLOCK, FACTS, FILE, HEAD, MAGIC, NAMES, ROWS, pack
 from studio.vmc.rows import ChannelLayout, RowBlock
 
+FILE = "journal.bin"
+MAGIC = b"SAIAJRN2"
+MAGIC_1 = b"SAIAJRN1"
+HEAD, NAMES, ROWS, CLOCK, FACTS = b"HEAD", b"NAME", b"ROWS", b"CLCK", b"FACT"
+# Read as a number in a row of floats it would be -2.7e38, and UTF-8 has no such bytes: only blocks have it.
+MARK = b"\xfeSJ\xff"
+HEADER = struct.Struct("<4s4sIIIII")
+CHECK = struct.Struct("<I")
+HEADER_BYTES = HEADER.size + CHECK.size
+HEADER_1 = struct.Struct("<4sII")
+
+
+@dataclass(frozen=True)
+class Block:
+    """One whole block.
+
+    Args:
+        kind: HEAD, NAMES, ROWS, CLOCK, FACTS, or one of a later version.
+        payload: its content. at, end: where it lies, bytes.
+        number, rows: blocks and rows written before it. layout: what its rows have. All 0 in version 1.
+    """
+
+    kind: bytes
+    payload: memoryview
+    at: int
+    end: int
+    number: int = 0
+    rows: int = 0
+    layout: int = 0
+
+
+def pack(kind: bytes, payload: bytes, number: int, rows: int, layout: int) -> bytes:
+    """A block as version 2 writes it."""
+    header = HEADER.pack(MARK, kind, number, rows, layout, len(payload), zlib.crc32(payload))
+    return header + CHECK.pack(zlib.crc32(header)) + payload
+
+
+# Rows of more than that go into several blocks, since damage costs a whole one.
 _BLOCK_BYTES = 128 * 1024
-"""Rows of more than that go into several blocks, since damage costs a whole one."""
+# Flushes after which head and names are written again, at the latest.
 _REPEAT = 25
-"""Flushes after which head and names are written again, at the latest."""
+# How many tables of names are written again: those that came last.
 _TABLES = 16
-"""How many tables of names are written again: those that came last."""
 _LOCK_TRIES, _LOCK_S = 40, 0.005
 
 
@@ -43,8 +80,10 @@ class Journal:
         self._names: ChannelLayout | None = None
         self._rows: list[RowBlock] = []
         self._clock: list[tuple[float, float]] = []
+        # fsync of a slow disk takes up to seconds; on a thread of its own nothing waits for it.
         self._syncer = ThreadPoolExecutor(1, thread_name_prefix="journal sync")
         self._syncing: Future[None] | None = None
+        # Everything of one flush goes out in one write, so that a block is either whole or not there.
         self._pending = bytearray(MAGIC)
         self._number = self._row_count = 0
         self._written = (0, 0, 0)
@@ -87,13 +126,15 @@ class Journal:
         Args:
             others: further file descriptors.
         """
+        # One at a time: a disk that is slower than two seconds would pile them up.
         if self._syncing is None or self._syncing.done():
             self._syncing = self._syncer.submit(_sync, self._file.fileno(), *others)
 
     def close(self) -> None:
         """End the file; the lock on it goes too."""
         self._syncer.shutdown(wait=True)
-        with suppress(OSError):  # bytes that did not fit are lost; the ones before are not
+        # Bytes that did not fit are lost, but not the ones before them.
+        with suppress(OSError):
             self._file.close()
 
     def _add_names(self, names: ChannelLayout) -> None:
@@ -101,7 +142,9 @@ class Journal:
         payload = _plain({"shapes": names.shapes, "bones": names.bones})
         self._layout = zlib.crc32(payload)
         if self._tables.pop(self._layout, None) is None:
+            # A new table is repeated soon: rows that were just written are worth nothing without it.
             self._repeat_at = min(self._repeat_at, self._flushes + 2)
+        # Names that came last stand last, so that those of long ago are the first to be dropped.
         self._tables[self._layout] = payload
         if len(self._tables) > _TABLES:
             self._tables.pop(next(iter(self._tables)))
@@ -144,6 +187,7 @@ class Journal:
         except OSError:
             size, self._number, self._row_count = self._written
             with suppress(OSError):
+                # A torn block would be read as damage of the disk, and a person told so.
                 self._file.truncate(size)
                 self._file.seek(size)
             raise
@@ -174,6 +218,7 @@ def is_busy(file: IO[bytes]) -> bool:
     try:
         _lock(file)
     except OSError as error:
+        # Any other error says that this disk knows no locks at all, and then the file counts as free.
         return error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK)
     return False
 
@@ -182,7 +227,8 @@ def _lock(file: IO[bytes]) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        file.seek(0x7FFF_FFFF)  # a byte far behind the content, since Windows locks forbid reading
+        # A byte far behind the content: on Windows nobody can read what is locked.
+        file.seek(0x7FFF_FFFF)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         finally:
@@ -195,6 +241,7 @@ def _lock(file: IO[bytes]) -> None:
 
 def _hold_for_good(file: IO[bytes]) -> None:
     """Lock a journal that was just made; one who looks for abandoned ones may have it for a moment."""
+    # Tried for 0.2 s: whoever recovers journals locks each for a moment to see whether it is free.
     for _ in range(_LOCK_TRIES):
         if hold(file):
             return

@@ -16,7 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.capture.journal_format import (
+from studio.capture.journal import (
     CHECK,
     CLOCK,
     FACTS,
@@ -34,12 +34,12 @@ from studio.capture.journal_format import (
 )
 from studio.vmc.rows import ChannelLayout, RowBlock
 
+# No block was ever longer; a damaged length must not have the rest of a large file checksummed in vain.
 _LONGEST = 1 << 28
-"""No block was ever longer; a damaged length must not have the rest of a large file summed up in vain."""
+# What one look at a place that is no block costs of the patience, in bytes, whatever its length says.
 _LOOK = 4096
-"""What one look at a place that is no block costs of the patience, in bytes, whatever its length says."""
+# Bytes summed up in vain before a file is given up, which only one made to hold us up ever reaches.
 _PATIENCE = 1 << 30
-"""Bytes summed up in vain before a file is given up, which only one made to hold us up ever reaches."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,8 @@ def holds_only_head(data: bytes) -> bool:
         if size < HEADER_1.size:
             return True
         kind, length, _ = HEADER_1.unpack_from(data, at)
-        others = any(tag in data for tag in (NAMES, ROWS, CLOCK, FACTS))  # its length may be damaged
+        # Other tags behind it mean that its length is damaged, and that something was recorded.
+        others = any(tag in data for tag in (NAMES, ROWS, CLOCK, FACTS))
         return kind == HEAD and size <= HEADER_1.size + length and not others
     if size < HEADER_BYTES:
         return True
@@ -91,6 +92,8 @@ class _Scanner:
     def __init__(self, data: bytes, version: int) -> None:
         self._data, self._view = data, memoryview(data)
         self._version = version
+        # Every byte of an honest file is looked at a few times at most; beyond that somebody made it to take
+        # forever.
         self._patience = _PATIENCE + 8 * len(data)
         tags = (MARK,) if version == 2 else (HEAD, NAMES, ROWS, CLOCK, FACTS)
         self._next = dict.fromkeys(tags, -1)
@@ -98,6 +101,7 @@ class _Scanner:
     def scan(self) -> Scan:
         blocks: list[Block] = []
         gaps: list[tuple[int, int]] = []
+        # A damaged mark at the head costs nothing: blocks are found by their own marks.
         at = len(MAGIC) if self._data[: len(MAGIC)] in (MAGIC, MAGIC_1) else 0
         while at < len(self._data):
             block = self._block(at)
@@ -158,7 +162,8 @@ class _Scanner:
         if at + HEADER_1.size > len(self._data):
             return None, 0
         kind, length, check = HEADER_1.unpack_from(self._view, at)
-        if kind not in self._next or not length:  # zeros are the right checksum of nothing, so prove nothing
+        # Zeros are the right checksum of nothing, so prove nothing.
+        if kind not in self._next or not length:
             return None, 0
         payload = self._payload(at + HEADER_1.size, length)
         if payload is None or zlib.crc32(payload) != check:
@@ -170,8 +175,8 @@ class _Scanner:
         return self._view[at : at + length] if inside else None
 
 
+# No clock of ours is ever further from 0 than that, seconds.
 _LATEST = 1e9
-"""No clock of ours is ever further from 0 than that, seconds."""
 _SECTOR = 4096
 
 
@@ -245,12 +250,14 @@ def read(folder: Path) -> JournalContents:
 def contents(data: bytes) -> JournalContents:
     """What a journal's bytes tell; never raises for what is in them."""
     found = scan(data)
+    # By their numbers: a file system that was repaired may have put pieces in another order.
     blocks = sorted(found.blocks, key=lambda block: block.number)
     understood: dict[object, tuple[Block, Any]] = {}
     unreadable: dict[object, Block] = {}
     for block, names in _with_names(blocks, found, data):
         identity = _identity(block, found.version)
-        if identity in understood:  # the disk has it twice
+        # A disk that failed may have written the same block twice.
+        if identity in understood:
             continue
         content = _understood(block, names)
         if content is None:
@@ -258,6 +265,7 @@ def contents(data: bytes) -> JournalContents:
         else:
             understood[identity] = block, content
     collected = _collect(understood.values())
+    # A journal that was only begun ends early by nature, and is not damaged.
     if not holds_only_head(data):
         lost = [block for identity, block in unreadable.items() if identity not in understood]
         missing = sorted(_missing(found, blocks, lost), key=lambda d: d.start)
@@ -304,6 +312,7 @@ def read_around(file: IO[bytes], size: int) -> bytes:
             page = file.read(length)
         except OSError:
             page = b""
+        # Zeros keep all later offsets, and no block with zeros in it has the right checksum.
         pages.append(page.ljust(length, b"\0"))
     return b"".join(pages)
 
@@ -312,7 +321,8 @@ def _identity(block: Block, version: int) -> object:
     """What two copies of one block share, and no two blocks."""
     if version == 2:
         return block.number
-    if block.kind == NAMES:  # may come again on purpose
+    # Tables are repeated on purpose, so each place counts as one of its own.
+    if block.kind == NAMES:
         return block.at
     # Rows and clock pairs begin with moments that no other block has.
     return block.kind, len(block.payload), zlib.crc32(block.payload), bytes(block.payload[:20])
@@ -356,7 +366,8 @@ def _understood(block: Block, names: ChannelLayout | None) -> Any:
 def _object(payload: memoryview) -> dict[str, Any] | None:
     try:
         content = json.loads(bytes(payload))
-        json.dumps(content, ensure_ascii=False).encode()  # no half characters, which no file can hold
+        # JSON can name half a character (a lone surrogate), which no file can hold when the take is written.
+        json.dumps(content, ensure_ascii=False).encode()
     except (ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
@@ -369,6 +380,7 @@ def _names(payload: memoryview) -> ChannelLayout | None:
     if shapes is None or bones is None or not all(isinstance(name, str) for name in shapes + bones):
         return None
     # A name twice in one row would leave the other row's column empty.
+    # With a name twice, one of its columns would silently take the other's place.
     once = len(set(shapes)) == len(shapes) and len(set(bones)) == len(bones)
     return ChannelLayout(shapes, bones) if once else None
 
@@ -394,7 +406,8 @@ def _clock(payload: memoryview) -> NDArray[np.float64] | None:
 
 
 def _plausible(times: NDArray[np.float64]) -> bool:
-    return bool((np.abs(times) < _LATEST).all())  # False for NaN
+    # NaN compares as false, so times that are no numbers are implausible too.
+    return bool((np.abs(times) < _LATEST).all())
 
 
 def _missing(found: Scan, blocks: Sequence[Block], unreadable: Iterable[Block]) -> list[Damage]:
@@ -418,6 +431,7 @@ def _holes(blocks: Sequence[Block]) -> list[Damage]:
     number = rows = end = 0
     for block in blocks:
         if block.number > number:
+            # Blocks that lie in another order than they were numbered leave no bytes between them.
             start, stop = (end, block.at) if end <= block.at else (block.at, block.at)
             holes.append(Damage(start, stop, block.number - number, max(0, block.rows - rows)))
         number, rows, end = block.number + 1, block.rows + _row_count(block), block.end
@@ -428,6 +442,7 @@ def _row_count(block: Block) -> int:
     """How many rows a block says it has; it may lie."""
     if block.kind != ROWS or len(block.payload) < 4:
         return 0
+    # Bounded by the payload, which a row of any layout fills with 16 bytes and more.
     return int(min(struct.unpack_from("<I", block.payload)[0], len(block.payload) // 16))
 
 

@@ -3,7 +3,7 @@
 A window that draws keeps Python's lock for tens of milliseconds at a time; an unbundled body at 120 Hz is
 13,000 packets a second. Here they meet a process that does nothing else. It ends with its parent.
 
-Spoken on stdin: one pickled list of sockets, then nothing; its end is the wish to end.
+Spoken on stdin: one pickled list of sockets, then nothing; its end is the request to end.
 Spoken on stdout: pickled (sent blocks, ReceiverStats), one at a time; see `SentBlock`.
 """
 
@@ -24,29 +24,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import clock
-from studio.capture.priority import raise_priority
 from studio.capture.receiver import Receiver
 from studio.vmc.rows import ChannelLayout, RowBlock
+
+_HIGH_PRIORITY = 0x80
+_NICER = -10
+
+
+def raise_priority(before_all: bool = False) -> None:
+    """Let this process run before others.
+
+    Args:
+        before_all: in real time where the system allows it; for one that mostly waits.
+    """
+    if sys.platform == "win32":
+        import ctypes
+
+        kernel = ctypes.windll.kernel32
+        kernel.SetPriorityClass(kernel.GetCurrentProcess(), _HIGH_PRIORITY)
+        return
+    with contextlib.suppress(OSError):
+        # Negative values need a right that most users lack; where it is refused, all goes on as before.
+        os.nice(_NICER)
+    if before_all and hasattr(os, "sched_setscheduler"):
+        with contextlib.suppress(OSError):
+            # Real time is safe only for a process that mostly waits: one that computes would starve the rest.
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+
 
 WORD = "_listen"
 """The command line that leads here."""
 _TURN_S = 0.004
 _SEND_S = 0.05
+# Turns kept for a parent that is held up: minutes.
 _MOST_WAITING = 20_000
-"""Turns kept for a parent that is held up: minutes."""
 
 
 def main() -> int:
     """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the parent, which ends the take well
+    # Ctrl+C reaches every process of a terminal; the parent decides, and ends the take properly.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise_priority(before_all=True)
     given: list[Any] = pickle.load(sys.stdin.buffer)
     sockets = [_opened(one) for one in given]
     writer = PipeWriter(os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0))
     ended = threading.Event()
+    # The pipe's end is the only message: it also comes when the parent is killed, on every system.
     threading.Thread(target=_wait_for_end, args=(ended,), daemon=True).start()
     receiver = Receiver(sockets)
-    gc.freeze()  # what is there by now stays, and need never be looked through
+    # What is loaded by now stays for good: the garbage collector need not walk through it in mid-stream.
+    gc.freeze()
     with contextlib.suppress(OSError, KeyboardInterrupt):
         _listen(receiver, writer, ended)
     receiver.close()
@@ -59,15 +86,20 @@ def _listen(receiver: Receiver, writer: PipeWriter, ended: threading.Event) -> N
     while not ended.is_set() and not writer.broken:
         receiver.wait(_SEND_S)
         if receiver.stamped:
-            ended.wait(_TURN_S)  # let some gather; without stamps, reading at once is the stamp
+            # Let some datagrams gather, which costs less than reading each. Without the kernel's stamps the
+            # moment of reading is the arrival, so then it is read at once.
+            ended.wait(_TURN_S)
         now = clock.now()
         blocks = receiver.poll(now)
         if not blocks and now - sent_at < _SEND_S:
             continue
+        # Never wait for the parent here, or the kernel's buffer overflows and datagrams of everybody are
+        # lost.
         if writer.full:
             receiver.count_unsent(sum(map(len, blocks)))
             continue
         sent_at = now
+        # The parent keeps the names it was told last, as this loop does; the pipe loses nothing in between.
         sent: list[SentBlock] = []
         for block in blocks:
             sent.append((block.names if block.names is not names else None, block.stamps, block.values))
@@ -123,6 +155,7 @@ class PipeWriter:
             while True:
                 self._more.wait()
                 self._more.clear()
+                # popleft is atomic, where asking for the length first would race with `send`.
                 with contextlib.suppress(IndexError):
                     while True:
                         write(self._pipe, self._waiting.popleft())

@@ -6,7 +6,7 @@ import contextlib
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -22,7 +22,9 @@ QUEUE_BLOCKS = 4000
 """Blocks kept for a pump that is held up: over 30 s at any usual block size."""
 STALL_AFTER = 0.75
 """Seconds without a block after which the sound counts as stalled; servers bunch blocks up to 0.1 s."""
+# More are a sound server's invention, see `_open`.
 _MAX_CHANNELS = 8
+# Seconds; less lets a busy machine lose sound, and the clock takes any latency out of the take.
 _LATENCY = 0.05
 _NO_AUDIO = (
     "The sound library PortAudio is missing.",
@@ -30,8 +32,8 @@ _NO_AUDIO = (
 )
 opening = threading.RLock()
 """Held while PortAudio opens a stream or looks for devices: it must not be asked twice at once."""
+# Inputs that are open: looking for devices anew would cut them off.
 _open_inputs: WeakSet[AudioInput] = WeakSet()
-"""Looking for devices anew would cut them off."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +93,17 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
     """
     sd = library()
     try:
-        with opening:  # nobody may ask while another one starts it anew
+        # Nobody may query PortAudio while another thread starts it anew.
+        with opening:
             if refresh and not _open_inputs:
-                sd._terminate()  # PortAudio lists devices only when it starts
+                # PortAudio lists devices only when it starts, and sounddevice has no public way to restart
+                # it.
+                sd._terminate()
                 sd._initialize()
             listed = sd.query_devices()
             chosen = sd.default.device[0]
             api = sd.query_hostapis()
+        # Some host APIs name no default until something was played; then the first API's own is taken.
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
         raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
@@ -152,13 +158,17 @@ def _device(entry: Any, default: bool) -> AudioDevice:
     )
 
 
-def find_device(name_or_index: str | int | None) -> AudioDevice:
+def find_device(name_or_index: str | int | None, devices: Sequence[AudioDevice] | None = None) -> AudioDevice:
     """The input of that name (exact, else beginning, else containing), number, or the default one.
+
+    Args:
+        name_or_index: None or "" for the default one.
+        devices: to choose among, the default one first; those of this computer where None.
 
     Raises:
         StudioError: there is none.
     """
-    devices = input_devices()
+    devices = input_devices() if devices is None else devices
     if not devices:
         raise no_sound("This computer has no sound input.")
     if name_or_index is None or name_or_index == "":
@@ -267,12 +277,15 @@ class AudioInput:
         """Close the device; safe to call twice, from two threads at once, and with the device gone."""
         self._stopping = True
         if not self._closing.acquire(blocking=False):
-            return  # another thread is at it: PortAudio must not be asked twice
+            # Another thread is at it: PortAudio must not be asked twice.
+            return
         try:
             if self._stream is not None:
                 with contextlib.suppress(library().PortAudioError):
                     self._stream.close()
                 self._stream = None
+            # Even where closing fails: a stream that is half closed must not keep devices from being looked
+            # for.
             _open_inputs.discard(self)
         finally:
             self._closing.release()
@@ -313,6 +326,7 @@ class AudioInput:
         # A full queue drops its oldest block without a word, which is a loss of ours and counts as one.
         lost = bool(status.input_overflow) or len(self._blocks) == QUEUE_BLOCKS
         self.overruns += lost
+        # Copied: PortAudio uses the same memory for the next block.
         self._blocks.append(SoundBlock(captured, samples.copy(), lost, arrived))
         self.arrived.set()
 
@@ -335,6 +349,7 @@ class SoundWatch:
         every: seconds between two tries.
 
     Attributes:
+        every: the same, to be changed at any time.
         may_refresh: whether looking for devices anew would disturb nobody; other streams of the process
             would be cut off by it.
     """
@@ -345,7 +360,7 @@ class SoundWatch:
         self.may_refresh: Callable[[], bool] = lambda: True
         self._is_lost = is_lost
         self._reopen = reopen
-        self._every = every
+        self.every = every
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="sound watch", daemon=True)
         self._thread.start()
@@ -356,7 +371,7 @@ class SoundWatch:
         self._thread.join(2.0)
 
     def _run(self) -> None:
-        while not self._ended.wait(self._every):
+        while not self._ended.wait(self.every):
             if not self._is_lost():
                 continue
             try:

@@ -16,16 +16,15 @@ from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
 from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
 from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
 
+# A datagram that is stamped may take this long to where it can be read, so silence is judged later.
 _ON_THE_WAY = 0.005
-"""A datagram that is stamped may take this long to where it can be read, so silence is judged later."""
+# Decoding goes on for so long between two readings, and a turn before what was said is told.
+#
+# By time, since a datagram takes from a microsecond to some milliseconds. No thread reads beside the
+# decoding: it would wait for Python's lock after every datagram.
 _SLICE_S, _TURN_S = 0.002, 0.02
-"""Decoding goes on for so long between two readings, and a turn before what was said is told.
-
-By time, since a datagram takes from a microsecond to some milliseconds. No thread reads beside the decoding:
-it would wait for Python's lock after every datagram.
-"""
+# What decoding takes at most: the costliest, a new name in 48 bytes, some 15 us.
 _MOST_COST_S, _MOST_COST_S_A_BYTE = 20e-6, 0.5e-6
-"""What decoding takes at most: the costliest, a new name in 48 bytes, some 15 us."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,7 @@ class Receiver:
         self._present = self._read_until = -math.inf
         for port in self._inputs:
             port.start()
+        # Datagrams of one socket that another socket may still have something before.
         self._early: list[tuple[Datagram, int]] = []
 
     @property
@@ -110,6 +110,7 @@ class Receiver:
 
     def wait(self, seconds: float) -> None:
         """Sleep until something comes in, or that long."""
+        # select wakes up for whichever socket has something, and costs nothing while none has.
         opened = [port.socket for port in self._inputs if port.socket is not None]
         select.select(opened, (), (), seconds)
 
@@ -120,12 +121,14 @@ class Receiver:
             now: the present, from before this call.
         """
         frames: list[Frame] = []
+        # A turn ends even under a flood, so that what was decoded is told 50 times a second.
         ends = clock.now() + _TURN_S
         while True:
             self._read()
             self._decode(frames)
             if not self._queues.count or clock.now() > ends:
                 break
+        # After decoding, which is what tells a flood from motion.
         self._shut_out(clock.now())
         # Never backwards: frames up to there were flushed already.
         self._present = max(self._present, min(self._read_until, self._queues.oldest))
@@ -152,6 +155,7 @@ class Receiver:
         watch, assembler, queues = self._watch, self._assembler, self._queues
         for port in self._inputs:
             port.count()
+        # The kernel refuses what senders that are shut out send: it is counted, though nobody read it.
         unread = sum(port.refused for port in self._inputs)
         return ReceiverStats(
             self._assembler.whole_until(self._present),
@@ -190,7 +194,10 @@ class Receiver:
         read at once, that is its last datagram's arrival.
         """
         begun = clock.now()
+        # The kernel stamps with the wall clock, which may be set in mid-take; the difference is measured anew
+        # each time.
         ahead = self._wall.ahead()
+        # Shared among the sockets, so that a wide port reads no more in one go than a narrow one.
         most = max(AT_ONCE // len(self._inputs), 1)
         come = self._early
         known_until = begun

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from studio import clock
-from studio.capture import cut_off, roll, snapshot_builder
-from studio.capture.cut_off import CutOff
-from studio.capture.folder_watch import FolderWatch
+from studio.capture import cut_off, recovery, roll, snapshot
+from studio.capture.cut_off import CutOff, FolderWatch
+from studio.capture.health import Problem
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.recovery import recover
-from studio.capture.snapshot import Problem, RecorderState, Snapshot
+from studio.capture.snapshot import RecorderState, Snapshot
 from studio.errors import StudioError
 from studio.files import atomic
 from studio.files.atomic import safe_name
@@ -35,10 +35,10 @@ _LOOK_S = 0.016
 _FLUSH_S = 0.2
 _SYNC_S = 2.0
 _DISK_S = 1.0
+# How long the end of the sound is waited for: it is handed over later than it is captured.
 _TAIL_S = 0.6
-"""How long the end of the sound is waited for: it is handed over later than it is captured."""
+# How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s.
 _MOTION_TAIL_S = 20.0
-"""How long the listener is waited for, which on a busy machine may just be starting; usually 0.05 s."""
 _RESERVE = 64 * 1024 * 1024
 _log = logging.getLogger(__name__)
 
@@ -52,6 +52,8 @@ class Recorder:
 
     Attributes:
         cut_off: why the last take is not whole, and where it lies; None where it is, or none was made.
+        folder_watch: of the take that is being recorded, or was last.
+        sound_watch: opens a microphone that vanished again.
     """
 
     def __init__(self, takes_folder: Path, *, reserve_bytes: int = _RESERVE) -> None:
@@ -67,10 +69,10 @@ class Recorder:
         self._until: float | None = None
         self._ended = threading.Event()
         self.cut_off: CutOff | None = None
-        self._watch = FolderWatch(takes_folder, ())
+        self.folder_watch = FolderWatch(takes_folder, ())
         self._last: tuple[list[RowBlock], list[SoundBlock]] = [], []
         self._silence_reported = False
-        self._before = snapshot_builder.Counts()
+        self._before = snapshot.Counts()
         self._rows: deque[RowBlock] = deque()
         self._blocks: deque[SoundBlock] = deque()
         self._disk_free = 0
@@ -80,6 +82,7 @@ class Recorder:
         self._closing = threading.Event()
         self._left = False
         self._pump = threading.Thread(target=self._run, name="recorder", daemon=True)
+        # Runs from the start on, so that the meters move and the pre-roll fills before anybody records.
         self._pump.start()
         self.sound_watch = SoundWatch(self._sound_is_lost, self._reopen_sound)
 
@@ -98,6 +101,8 @@ class Recorder:
         # The same port twice is one port; but 0 asks for any free one, and two of those are two.
         ports = tuple(dict.fromkeys((port, *also)) if port else (port, *also))
         with self._lock:
+            # Choosing the same ports again must not interrupt the stream: its statistics and the senders
+            # known would be lost.
             opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
             if opened or self._left:
                 return
@@ -161,7 +166,8 @@ class Recorder:
             return
         found = lost.reopened(refresh)
         with self._lock:
-            if self._sound is not lost:  # another one was chosen meanwhile
+            # Somebody chose another microphone while this one was being opened.
+            if self._sound is not lost:
                 found.close()
                 return
             if self._roll is not None:
@@ -191,10 +197,12 @@ class Recorder:
         """
         with self._lock:
             begin = clock.now() - min(seconds, MAX_PRE_ROLL)
+            # Copied under the lock; the arithmetic on them is done outside, so that the recorder's thread
+            # never waits.
             blocks = [block for block in self._blocks if block.captured >= begin]
             rows = [row for row in self._rows if row.arrivals[-1] >= begin - 1.0]
             rate = self._sound.audio.sample_rate if self._sound is not None else 0
-        return snapshot_builder.recent(rows, blocks, rate)
+        return snapshot.recent(rows, blocks, rate)
 
     def start(self, slate: str, number: int | None = None, *, pre_roll: float = 0.0) -> None:
         """Begin a take.
@@ -219,6 +227,8 @@ class Recorder:
             self._poll(clock.now())
             begin = clock.now() - min(max(pre_roll, 0.0), MAX_PRE_ROLL)
             name = safe_name(slate or "take")
+            # Counted on the disk, not from the takes known here: another window may have recorded into the
+            # folder.
             number = next_number(self.takes_folder, name) if number is None else number
             form = (sound.audio.sample_rate, sound.audio.channels) if sound else None
             self._roll = roll.Roll(
@@ -232,7 +242,8 @@ class Recorder:
                 host=motion.host if motion else None,
                 device=sound.name if sound else None,
             )
-            self._watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
+            self.folder_watch = FolderWatch(self._roll.folder, (roll.JOURNAL, roll.SOUND))
+            # Under the same lock as the poll above, so that no row falls between pre-roll and take.
             self._begin_roll()
 
     def stop(self) -> Take:
@@ -245,10 +256,10 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             try:
-                take, self.cut_off = cut_off.saved(ended, self._watch, self.cut_off, self._last)
+                take, self.cut_off = cut_off.saved(ended, self.folder_watch, self.cut_off, self._last)
                 return take
             finally:
-                self._watch.close()
+                self.folder_watch.close()
                 self._finish()
 
     def discard(self) -> None:
@@ -260,8 +271,8 @@ class Recorder:
         with self._asking:
             ended = self._end_roll()
             # Its own files alone: who moved just these may have put them among others.
-            roll.remove(self._watch.moved_to() or ended.folder)
-            self._watch.close()
+            recovery.remove(self.folder_watch.moved_to() or ended.folder)
+            self.folder_watch.close()
             self._finish()
 
     def close(self) -> None:
@@ -296,9 +307,11 @@ class Recorder:
         """What was kept from before goes in first."""
         rolling = self._roll
         assert rolling is not None
+        # Of the take before; what is reported from now on belongs to this one.
         self._until, self.cut_off, self._silence_reported = None, None, False
         self._ended.clear()
-        self._before = snapshot_builder.counts(self._motion, self._sound)
+        # The inputs count since they were opened; a take counts from here.
+        self._before = snapshot.counts(self._motion, self._sound)
         self._state = RecorderState.ROLLING
         self._disk_at = 0.0
         self._write(list(self._rows), list(self._blocks))
@@ -313,6 +326,7 @@ class Recorder:
                 self._until = clock.now()
             self._state = RecorderState.SAVING
             self._show(clock.now())
+        # Without the lock: the recorder's thread needs it to bring in what was captured before the stop.
         self._ended.wait(_MOTION_TAIL_S + 5.0)
         return rolling
 
@@ -328,6 +342,7 @@ class Recorder:
                 with self._lock:
                     self._turn(clock.now())
             except Exception as error:  # noqa: BLE001 - a fault here must not end a performer's take
+                # Once: it would come again every 8 ms.
                 if self._fault is None:
                     _log.exception("the recorder stumbled")
                 self._fault = (
@@ -343,11 +358,13 @@ class Recorder:
             self._note_lost_sound(rolling)
             self._keep_safe(rolling, now)
             self._end_if_due(rolling, now)
+        # Displays draw 60 times a second at most; building a snapshot more often would be in vain.
         if now - self._looked_at >= _LOOK_S:
             self._show(now)
 
     def _poll(self, now: float) -> tuple[list[RowBlock], list[SoundBlock]]:
         """Bring in what came, and keep the last seconds of it for a pre-roll."""
+        # Even while nothing is recorded: what is not fetched fills the listener's pipe.
         rows = self._motion.poll(now) if self._motion else []
         blocks = self._sound.poll(now) if self._sound else []
         self._rows.extend(rows)
@@ -382,7 +399,8 @@ class Recorder:
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
         """Look after the disk and hand everything to it; a take that it takes no more of ends here."""
-        if self._ended.is_set():  # by what could not be written just now
+        # Writing just now may have ended the take.
+        if self._ended.is_set():
             return
         if now - self._disk_at >= _DISK_S:
             self._disk_at = now
@@ -393,11 +411,12 @@ class Recorder:
         if now - self._flushed_at < _FLUSH_S or self._ended.is_set():
             return
         self._flushed_at = now
-        if not self._watch.is_there():
-            self._end_early(rolling, cut_off.lost_folder(rolling, self._watch, rolling.seconds))
+        # Looked at before each flush: a moved folder still takes what is written, and nobody would notice.
+        if not self.folder_watch.is_there():
+            self._end_early(rolling, cut_off.lost_folder(rolling, self.folder_watch, rolling.seconds))
             return
         try:
-            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
+            rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
             if now - self._synced_at >= _SYNC_S:
                 self._synced_at = now
                 rolling.sync()
@@ -411,6 +430,7 @@ class Recorder:
         """
         if self._ended.is_set():
             return
+        # Set before the state changes: who sees SAVING finds the reason.
         self.cut_off = why
         # For a computer that dies before `stop`; on a full disk it may not fit, and `stop` says it again.
         rolling.notes.append(why.what)
@@ -421,6 +441,7 @@ class Recorder:
         if self._until is None or self._ended.is_set():
             return
         sound = self._sound
+        # A device that is gone hands over no more; waiting for it would hold up the stop.
         sound_complete = sound is None or sound.audio.stalled or rolling.audio_end >= self._until
         seen_out = self._motion is None or self._motion.received_until(self._until)
         sound_due = not sound_complete and now < self._until + _TAIL_S
@@ -430,13 +451,15 @@ class Recorder:
 
     def _close_roll(self, rolling: roll.Roll) -> None:
         try:
-            rolling.flush(snapshot_builder.facts(self._motion, self._sound, self._before))
-        except OSError as error:  # the last moments; where it ended early before, that is known already
+            rolling.flush(snapshot.facts(self._motion, self._sound, self._before))
+        except OSError as error:
+            # Only the last 0.2 s are lost; a take that ended early before keeps its own reason.
             self.cut_off = self.cut_off or cut_off.failed(error, rolling.seconds)
         sound = self._sound
         if self.cut_off is None and self._silence_reported and sound is not None and sound.audio.stalled:
             self.cut_off = cut_off.lost_sound(sound.name, rolling.audio_seconds)
         rolling.close()
+        # Should the disk be gone with everything on it, these last ten seconds can still be saved.
         self._last = list(self._rows), list(self._blocks)
         self._ended.set()
 
@@ -449,7 +472,7 @@ class Recorder:
         ended = (cut.what, cut.remedy) if cut is not None else None
         extra = tuple(problem for problem in (ended, self._fault) if problem is not None)
         until = self._until if self._until is not None else now
-        self._snapshot = snapshot_builder.snapshot(
+        self._snapshot = snapshot.build_snapshot(
             self._state,
             now,
             self._motion,

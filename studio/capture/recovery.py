@@ -1,33 +1,319 @@
-"""Crash recovery: takes made from the journals that a killed program left behind."""
+"""Takes made from journals: when a recording ends, and after a program that was killed while it recorded."""
 
 from __future__ import annotations
 
+import contextlib
+import json
 import logging
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
+from typing import IO, Any
 
-from studio.capture import journal, journal_contents, journal_format, roll
+import numpy as np
+
+from studio import clock
+from studio.capture import journal, journal_contents
+from studio.capture.roll import SOUND
 from studio.errors import StudioError
-from studio.files.atomic import cannot_write
-from studio.take.take import Take
+from studio.files.atomic import NewerVersionError, cannot_write, set_aside
+from studio.motion.channels import shape_set
+from studio.sound import wav_writer
+from studio.take.folder import INFO_FILE, load_take, save_take
+from studio.take.motion_file import SUFFIX, read_motion
+from studio.take.take import Take, TakeInfo
+from studio.vmc.rows import motion_of
+
+_PATIENCE_S = 30.0
+# Nobody waits longer for the first frame of a take than they record at most.
+_LONGEST_PAUSE_S = 86_400.0
+
+
+def complete(folder: Path, *notes: str) -> Take:
+    """Turn a closed roll into a take.
+
+    Args:
+        folder: with a journal; where it holds a take already, only the journal goes.
+        notes: sentences to keep with it.
+
+    Raises:
+        StudioError: nothing was recorded (the folder is removed), nothing can be read (it is kept), or the
+            take cannot be written.
+    """
+    try:
+        with (folder / journal.FILE).open("rb+") as held:
+            _wait_for(held, folder)
+            contents = journal_contents.read(folder)
+            # A take that is whole already is kept: recovery may have been interrupted between writing it and
+            # removing the journal.
+            take = standing(folder, contents) or save(folder, contents, notes)
+        # The journal goes last, once the take is safe: after a kill before that, recovery removes it.
+        if take is not None:
+            put_away(folder, contents)
+            return take
+        if holds_anything(folder, contents):
+            raise set_unreadable_aside(folder)
+    except FileNotFoundError as error:
+        # Another program that opened the project at this moment recovered it first.
+        if is_take(folder):
+            return load_take(folder)
+        raise cannot_write(folder, error) from error
+    except OSError as error:
+        raise cannot_write(folder, error) from error
+    remove(folder)
+    raise StudioError(
+        f"Nothing came in while {folder.name} was recorded.", "Check the microphone and the sender."
+    )
+
+
+def _wait_for(held: IO[bytes], folder: Path) -> None:
+    """Lock a closed journal; a program that recovers it at this moment is waited for."""
+    until = time.monotonic() + _PATIENCE_S
+    while journal.is_busy(held):
+        if time.monotonic() > until:
+            raise StudioError(f"{folder.name} is still being recorded.", "Stop the recording first.")
+        time.sleep(0.02)
+
+
+def standing(folder: Path, contents: journal_contents.JournalContents) -> Take | None:
+    """The take that a folder holds already; None where its journal has to make it, or to make it again.
+
+    Only one with all that was recorded may cost the journal: a power cut can leave take.json and nothing of
+    the motion, and so does a take.json that was damaged and made anew. The old one is set aside.
+
+    Raises:
+        OSError, StudioError: it cannot be read, and the journal does not tell all of it.
+    """
+    if not is_take(folder):
+        return None
+    try:
+        take = load_take(folder)
+        # Without rows in the journal there is nothing that a new take could hold more of.
+        if not contents.row_blocks or _has_motion(take):
+            return take
+    except NewerVersionError:
+        raise
+    except StudioError:
+        if contents.damaged or not contents.row_blocks:
+            raise
+    set_aside(folder / INFO_FILE)
+    return None
+
+
+def _has_motion(take: Take) -> bool:
+    """Whether a take's motion is there and can be read."""
+    return take.motion_path is not None and _is_motion(take.motion_path)
+
+
+def _is_motion(path: Path) -> bool:
+    """Whether a file holds motion; one of a later version raises."""
+    try:
+        return path.is_file() and len(read_motion(path)) > 0
+    except NewerVersionError:
+        raise
+    except StudioError:
+        return False
+
+
+def save(folder: Path, contents: journal_contents.JournalContents, notes: tuple[str, ...]) -> Take | None:
+    """The take of a roll, None where nothing in it can be read; its journal stays.
+
+    Raises:
+        OSError, StudioError: it cannot be written.
+    """
+    sound = folder / SOUND
+    # The sizes in a WAV's head are written last; of a killed program they are still zero.
+    samples = wav_writer.repair(sound, *_sound_form(contents.head)) if sound.is_file() else 0
+    # Fitted anew over the whole take, which is more exact than the fit that was shown while it rolled.
+    fit = _fit(contents, samples)
+    arrivals = [block.arrivals for block in contents.row_blocks]
+    motion = motion_of(contents.row_blocks, fit.to_audio(np.concatenate(arrivals))) if arrivals else None
+    if motion is None and not samples:
+        return None
+    missing = [] if samples else ["There is no sound in this take."]
+    missing += [] if motion is not None else ["There is no motion in this take."]
+    damage = _damage_note(contents, fit)
+    missing += [damage] if damage else []
+    if not samples and sound.is_file():
+        # Bytes that cannot be understood may still be somebody's only copy.
+        if _has_sound(folder):
+            set_aside(sound)
+            missing.append("Its sound was damaged on the disk and could not be read; the file is kept.")
+        else:
+            sound.unlink()
+    # Left by a program that was killed after the motion was written and before take.json was.
+    left = folder / f"motion{SUFFIX}"
+    if motion is not None and left.is_file() and not _is_motion(left):
+        set_aside(left)
+    info = _info(contents, fit, folder)
+    extra = {**info.extra, "damage": damage} if damage else info.extra
+    # Each sentence once: a take that ended early has its reason from the journal and from its stop.
+    notes_of = tuple(dict.fromkeys((*info.notes, *missing, *notes)))
+    info = replace(info, notes=notes_of, extra=extra)
+    return save_take(folder, info, motion, sound if samples else None)
+
+
+def holds_anything(folder: Path, contents: journal_contents.JournalContents) -> bool:
+    """Whether there is, or may have been, sound or motion in a roll: then it is never removed."""
+    return _has_sound(folder) or bool(contents.row_blocks) or bool(contents.damaged)
+
+
+def remove(folder: Path) -> None:
+    """Remove a roll's own files, and its folder; one with anything of other people's stays."""
+    with contextlib.suppress(OSError):
+        (folder / journal.FILE).unlink(missing_ok=True)
+        (folder / SOUND).unlink(missing_ok=True)
+        folder.rmdir()
+
+
+def put_away(folder: Path, contents: journal_contents.JournalContents) -> None:
+    """Remove the journal of a take that is safe; one that was damaged is kept under another name."""
+    path = folder / journal.FILE
+    with contextlib.suppress(
+        OSError
+    ):  # another program was faster, or has it open; the next one comes by again
+        if contents.damaged:
+            set_aside(path)
+        else:
+            path.unlink()
+
+
+def set_unreadable_aside(folder: Path) -> StudioError:
+    """Keep a recording of which nothing can be read, so that nobody tries again; gives what to say of it.
+
+    Raises:
+        OSError: it cannot be renamed.
+    """
+    set_aside(folder / journal.FILE)
+    what = f"{folder.name} was damaged on the disk, and nothing of it could be read."
+    return StudioError(what, f"What is left of it is kept in {folder}.")
+
+
+def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit) -> str:
+    """One sentence on where a recording was damaged, and how much that cost; "" where it was not."""
+    if not contents.damaged:
+        return ""
+    first = contents.damaged[0]
+    # max gives NaN back where the second value is NaN, which is asked about below.
+    moment = max(0.0, fit.to_audio(first.since))
+    where = f"near {moment:.1f} s" if math.isfinite(first.since) else "at its beginning"
+    if len(contents.damaged) > 1:
+        where = f"in {len(contents.damaged)} places, the first {where}"
+    lost = []
+    if contents.rows_missing or contents.seconds_missing > 0.05:
+        lost.append(f"{max(contents.seconds_missing, 0.1):.1f} s of motion")
+    if contents.damaged[-1].is_end:
+        lost.append("its end")
+    exact = all(one.rows is not None for one in contents.damaged)
+    none = "nothing was lost" if exact else "no more than a moment was lost"
+    cost = f"{' and '.join(lost)} could not be read" if lost else none
+    return f"The recording was damaged on the disk {where}; {cost}."
+
+
+def is_take(folder: Path) -> bool:
+    """Whether a folder holds a finished take."""
+    return (folder / INFO_FILE).is_file()
+
+
+def _has_sound(folder: Path) -> bool:
+    sound = folder / SOUND
+    return sound.is_file() and sound.stat().st_size > wav_writer.HEADER_BYTES
+
+
+def _sound_form(head: dict[str, Any]) -> tuple[int, int]:
+    """Sample rate and channels, (0, 0) where a journal does not tell; older ones did not."""
+    form = head.get("sound")
+    if not isinstance(form, list) or len(form) != 2:
+        return 0, 0
+    sample_rate, channels = (_whole(number) for number in form)
+    # Only what a device can have: the numbers come from a file that may be damaged.
+    return (sample_rate, channels) if sample_rate <= 1_000_000 and channels <= 64 else (0, 0)
+
+
+def _fit(contents: journal_contents.JournalContents, samples: int) -> clock.ClockFit:
+    """The take's clock: the sound's where there is some, else the computer's from the start on."""
+    if samples and len(contents.clock):
+        return clock.fit(contents.clock[:, 0], contents.clock[:, 1])
+    first = float(contents.row_blocks[0].arrivals[0]) if contents.row_blocks else 0.0
+    start = contents.head.get("start")
+    # A head of nonsense must not move all of the motion out of the take.
+    if not isinstance(start, int | float) or not first - _LONGEST_PAUSE_S <= start <= first:
+        start = first
+    return clock.ClockFit(offset=-float(start))
+
+
+def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folder: Path) -> TakeInfo:
+    facts, head = contents.facts, contents.head
+    slate, _, number = folder.name.rpartition("_")
+    named = int(number) if slate and number.isdecimal() else 1
+    # Of all blocks, since shapes may come only after a while.
+    names = tuple(dict.fromkeys(name for block in contents.row_blocks for name in block.names.shapes))
+    extra = {
+        key: str(facts[key]) for key in ("avatar", "avatar_hash", "tracking", "sender") if facts.get(key)
+    }
+    extra |= {key: str(head[key]) for key in ("port", "host", "pre_roll") if head.get(key) is not None}
+    if facts.get("sources"):
+        extra["sources"] = json.dumps(facts["sources"], ensure_ascii=False)
+    extra |= {"shape_set": shape_set(names), "packets_lost": str(facts.get("packets_lost", 0))}
+    extra |= {key: str(facts[key]) for key in ("late", "packets_refused", "frames_thinned") if facts.get(key)}
+    moved = 0.0
+    if len(contents.clock):
+        extra["clock_residual_ms"] = f"{fit.residual_ms:.3f}"
+        # How far the first block's own stamp is from what all of them say: the offset that the fit took out.
+        moved = float(fit.to_audio(contents.clock[0, 1]) - contents.clock[0, 0])
+    notes = facts.get("notes")
+    return TakeInfo(
+        slate=_text(head.get("slate")) or slate or folder.name,
+        number=_whole(head.get("number")) or named,
+        created=_text(head.get("created")) or _changed(folder),
+        frames_lost=_whole(facts.get("frames_lost")),
+        packets=_whole(facts.get("packets")),
+        packets_bad=_whole(facts.get("packets_bad")),
+        drift_ppm=round(fit.drift_ppm, 3),
+        offset=round(moved, 6),
+        source="recorded",
+        device=_text(head.get("device")),
+        notes=tuple(filter(None, map(_text, notes))) if isinstance(notes, list) else (),
+        extra=extra,
+    )
+
+
+def _whole(value: object) -> int:
+    """A count from a journal, which may hold anything; 0 for what is none."""
+    known = isinstance(value, int | float) and 0 <= value < 2**53
+    return int(value) if known else 0  # type: ignore[call-overload]
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else ""
+
+
+def _changed(folder: Path) -> str:
+    """When a journal was last written, in place of when it was begun."""
+    changed = datetime.fromtimestamp((folder / journal.FILE).stat().st_mtime)
+    return changed.astimezone().isoformat(timespec="seconds")
+
 
 _RECOVERED = "The studio ended while this was recorded; it was recovered."
 _LOCK_FILE = ".recovering"
 _WAIT_S, _LOOK_S = 60.0, 0.05
+# A recording as young as that may be about to begin, and not have its lock yet.
 _YOUNG_S = 60.0
-"""A recording as young as that may be about to begin, and not have its lock yet."""
+# After which no recording goes on that wrote nothing; the clock of a network drive may be off by some.
 _SILENT_S = 3600.0
-"""After which no recording goes on that wrote nothing; the clock of a network drive may be off by some."""
 _log = logging.getLogger(__name__)
 
 
 def left_behind(takes_folder: Path) -> tuple[Path, ...]:
     """Folders that are no takes yet: recordings that go on, or were cut short."""
     try:
-        return tuple(sorted(path.parent for path in takes_folder.glob(f"*/{journal_format.FILE}")))
-    except OSError:  # who opens the project will say what is wrong with its folder
+        return tuple(sorted(path.parent for path in takes_folder.glob(f"*/{journal.FILE}")))
+    except OSError:
+        # A folder that cannot be listed is reported by whatever opens the project.
         return ()
 
 
@@ -48,6 +334,7 @@ def recover(
     found: list[Take] = []
     if not left_behind(takes_folder):
         return ()
+    # Looked for again under the lock: what another program recovered meanwhile is no longer there.
     with _alone(takes_folder):
         for folder in left_behind(takes_folder):
             try:
@@ -68,7 +355,8 @@ def _alone(takes_folder: Path) -> Iterator[None]:
     path = takes_folder / _LOCK_FILE
     try:
         file = path.open("wb")
-    except OSError:  # a folder to read only: why nothing is recovered is contents for each recording
+    except OSError:
+        # In a folder that is read-only each recording then says for itself why it is not recovered.
         yield
         return
     with file:
@@ -76,7 +364,8 @@ def _alone(takes_folder: Path) -> Iterator[None]:
         while journal.is_busy(file) and time.monotonic() < until:
             time.sleep(_LOOK_S)
         yield
-    with suppress(OSError):  # Windows removes no file that another program waits for
+    # Windows removes no file that another program waits for.
+    with suppress(OSError):
         path.unlink()
 
 
@@ -86,23 +375,25 @@ def _recovered(folder: Path) -> Take | None:
     Raises:
         StudioError: it could not be recovered, for whatever reason.
     """
-    path = folder / journal_format.FILE
+    path = folder / journal.FILE
     try:
         with path.open("rb+") as held:
             locked = journal.hold(held)
             changed = path.stat().st_mtime
             # A disk without locks tells by the time alone: what goes on is written to five times a second.
             if not locked and (journal.is_busy(held) or time.time() - changed < _SILENT_S):
-                return None  # it goes on, or another program was faster
+                # It is still being recorded, or another program recovers it.
+                return None
             contents = journal_contents.read(folder)
-            take = roll.standing(folder, contents)
-            recovered = roll.save(folder, contents, (_RECOVERED,)) if take is None else None
+            take = standing(folder, contents)
+            recovered = save(folder, contents, (_RECOVERED,)) if take is None else None
         if take or recovered:
-            roll.put_away(folder, contents)
-        elif roll.holds_anything(folder, contents):
-            raise roll.set_unreadable_aside(folder)
+            put_away(folder, contents)
+        elif holds_anything(folder, contents):
+            raise set_unreadable_aside(folder)
+        # An empty one may belong to a recording that is just being begun.
         elif time.time() - changed > _YOUNG_S:
-            roll.remove(folder)
+            remove(folder)
     except FileNotFoundError as error:
         if path.exists():
             raise cannot_write(folder, error) from error
@@ -111,7 +402,8 @@ def _recovered(folder: Path) -> Take | None:
         raise cannot_write(folder, error) from error
     except StudioError:
         raise
-    except Exception as error:  # one odd recording must not keep anybody from the rest of the project
+    except Exception as error:
+        # One odd recording must not keep anybody from the rest of the project.
         what = f"Something unexpected happened: {type(error).__name__}: {error}."
         raise StudioError(what, f"It is kept in {folder}; please report this.") from error
     return recovered

@@ -17,7 +17,7 @@ from studio.project import DATASET_FILE, HISTORY_FILE, PROJECT_FILE, Project, is
 
 if TYPE_CHECKING:
     from studio.formats import Imported
-    from studio.formats._bone_tables import BoneTables, Table
+    from studio.formats._bones import BoneTables, Table
     from studio.formats._find import ImportCandidate
 
 
@@ -120,7 +120,7 @@ def check_sound(path: Path) -> str:
 
 def bone_tables(project_folder: Path, corrections: Table, out: Output) -> BoneTables:
     """The project's tables, with what is said now before them; a damaged file is told and passed over."""
-    from studio.formats._bone_tables import BoneTables, load_tables
+    from studio.formats._bones import BoneTables, load_tables
 
     try:
         kept = load_tables(project_folder)
@@ -133,7 +133,7 @@ def bone_tables(project_folder: Path, corrections: Table, out: Output) -> BoneTa
 
 def save_bone_table(project_folder: Path, imported: Imported, tables: BoneTables) -> None:
     """Keep the whole table of a skeleton of which something was said on this command line."""
-    from studio.formats._bone_tables import keep_table
+    from studio.formats._bones import keep_table
 
     joints = [joint for joint, _ in imported.joints]
     if any(joint in tables.every for joint in joints):
@@ -142,7 +142,7 @@ def save_bone_table(project_folder: Path, imported: Imported, tables: BoneTables
 
 def offer_table(source: ImportCandidate, read: Imported | StudioError, take: str | None, out: Output) -> None:
     """Tell programs which joint was taken for which bone where that was guessed, or could not be."""
-    from studio.formats._bone_tables import UnknownSkeleton
+    from studio.formats._bones import UnknownSkeleton
 
     if isinstance(read, StudioError):
         if isinstance(read, UnknownSkeleton):

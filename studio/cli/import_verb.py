@@ -16,7 +16,7 @@ from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent
 
 if TYPE_CHECKING:
     from studio.formats import Imported
-    from studio.formats._bone_tables import BoneTables
+    from studio.formats._bones import BoneTables
     from studio.formats._find import ImportCandidate
     from studio.project import Project
     from studio.sound.sound_file import SoundInfo
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
     from studio.cli._project import bone_tables, opened_or_made
-    from studio.formats._bone_tables import read_table
+    from studio.formats._bones import read_table
     from studio.formats._find import find_candidates
 
     # Found before the project is made: a wrong path leaves no empty project behind.
@@ -91,7 +91,7 @@ def _import_all(
 
 def _save(project: Project, imported: Imported, format_name: str) -> Take:
     from studio.files import leftovers
-    from studio.formats._bone_tables import BONES_FROM
+    from studio.formats._bones import BONES_FROM
     from studio.take import TakeInfo
 
     extra = imported.extra | ({BONES_FROM: str(imported.joints_from)} if imported.joints_from else {})

@@ -85,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.file is not None:
         check_sound(args.file)
     _check_voice(args)
-    from studio.capture.priority import raise_priority
+    from studio.capture.listener import raise_priority
     from studio.cli._project import opened
     from studio.inference.live.build import LiveOptions, make
 

@@ -101,9 +101,9 @@ def _sample(folder: Path, out: Output) -> None:
 def _bundle(folder: Path, out: Output) -> None:
     from studio.files.atomic import size_text
     from studio.paths import resource
-    from studio.performer import bundle
+    from studio.performer import sentences
 
-    files = bundle.make(resource("performer") if folder == Path() else folder)
+    files = sentences.make_clips(resource("performer") if folder == Path() else folder)
     size = sum(path.stat().st_size for path in files)
     done = PerformerDone(files=tuple(map(str, files)), bytes=size)
     out.done(done, f"{counted(len(files) - 1, 'clip')}, {size_text(size)} in all.")

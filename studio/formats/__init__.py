@@ -19,15 +19,11 @@ BONES_KEPT: frozenset[str]                  the bones it keeps, where it does no
 
 _any_skeleton  Any program's skeleton made a humanoid: its unit, its axes and its rest pose guessed, and
                said
-_arkit         VRM's expressions told in ARKit's shapes: near enough to look at, never exact
-_bone_names    What other programs call the bones of a humanoid
-_bone_tables   Which joint of a skeleton is which bone, as a person corrected it: kept with a project for
-               every import
+_bones         Which joint of another program's skeleton is which bone: by its name, and as a person corrected
+               it
 _bvh_text      The text of a BVH file: joints, channels and frames, to and from arrays
 _find          Which files belong together: every recording that can be imported from some files and folders
 _glb           GLB, the binary container of glTF 2.0: a JSON document and one block of numbers
-_glb_body      An avatar's surfaces as glTF meshes, skins, materials and pictures
-_imported      What every importer gives
 _table         Tables of numbers in text files, whatever their encoding, separator and decimal sign
 _vrm/          Reading avatars and VRM Animations: what their glTF says, taken apart
 _writing       What writers share: a humanoid on an even grid, its sound, and files read back before they
@@ -37,18 +33,44 @@ _writing       What writers share: a humanoid on an even grid, its sound, and fi
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 
 from studio import registry
 from studio.errors import RequestError
-from studio.formats._imported import Imported
+from studio.motion import Motion
 from studio.motion.avatar import Avatar
 
 __all__ = [
     "Imported", "load", "names", "read_avatar", "reader_for", "readers", "targets", "writer_for", "writers",
     "written_suffix",
 ]  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A recording read from foreign files.
+
+    Args:
+        name: what it is called: the files' base name.
+        motion: None without motion.
+        audio: the sound file it belongs to, None without.
+        notes: what was guessed or mended while reading, one sentence each.
+        extra: facts kept as they came.
+        joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
+        joints_from: the file they stand in; set by who reads many.
+        guessed: whether any of that was a guess nobody has confirmed.
+    """
+
+    name: str
+    motion: Motion | None
+    audio: Path | None
+    notes: tuple[str, ...] = ()
+    extra: dict[str, str] = field(default_factory=dict)
+    joints: tuple[tuple[str, str], ...] = ()
+    guessed: bool = False
+    joints_from: Path | None = None
 
 
 def names() -> tuple[str, ...]:

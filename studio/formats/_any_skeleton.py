@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from studio.formats._bvh_text import Bvh
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 
 Array = NDArray[np.floating]
 
-_MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
-_MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
+# Thigh and shin of the built-in figure.
 _LEG_M = 0.81
-"""Thigh and shin of the built-in figure."""
+# Metres of thigh and shin together, from a child's to a giant's.
 _PLAUSIBLE = (0.33, 1.6)
 _UNITS = {"centimetres": 0.01, "metres": 1.0}
 _RARE_UNITS = {"inches": 0.0254, "CMU's units (5.6 cm)": 0.056444, "millimetres": 0.001, "feet": 0.3048}
+# Limbs nearer to the T-pose than this rest in it.
 _T_POSE_DEGREES = 15.0
-"""Limbs nearer to the T-pose than this rest in it."""
 
 
 def to_humanoid(bvh: Bvh, bones: dict[str, int], skeleton: Skeleton) -> tuple[Motion, list[str]]:
@@ -50,7 +50,7 @@ def to_humanoid(bvh: Bvh, bones: dict[str, int], skeleton: Skeleton) -> tuple[Mo
     for j, name in enumerate(names):
         if name in lowered:
             q[:, j] = rotation.multiply(q[:, j], np.broadcast_to(lowered[name], q[:, j].shape))
-    p, q = p * scale * _MIRROR_POSITION, q * _MIRROR_ROTATION
+    p, q = p * scale * MIRROR, q * MIRROR_TURN
     positions, rotations = p.copy(), q.copy()
     for j, parent in enumerate(Skeleton.humanoid(names).parents):
         if parent >= 0:
@@ -90,6 +90,7 @@ def _axes(rest: dict[str, Array]) -> NDArray[np.float64] | None:
     )
     if top is None or pair is None:
         return None
+    # By whole quarter turns: programs differ by their axes, not by a few degrees.
     up = _nearest_axis(rest[top] - rest["Hips"])
     left = rest["Left" + pair] - rest["Right" + pair]
     left = _nearest_axis(left - up * float(left @ up))
@@ -120,6 +121,7 @@ def _scale(p: Array, rest: dict[str, Array]) -> tuple[float, str]:
             name = min(_RARE_UNITS, key=lambda unit: abs(np.log(leg * _RARE_UNITS[unit] / _LEG_M)))
             if _PLAUSIBLE[0] <= leg * _RARE_UNITS[name] <= _PLAUSIBLE[1]:
                 return _RARE_UNITS[name], name
+            # No unit fits: a figure of human size is what people expect to see.
             return _LEG_M / leg, "a unit of its own, made human size"
     return _by_height(p, rest)
 
@@ -154,6 +156,7 @@ def _arc(a: Array, b: Array) -> Array:
     if length < 1e-9:
         return rotation.IDENTITY
     b = b / length
-    if float(a @ b) < -0.9999:  # opposite: any axis across will do
+    # Opposite: any axis across will do.
+    if float(a @ b) < -0.9999:
         return rotation.from_axis_angle([0.0, 0.0, 1.0], np.pi)
     return rotation.normalised(np.append(np.cross(a, b), 1.0 + float(a @ b)))

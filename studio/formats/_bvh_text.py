@@ -20,10 +20,10 @@ Array = NDArray[np.float64]
 ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", "Yrotation", "Xrotation", "Zrotation")
 JOINT_CHANNELS = ROOT_CHANNELS[3:]
 _AGAIN = "Export it again from the program it came from."
+# Seconds a frame; whatever puts the motion on a finer grid would fill the memory.
 _SLOWEST = 1.0
-"""Seconds a frame; whatever puts the motion on a finer grid would fill the memory."""
+# Units and degrees that no figure reaches; the square of what is damaged may overflow.
 _FARTHEST = 1e6
-"""Units and degrees that no figure reaches; the square of what is damaged may overflow."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -125,7 +125,8 @@ def _head(path: Path) -> tuple[list[Joint], re.Match[bytes], bytes]:
         raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
     found = re.search(rb"MOTION\s+Frames:\s*(\d{1,18})\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
     if found and b"," in found[2]:
-        data = re.sub(rb"(?<=\d),(?=\d)", b".", data)  # of the same length, so that `found` still fits
+        # Of the same length, so that `found` still fits.
+        data = re.sub(rb"(?<=\d),(?=\d)", b".", data)
     if not data.lstrip().upper().startswith(b"HIERARCHY"):
         raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
     if not found:
@@ -196,7 +197,8 @@ def _numbers(data: bytes, width: int, path: Path) -> Array:
     except pa.ArrowException as error:
         raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN) from error
     frames = np.column_stack([column.to_numpy() for column in table.columns])
-    if not (np.abs(frames) <= _FARTHEST).all():  # nor is what is no number
+    # Nor is what is no number.
+    if not (np.abs(frames) <= _FARTHEST).all():
         raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN)
     return frames
 

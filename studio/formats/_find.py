@@ -10,9 +10,9 @@ from types import ModuleType
 
 from studio import formats
 from studio.errors import RequestError, StudioError
-from studio.formats._bone_tables import BoneTables
-from studio.formats._imported import Imported, sanitized_note
-from studio.formats._table import why_unknown
+from studio.formats import Imported
+from studio.formats._bones import BoneTables
+from studio.formats._table import sanitized_note, why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
 from studio.motion.sanitize import sanitized
 
@@ -89,7 +89,8 @@ def _sources(files: list[Path]) -> Iterator[ImportCandidate]:
     for file in files:
         module = None if file.suffix.lower() in SOUND_SUFFIXES else formats.reader_for(file)
         if module is None and file.suffix.lower() == ".csv" and file.parent.name.lower() in _LAYOUT:
-            module = formats.load("saia_csv")  # it lies where motion lies, so reading it says what is wrong
+            # It lies where motion lies, so reading it says what is wrong.
+            module = formats.load("saia_csv")
         if module is not None and not _is_second_half(file, files):
             motions.append((file, module))
     used: set[Path] = set()

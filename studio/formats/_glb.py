@@ -101,7 +101,7 @@ class Glb:
     """
 
     def __init__(self, path: Path, document: dict[str, Any], data: bytes) -> None:
-        self.path, self.document, self._data = path, document, data
+        self.path, self.document, self.data = path, document, data
 
     def numbers(self, index: int) -> Array:
         """The values of one accessor, (T,) or (T, n), float64.
@@ -114,7 +114,8 @@ class Glb:
         if "sparse" in accessor:
             raise self._unreadable()
         values = self._values(accessor)
-        with np.errstate(invalid="ignore"):  # a damaged file may hold NaNs that signal
+        # A damaged file may hold NaNs that signal.
+        with np.errstate(invalid="ignore"):
             floats = values.astype(np.float64)
         if accessor["componentType"] != FLOAT:
             floats = np.maximum(floats / np.iinfo(values.dtype).max, -1.0)
@@ -151,9 +152,9 @@ class Glb:
         view = self._view(index)
         start, length = view.get("byteOffset", 0), view["byteLength"]
         whole = all(isinstance(value, int) and value >= 0 for value in (start, length))
-        if not whole or start + length > len(self._data):
+        if not whole or start + length > len(self.data):
             raise cut_short(self.path)
-        return self._data[start : start + length]
+        return self.data[start : start + length]
 
     def _view(self, index: Any) -> dict[str, Any]:
         view = entry(self.document, "bufferViews", index)
@@ -173,9 +174,9 @@ class Glb:
         stride = view.get("byteStride", item)
         start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
         whole = all(isinstance(value, int) and value >= 0 for value in (count, stride, start))
-        if not whole or count < 1 or stride < item or start + stride * (count - 1) + item > len(self._data):
+        if not whole or count < 1 or stride < item or start + stride * (count - 1) + item > len(self.data):
             raise cut_short(self.path)
-        return np.ndarray((count, width), kind, self._data, start, (stride, np.dtype(kind).itemsize))
+        return np.ndarray((count, width), kind, self.data, start, (stride, np.dtype(kind).itemsize))
 
     def _filled(self, values: NDArray[Any], accessor: dict[str, Any]) -> NDArray[Any]:
         """An accessor's rows with those that differ put in. Source: glTF 2.0, 3.6.2.3."""

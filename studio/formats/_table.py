@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _SAVE_AGAIN = "Save it again as UTF-8 CSV, with a header line and numbers below."
+# No time and no channel is larger; the square of it still fits into a float64.
 LARGEST = 1e30
 _ENCODINGS = {
     "utf-8": "",
@@ -81,6 +82,7 @@ def read_table(path: Path, text_columns: Sequence[str] = (), empty_row: int = 0)
     if empty_row:
         _must_decode(path, encoding)
     # Only whole lines: the last one may be cut at the end of what was looked at.
+    # Found out from the file itself: spreadsheets of some countries write 1,5 for one and a half.
     form = _Form(path, encoding, separator, names, _is_doubled(lines[1:-1] or lines[1:], names, separator))
     form.decimal_comma = separator != "," and _has_decimal_commas(start, separator)
     form.decimal_comma |= separator == "," and not form.doubled and '"' in "".join(lines[1:3])
@@ -130,7 +132,8 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
             table = _arrow_table(form, types, empty_row, skipped)
         except pa.ArrowInvalid:
             skipped.clear()
-            table = _arrow_table(form, types, empty_row, skipped, threads=False)  # one thread knows the row
+            # One thread knows the row.
+            table = _arrow_table(form, types, empty_row, skipped, threads=False)
         columns = _joined(table) if form.doubled else [table.column(name) for name in unique]
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
         raise _sentence(form, error) from error
@@ -150,7 +153,8 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
     values = np.empty((table.num_rows, len(kept)), dtype=np.float64)
     for place, i in enumerate(kept):
         values[:, place] = columns[i].to_numpy()
-    values[np.abs(values) > LARGEST] = np.nan  # no time and no channel is; it would overflow further on
+    # No time and no channel is; it would overflow further on.
+    values[np.abs(values) > LARGEST] = np.nan
     return Table(tuple(form.names[i] for i in kept), values, texts, notes)
 
 
@@ -192,7 +196,8 @@ def _joined(table: pa.Table) -> list[Any]:
     from pyarrow import compute
 
     columns = []
-    join: Any = compute.binary_join_element_wise  # its types do not know the separator as a str
+    # Its types do not know the separator as a str.
+    join: Any = compute.binary_join_element_wise
     for i in range(0, table.num_columns, 2):
         text = join(table.column(i), table.column(i + 1), ".")
         columns.append(compute.cast(text, pa.float64()))
@@ -251,7 +256,8 @@ def _separator(text: str) -> str:
 def _split(line: str, separator: str) -> tuple[str, ...]:
     try:
         cells = next(csv.reader(io.StringIO(line), delimiter=separator), [])
-    except csv.Error:  # a cell of more than 131072 letters
+    except csv.Error:
+        # A cell of more than 131072 letters.
         return (line,)
     return tuple(cell.strip() for cell in cells)
 
@@ -308,3 +314,8 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
         csv.writer(line, lineterminator="\n").writerow(names)
         file.write(line.getvalue().encode())
         arrow_csv.write_csv(table, file, options)
+
+
+def sanitized_note(path: Path, frames: int) -> str:
+    """What to say of frames whose values could not be."""
+    return f"{path.name}: {counted(frames, 'frame')} with values that are no numbers mended or left out."

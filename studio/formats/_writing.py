@@ -24,6 +24,7 @@ def put(path: Path, audio: Path) -> None:
     """Write a sound: the same bytes where it is a WAV, else decoded to one."""
     info = sound_info(audio)
     if info.container in ("WAV", "WAVEX"):
+        # Byte for byte: decoding and writing again would lose a 32-bit file's headroom.
         shutil.copyfile(audio, path)
     else:
         put_sound(path, read_sound(audio), "PCM_24" if "24" in info.encoding else "PCM_16", "WAV")
@@ -33,15 +34,16 @@ def fits(path: Path, audio: Path) -> bool:
     """Whether a file holds as much sound as another, at its rate and with its channels."""
     got, expected = sound_info(path), sound_info(audio)
     same = (got.sample_rate, got.channels) == (expected.sample_rate, expected.channels)
-    if got.container != expected.container:  # where it was decoded, its length was only an estimate before
+    # Where it was decoded, its length was only an estimate before.
+    if got.container != expected.container:
         return same and got.duration > 0
     return same and abs(got.duration - expected.duration) < _ALIKE_SECONDS
 
 
+# What reading raises of a file that the disk did not keep as it was written.
 _UNREADABLE = (
     StudioError, OSError, LookupError, TypeError, AttributeError, struct.error, *atomic.UNREADABLE_ZIP
 )  # fmt: skip
-"""What reading raises of a file that the disk did not keep as it was written."""
 
 
 def checked(path: Path, put: Callable[[Path], object], fits: Callable[[Path], bool]) -> tuple[Path, ...]:
@@ -55,6 +57,7 @@ def checked(path: Path, put: Callable[[Path], object], fits: Callable[[Path], bo
     Raises:
         StudioError: it could not be written, or reads otherwise; a file that was there is untouched.
     """
+    # Written under another name first, so that a crash leaves no half file.
     with atomic.written(path) as beside:
         put(beside)
         with reading_back(path.name):

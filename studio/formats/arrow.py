@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.formats._imported import Imported, sanitized_note
-from studio.formats._table import check_suffix
+from studio.formats import Imported
+from studio.formats._table import check_suffix, sanitized_note
 from studio.formats._writing import checked
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion
@@ -44,4 +44,4 @@ def _alike(back: Motion, motion: Motion) -> bool:
         (back.root_rotation, motion.root_rotation),
     )  # fmt: skip
     names = (back.shape_names, back.bone_names) == (motion.shape_names, motion.bone_names)
-    return names and all(np.array_equal(got, wanted) for got, wanted in pairs)
+    return names and all(np.array_equal(got, expected) for got, expected in pairs)

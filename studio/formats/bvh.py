@@ -12,16 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats import _bvh_text
+from studio.formats import Imported, _bvh_text
 from studio.formats._any_skeleton import to_humanoid
-from studio.formats._bone_names import humanoid_names
-from studio.formats._bone_tables import BoneTables, UnknownSkeleton, corrected, pairs
+from studio.formats._bones import BoneTables, UnknownSkeleton, corrected, humanoid_names, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
-from studio.formats._imported import Imported
 from studio.formats._table import check_suffix, counted
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 
 TITLE = "BVH"
 SUFFIX = ".bvh"
@@ -30,10 +29,10 @@ NOTE = (
     "three.js read it; for FBX or a Unity .anim go through Blender or Unity."
 )
 
+# BVH has no unit; the programs that read ours take centimetres.
 METRES = 0.01
+# As VirtualMotionCapture writes it; some readers refuse a joint without an end.
 END_SITE_CM = 5.0
-_MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
-_MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
 _TOLERANCE_CM = 0.05
 _FRAMES_COMPARED = 1000
 
@@ -84,6 +83,7 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     if not len(bvh.frames):
         raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
     names = [joint.name for joint in bvh.joints]
+    # What a person said wins over every guess.
     corrections = tables.of(names) if tables else {}
     bones = corrected(names, humanoid_names(names), corrections)
     if "Hips" not in bones or len(bones) < 2:
@@ -127,7 +127,7 @@ def _depth_first(skeleton: Skeleton) -> list[int]:
 def _joints(skeleton: Skeleton, order: list[int]) -> tuple[Joint, ...]:
     place = {bone: j for j, bone in enumerate(order)}
     hips = order[0]
-    offsets = skeleton.rest_positions * _MIRROR_POSITION / METRES
+    offsets = skeleton.rest_positions * MIRROR / METRES
     parents = {bone: hips if skeleton.parents[bone] < 0 else skeleton.parents[bone] for bone in order[1:]}
     with_children = set(parents.values())
     joints = [Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS)]
@@ -137,6 +137,7 @@ def _joints(skeleton: Skeleton, order: list[int]) -> tuple[Joint, ...]:
             Joint(skeleton.bone_names[bone], place[parents[bone]], _three(offsets[bone]), JOINT_CHANNELS, end)
         )
     if len(joints) == 1:
+        # A file of Hips alone still needs an end site.
         joints[0] = Joint("Hips", -1, (0.0, 0.0, 0.0), ROOT_CHANNELS, (0.0, END_SITE_CM, 0.0))
     return tuple(joints)
 
@@ -153,10 +154,11 @@ def _three(values: Array) -> tuple[float, float, float]:
 
 def _frames(motion: Motion, order: list[int]) -> Array:
     """Channel values (T, 3 + 3 J)."""
-    turned = motion.rotations[:, order] * _MIRROR_ROTATION
+    turned = motion.rotations[:, order] * MIRROR_TURN
+    # In the order of the channels, Yrotation Xrotation Zrotation, which is R = Ry Rx Rz.
     y, x, z = rotation.to_euler_yxz(turned)
     angles = np.degrees(np.stack([y, x, z], axis=-1)).reshape(len(motion), -1)
-    hips = motion.positions[:, order[0]] * _MIRROR_POSITION / METRES
+    hips = motion.positions[:, order[0]] * MIRROR / METRES
     return np.concatenate([hips, angles], axis=1)
 
 
@@ -170,10 +172,10 @@ def _fits(bvh: Bvh, written: Array, motion: Motion, order: list[int]) -> bool:
     if fits and float(np.abs(bvh.frames - written).max(initial=0.0)) < 1e-3:
         rows = np.unique(np.linspace(0, len(motion) - 1, _FRAMES_COMPARED).astype(int))
         # Bones that move against their parent (only Hips may in a BVH) are held at their rest offset.
-        wanted = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
-        wanted[:, order[0]] = motion.positions[rows, order[0]]
+        positions = np.tile(motion.skeleton.rest_positions, (len(rows), 1, 1))
+        positions[:, order[0]] = motion.positions[rows, order[0]]
         skeleton = _rooted(motion.skeleton, order[0])
-        expected = skeleton.forward(wanted, motion.rotations[rows])[0][:, order] * _MIRROR_POSITION / METRES
+        expected = skeleton.forward(positions, motion.rotations[rows])[0][:, order] * MIRROR / METRES
         part = Bvh(bvh.joints, bvh.frame_time, bvh.frames[rows])
         got = _skeleton(bvh).forward(*part.local())[0]
         return float(np.abs(got - expected).max(initial=0.0)) < _TOLERANCE_CM

@@ -7,20 +7,77 @@ second, its part behind the point being a fraction of a frame.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats._arkit import arkit_weights
-from studio.formats._imported import Imported
+from studio.formats import Imported
 from studio.formats._table import check_suffix, counted, header, read_table
 from studio.formats._writing import checked, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
-from studio.motion.channels import ARKIT_SHAPES, canonical_shape
+from studio.motion.channels import ARKIT_SHAPES, VRM1_TO_VRM0, canonical_shape, shape_set
 from studio.motion.sanitize import credible, forward_filled
+
+APPROXIMATE: dict[str, dict[str, float]] = {
+    "A": {"JawOpen": 0.7, "MouthLowerDown": 0.2, "MouthUpperUp": 0.1},
+    "I": {"MouthStretch": 0.5, "MouthSmile": 0.2, "JawOpen": 0.1},
+    "U": {"MouthPucker": 0.7, "MouthFunnel": 0.3, "JawOpen": 0.1},
+    "E": {"JawOpen": 0.3, "MouthStretch": 0.3, "MouthSmile": 0.15},
+    "O": {"JawOpen": 0.4, "MouthFunnel": 0.7},
+    "Blink": {"EyeBlink": 1.0},
+    "Blink_L": {"EyeBlinkLeft": 1.0},
+    "Blink_R": {"EyeBlinkRight": 1.0},
+    "Joy": {"MouthSmile": 0.8, "CheekSquint": 0.5},
+    "Fun": {"MouthSmile": 0.6, "EyeSquint": 0.3},
+    "Angry": {"BrowDown": 1.0, "NoseSneer": 0.4, "MouthFrown": 0.3},
+    "Sorrow": {"BrowInnerUp": 1.0, "MouthFrown": 0.6},
+    "Surprised": {"EyeWide": 1.0, "BrowInnerUp": 0.7, "BrowOuterUp": 0.7, "JawOpen": 0.2},
+    "LookUp": {"EyeLookUp": 1.0},
+    "LookDown": {"EyeLookDown": 1.0},
+    "LookLeft": {"EyeLookOutLeft": 1.0, "EyeLookInRight": 1.0},
+    "LookRight": {"EyeLookInLeft": 1.0, "EyeLookOutRight": 1.0},
+    "Neutral": {},
+}
+"""ARKit weights of a full expression; a name without its side means both. Vowels by the shapes of mouths."""
+
+_VRM = {name.lower(): name for name in APPROXIMATE} | {a.lower(): b for a, b in VRM1_TO_VRM0.items()}
+_PLACE = {name.lower(): i for i, name in enumerate(ARKIT_SHAPES)}
+
+
+def arkit_weights(motion: Motion) -> NDArray[np.float64]:
+    """ARKit's 52 weights (T, 52): as they are where the motion has them, else made of VRM's expressions."""
+    weights = np.zeros((len(motion), len(ARKIT_SHAPES)))
+    own = [(s, _PLACE[n.lower()]) for s, n in enumerate(motion.shape_names) if n.lower() in _PLACE]
+    if shape_set(motion.shape_names) != "arkit":
+        mixed = np.zeros_like(weights)
+        for s, name in _expressions(motion.shape_names):
+            for shape, amount in APPROXIMATE[name].items():
+                for place in _places(shape):
+                    mixed[:, place] += amount * motion.shapes[:, s]
+        weights = mixed
+    for s, place in own:
+        weights[:, place] = motion.shapes[:, s]
+    return np.clip(weights, 0.0, 1.0)
+
+
+def _expressions(names: tuple[str, ...]) -> Iterator[tuple[int, str]]:
+    """Which shapes are VRM expressions, each expression once."""
+    seen: set[str] = set()
+    for s, name in enumerate(names):
+        known = _VRM.get(name.lower())
+        if known is not None and known not in seen:
+            seen.add(known)
+            yield s, known
+
+
+def _places(shape: str) -> list[int]:
+    low = shape.lower()
+    return [_PLACE[low]] if low in _PLACE else [_PLACE[low + "left"], _PLACE[low + "right"]]
+
 
 TITLE = "Live Link Face CSV"
 SUFFIX = ".csv"
@@ -33,8 +90,8 @@ BONES_KEPT = frozenset(("Head", "LeftEye", "RightEye"))
 
 TIMECODE_FPS = 60.0
 _DAY = 24 * 3600.0
+# Seconds before and after it in which a time that falls is the next day's.
 _AROUND_MIDNIGHT = 3600.0
-"""Seconds before and after it in which a time that falls is the next day's."""
 _TIMECODE = re.compile(r"([01]?\d|2[0-3]):([0-5]?\d):([0-5]?\d)[:;](\d{1,3})(\.\d+)?")
 _TURNS = {"Head": "head", "LeftEye": "lefteye", "RightEye": "righteye"}
 _ANGLES = ("yaw", "pitch", "roll")
@@ -109,6 +166,7 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     even = on_grid(motion)
     weights, angles = arkit_weights(even), _angles(even)
     names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]
+    # One format for the whole row: formatting numbers one by one takes most of the time of a long take.
     row = f"%s,{len(names)}," + ",".join(["%.10f"] * len(names)) + "\n"
     values = np.concatenate([weights, *angles.values()], axis=1) + 0.0
 
@@ -133,11 +191,13 @@ def _angles(motion: Motion) -> dict[str, NDArray[np.float64]]:
     """Yaw, pitch and roll (T, 3) in radians of head and eyes; zero for bones that are not there."""
     found = {}
     for bone in _TURNS:
+        # ARKit knows no neck: its turn and the head's are one.
         q = np.tile(rotation.IDENTITY, (len(motion), 1))
         for part in ("Neck", "Head") if bone == "Head" else (bone,):
             if part in motion.bone_names:
                 q = rotation.multiply(q, motion.rotations[:, motion.bone_names.index(part)])
         y, x, z = rotation.to_euler_yxz(q)
+        # Yaw and roll change their sign with the mirrored axis, see `_turn`.
         found[bone] = np.stack([-y, x, -z], axis=1)
     return found
 
@@ -151,15 +211,17 @@ def _fits(
         return False
     apart = [np.abs(back.times - motion.times).max(), np.abs(back.shapes - weights).max()]
     for bone, (yaw, pitch, roll) in ((bone, values.T) for bone, values in angles.items()):
-        wanted = rotation.from_euler_yxz(-yaw, pitch, -roll)
+        expected = rotation.from_euler_yxz(-yaw, pitch, -roll)
         got = back.rotations[:, back.bone_names.index(bone)]
-        apart.append(rotation.angle_between(got, wanted).max())
-    return all(far <= 1e-3 for far in apart)  # what is no number is never near
+        apart.append(rotation.angle_between(got, expected).max())
+    # Not `any(far > ...)`: NaN compares as false, and must not pass.
+    return all(far <= 1e-3 for far in apart)
 
 
 def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Seconds from the first row, and the rows whose time can be."""
     seconds = np.array([_seconds(code, row, path) for row, code in enumerate(codes, 2)])
+    # A take over midnight: its clock falls back to zero.
     late, early = seconds[:-1] > _DAY - _AROUND_MIDNIGHT, seconds[1:] < _AROUND_MIDNIGHT
     seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(late & early)])
     rows = credible(seconds)

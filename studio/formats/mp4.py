@@ -25,7 +25,8 @@ SUFFIX = ".mp4"
 NOTE = "A film to watch and to share, picture and sound; other programs cannot take the motion out of it."
 DRAWS = True
 
-CODECS: tuple[tuple[str, dict[str, str]], ...] = (
+Codecs = tuple[tuple[str, dict[str, str]], ...]
+CODECS: Codecs = (
     ("libx264", {"preset": "veryfast", "crf": "20"}),
     ("libopenh264", {"b": "6M"}),
     ("mpeg4", {"q:v": "3"}),
@@ -40,7 +41,12 @@ ALIKE = 20.0
 
 
 def write(
-    path: Path, motion: Motion, audio: Path | None = None, drawing: Drawing | None = None
+    path: Path,
+    motion: Motion,
+    audio: Path | None = None,
+    drawing: Drawing | None = None,
+    *,
+    codecs: Codecs = CODECS,
 ) -> tuple[Path, ...]:
     """Draw and encode a film.
 
@@ -49,6 +55,7 @@ def write(
         motion: what is drawn, from 0 on.
         audio: the sound; the film is as long as the longer of the two.
         drawing: how.
+        codecs: encoders to try, the best first.
 
     Returns:
         The file, read back: its length, its size, its sound and its first picture.
@@ -62,22 +69,23 @@ def write(
     drawing = drawing or Drawing()
     if not len(motion):
         raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
-    fps = _rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
+    fps = frame_rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
     seconds = sound_info(audio).duration if audio is not None else 0.0
     count = max(math.ceil(max(seconds, float(motion.times[-1])) * fps - 1e-6), 1)
     with painter_of(motion, drawing) as painter, atomic.written(path) as beside:
         try:
-            film = _Film(beside, fps, drawing, audio)
+            film = _Film(beside, fps, drawing, audio, codecs)
             with film:
                 first = film.draw(painter, count, drawing)
         except av.FFmpegError as error:
             raise OSError(error.errno, error.strerror) from error
-        _read_back(beside, path.name, drawing, fps, count, seconds, first)
+        read_back(beside, path.name, drawing, fps, count, seconds, first)
     drawing.on_progress(1.0)
     return (path,)
 
 
-def _rate(fps: float) -> Fraction:
+def frame_rate(fps: float) -> Fraction:
+    """A rate as films store it; RequestError where it is not possible."""
     if not 1 <= fps <= 120:
         raise RequestError(f"A film of {fps:g} frames a second is not possible.", "Choose 1 to 120.")
     return Fraction(fps).limit_denominator(1001)
@@ -86,20 +94,25 @@ def _rate(fps: float) -> Fraction:
 class _Film:
     """The file while it is written: pictures are encoded on another thread while the next are drawn."""
 
-    def __init__(self, path: Path, fps: Fraction, drawing: Drawing, audio: Path | None) -> None:
+    def __init__(
+        self, path: Path, fps: Fraction, drawing: Drawing, audio: Path | None, codecs: Codecs
+    ) -> None:
         import av
 
         self._fps = fps
-        options = {"movflags": "+faststart"}  # it begins to play before all of it is loaded
+        # It begins to play before all of it is loaded.
+        options = {"movflags": "+faststart"}
         self._container: Any = av.open(str(path.absolute()), "w", format="mp4", options=options)
         try:
-            self._video = self._stream(drawing)
+            self._video = self._stream(drawing, codecs)
             self._sound = self._container.add_stream("aac", rate=SOUND_RATE, layout="mono") if audio else None
         except BaseException:
-            self._let_go()  # Windows removes no file that somebody holds
+            # Windows removes no file that somebody holds.
+            self._let_go()
             raise
         self._blocks = sound_blocks(audio, SOUND_RATE, BLOCK_SECONDS) if audio else iter(())
         self._samples = 0
+        # One thread: pictures must be encoded in order.
         self._worker = ThreadPoolExecutor(1, "film encoder")
         self._waiting: deque[Future[None]] = deque()
 
@@ -170,11 +183,11 @@ class _Film:
         for stream in filter(None, (self._video, self._sound)):
             self._container.mux(stream.encode(None))
 
-    def _stream(self, drawing: Drawing) -> Any:
+    def _stream(self, drawing: Drawing, codecs: Codecs) -> Any:
         """The best encoder there is."""
         import av
 
-        for name, options in CODECS:
+        for name, options in codecs:
             if name in av.codecs_available and _can_encode(name):
                 stream = self._container.add_stream(name, rate=self._fps, options=options)
                 # Colours are kept at half the size: both sides have to be even.
@@ -193,7 +206,7 @@ def _can_encode(name: str) -> bool:
         return False
 
 
-def _read_back(
+def read_back(
     path: Path, name: str, drawing: Drawing, fps: Fraction, count: int, seconds: float, first: Pixels
 ) -> None:
     """Whether the film is the one that was drawn; a StudioError that names it where it is not."""
@@ -201,7 +214,8 @@ def _read_back(
 
     try:
         with av.open(str(path.absolute())) as film:
-            video = film.streams.video[0]  # to be asked nothing once the file is closed: its memory is gone
+            # To be asked nothing once the file is closed: its memory is gone.
+            video = film.streams.video[0]
             wide, high, rate = video.width, video.height, float(video.average_rate or 0)
             pictures, sound = _counted(film)
             film.seek(0)

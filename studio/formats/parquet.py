@@ -43,7 +43,8 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     table = pa.Table.from_arrays(arrays, names=[name for name, _ in columns])
 
     def fits(beside: Path) -> bool:
-        with pq.ParquetFile(str(beside)) as file:  # as one file: its name is no partition's
+        # As one file: its name is no partition's.
+        with pq.ParquetFile(str(beside)) as file:
             return bool(file.read().equals(table))
 
     return checked(path, lambda beside: pq.write_table(table, str(beside), compression="zstd"), fits)

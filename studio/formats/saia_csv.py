@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
-from studio.formats import _writing
-from studio.formats._imported import Imported
+from studio.formats import Imported, _writing
 from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
 from studio.formats._writing import not_read_back, reading_back
 from studio.motion import Motion
@@ -33,8 +32,10 @@ NOTE = (
 )
 
 SHAPES_FOLDER, BONES_FOLDER, AUDIO_FOLDER = "Blendshapes", "Bones", "Audio"
+# The lossless ones first: where two of a name lie side by side, the better one is taken.
 SOUND_SUFFIXES = (".wav", ".flac", ".ogg", ".mp3", ".m4a")
 _PARTS = ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")
+# SAIA writes HeadPosX; Head_Pos_X and head.pos.x come from people's own scripts.
 _PART = re.compile(r"(.+?)[_ .]?(Pos|Rot)[_ .]?([XYZW])", re.IGNORECASE)
 
 Array = NDArray[np.float64]
@@ -94,7 +95,8 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     shapes_path, bones_path, sound_path = targets(path)
     files: list[Path] = []
     shapes = bones = None
-    with ExitStack() as whole:  # none of them takes its name before all of them are right
+    # No file takes its name before all of them are written and read back.
+    with ExitStack() as whole:
 
         def beside(file: Path) -> Path:
             files.append(file)
@@ -119,6 +121,7 @@ def find_audio(path: Path) -> Path | None:
         places.insert(0, _sibling(path, AUDIO_FOLDER))
     for place in places:
         for suffix in SOUND_SUFFIXES:
+            # Windows writes either; on Linux they are two names.
             for name in (path.stem + suffix, path.stem + suffix.upper()):
                 if (place / name).is_file():
                     return place / name
@@ -165,6 +168,7 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
     times = table.values[:, at]
     rows = credible(times)
     dropped = len(times) - len(rows)
+    # More than half wrong is no damage but a column that holds something else.
     if dropped * 2 > len(times):
         raise StudioError(
             f"The times in {path.name} do not rise.", "Export it again with the time in seconds."
@@ -173,6 +177,7 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
         notes.append(f"{path.name}: {counted(dropped, 'row')} with a wrong time left out.")
         times, values = times[rows], values[rows]
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    # Nobody records a frame every two seconds, but a step of 16 or 33 ms is usual.
     if step > 2.0:
         times = times / 1000.0
         notes.append(f"The times in {path.name} look like milliseconds and were read as such.")
@@ -184,6 +189,7 @@ def _read_shapes(path: Path, notes: list[str]) -> Motion:
     if not names:
         raise StudioError(f"{path.name} has no blend shapes.", "Choose a file with columns beside Time.")
     top = float(values.max(initial=0.0))
+    # Weights go to 1, and a little over with some trackers; percent go to 100.
     if 2.0 < top <= 100.5:
         values = values / 100.0
         notes.append(f"The values in {path.name} reach {top:.0f}; they were taken as percent.")
@@ -203,6 +209,7 @@ def _read_bones(path: Path, notes: list[str]) -> Motion:
     bones = tuple(dict.fromkeys(bone for bone, _ in found))
     if not bones:
         raise StudioError(f"{path.name} has no bones.", "Choose a file with columns such as HeadRotX.")
+    # The mark of the notebook's files: two bones' PosX side by side.
     if len(found) > 1 and found[0][1] == found[1][1] == "PosX":
         return _notebook_bones(path, times, bones, values, notes)
     if found == [(bone, part) for bone in bones for part in _PARTS]:
@@ -274,6 +281,7 @@ def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
             f"Blend shapes have {len(shapes)} rows and bones {len(bones)}; "
             f"bones were read at the times of the shapes, {end - start:.2f} s in all."
         )
+        # nextafter, since `between` leaves its end out and the last row belongs to both.
         shapes = shapes.between(start, np.nextafter(end, np.inf))
         bones = bones.at(shapes.times)
     return replace(bones, times=shapes.times, shape_names=shapes.shape_names, shapes=shapes.shapes)
@@ -281,6 +289,7 @@ def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
 
 def _from_zero(motion: Motion, path: Path, notes: list[str]) -> Motion:
     first = float(motion.times[0]) if len(motion) else 0.0
+    # A take may begin late, and its sound with it; an hour is a clock that was never set to zero.
     if -0.5 <= first <= 60.0:
         return motion
     notes.append(f"The times of {path.stem} begin at {first:.2f} s; they were moved to begin at 0.")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.formats._imported import Imported
+from studio.formats import Imported
 from studio.formats._table import check_suffix, counted
 from studio.formats._writing import checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
@@ -21,6 +21,7 @@ from studio.motion.sanitize import credible
 
 Array = NDArray[np.floating]
 
+# An MMD unit is about 8 cm: a model of 20 units is 1.6 m tall.
 METRES_A_UNIT = 0.08
 ARM_REST = np.radians(35.0)
 """How far below level an MMD model's arms rest; most stand between 30 and 40 degrees."""
@@ -48,6 +49,7 @@ BONES = _names()
 """HumanBodyBones name by MMD's."""
 NAMES = frozenset((*BONES, CENTRE, "グルーブ"))
 KEPT = frozenset(BONES.values())
+# MMD's figures face -Z: half a turn about Y between Unity's axes and its own.
 _HALF_TURN = np.array([-1.0, 1.0, -1.0])
 _HALF_TURN_Q = np.array([-1.0, 1.0, -1.0, 1.0])
 
@@ -85,6 +87,7 @@ def from_humanoid(body: Motion) -> dict[str, tuple[Array, Array]]:
     for name, bone in BONES.items():
         if bone not in present:
             continue
+        # The change from MMD's own rest, whose arms hang lower than a T-pose's.
         change = rotation.multiply(world[bone], rotation.inverse(_lowered(bone)))
         above = _above(bone, present)
         if above:
@@ -107,7 +110,8 @@ def to_humanoid(tracks: dict[str, tuple[Array, Array]], frames: int) -> tuple[tu
     names = tuple(dict.fromkeys(("Hips", *(bone for bone in BONES.values() if bone in present))))
     whole = np.tile(rotation.IDENTITY, (frames, 1))
     changes: dict[str, Array] = {}
-    for name, bone in BONES.items():  # parents come before their children in the table
+    # In the table's order, where parents come before their children.
+    for name, bone in BONES.items():
         if bone in present:
             above = _above(bone, present)
             changes[bone] = rotation.multiply(changes[above] if above else whole, tracks[name][1])
@@ -164,6 +168,7 @@ _LEFT_OUT = frozenset(("neutral", "lookup", "lookdown", "lookleft", "lookright")
 _MAGIC = b"Vocaloid Motion Data 0002"
 _BONE = np.dtype([("name", "S15"), ("frame", "<u4"), ("at", "<f4", 3), ("turn", "<f4", 4), ("way", "u1", 64)])
 _MORPH = np.dtype([("name", "S15"), ("frame", "<u4"), ("weight", "<f4")])
+# Longer than any dance; a number beyond that is damage.
 _LAST_FRAME = int(6 * 3600 * FPS)
 # A small file may claim to last for hours with thousands of names. Each cell, which is one bone on one frame,
 # takes some 300 bytes while it is read, and as much as eight morphs do.
@@ -188,6 +193,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     times = np.arange(frames + 1) / FPS
     tracks = {_name(raw): part for raw, part in _by_name(bones)}
     known = {name: _bone_track(part, frames) for name, part in tracks.items() if name in NAMES}
+    # IK targets and hair physics are most of a file's bones, and MMD makes them itself.
     if len(tracks) > len(known):
         other = next(name for name in tracks if name not in known)
         notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
@@ -264,7 +270,8 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
             file.write(_MAGIC.ljust(30, b"\0") + model)
             for part in (bone_rows, morph_rows):
                 file.write(struct.pack("<I", len(part)) + part.tobytes())
-            file.write(struct.pack("<3I", 0, 0, 0))  # camera, light, shadow
+            # No keys of camera, light and shadow; MMD refuses a file without these counts.
+            file.write(struct.pack("<3I", 0, 0, 0))
 
     return checked(path, put, lambda beside: _fits(beside, morphs, bones, len(even)))
 
@@ -293,6 +300,7 @@ def _keys(*values: Array) -> NDArray[np.intp]:
 def _bone_rows(name: str, at: Array, turn: Array) -> NDArray[Any]:
     frames = _keys(at, turn)
     rows = np.zeros(len(frames), _BONE)
+    # Straight lines between keys, since every change has a key of its own.
     rows["name"], rows["frame"], rows["way"] = _encoded(name), frames, _STRAIGHT
     rows["at"], rows["turn"] = at[frames], turn[frames]
     return rows
@@ -391,4 +399,5 @@ def _fits(path: Path, morphs: dict[str, Array], bones: dict[str, tuple[Array, Ar
         moved, turned = bodies[name]
         angle = rotation.angle_between(turned, turn).max(initial=0.0)
         apart += [float(np.abs(moved - at).max()) / 10, float(angle)]
-    return all(far <= 1e-3 for far in apart)  # what is no number is never near
+    # Not `any(far > ...)`: NaN compares as false, and must not pass.
+    return all(far <= 1e-3 for far in apart)

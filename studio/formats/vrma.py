@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError
-from studio.formats import _glb
-from studio.formats._imported import Imported
+from studio.formats import Imported, _glb
 from studio.formats._table import check_suffix
 from studio.formats._vrm import animation
-from studio.formats._vrm.animation import EYES, MIRROR_POSITION, MIRROR_ROTATION, SLOWEST
+from studio.formats._vrm.animation import EYES, SLOWEST
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 from studio.motion.channels import VRM0_TO_VRM1, VRM1_SHAPES, vrm1_bone
 
 TITLE = "VRM Animation"
@@ -36,10 +36,13 @@ REQUIRED = (
     "Hips", "Spine", "Head", "LeftUpperLeg", "LeftLowerLeg", "LeftFoot", "RightUpperLeg", "RightLowerLeg",
     "RightFoot", "LeftUpperArm", "LeftLowerArm", "LeftHand", "RightUpperArm", "RightLowerArm", "RightHand",
 )  # fmt: skip
+# A VRMA must not have look expressions: its lookAt node says where the eyes look.
 _PRESETS = frozenset(name for name in VRM1_SHAPES if not name.startswith("look"))
 _TO_VRM1 = {name.lower(): name for name in VRM1_SHAPES} | {a.lower(): b for a, b in VRM0_TO_VRM1.items()}
 _TOLERANCE_M = 0.001
 _TOLERANCE_RADIANS = np.radians(0.1)
+# Frames compared by forward kinematics, spread over the file: all of an hour would take as long as writing
+# it.
 _FRAMES_COMPARED = 1000
 
 Array = NDArray[np.floating]
@@ -71,9 +74,11 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.bone_names or motion.shape_names):
         raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+    # Slower than that the reader would take the keys for poses to move between.
     even = on_grid(motion, 0.0 if motion.fps >= SLOWEST else DEFAULT_FPS)
     body = grounded_body(even) or Motion.build(even.times)
     gaze = _gaze(even)
+    # A VRMA must not have eye bones; what they do is the lookAt node's rotation.
     moved = [j for j, name in enumerate(body.bone_names) if name not in EYES]
     body = Motion.build(
         body.times, (), None, tuple(body.bone_names[j] for j in moved),
@@ -123,10 +128,11 @@ def _expressions(motion: Motion) -> dict[str, Array]:
 
 def _gaze(motion: Motion) -> Array | None:
     """The gaze (T, 4) against the head in glTF's axes: the mean of both eyes, without roll."""
+    # One node for both eyes: the format has no squint.
     eyes = [motion.rotations[:, motion.bone_names.index(eye)] for eye in EYES if eye in motion.bone_names]
     if not eyes:
         return None
-    yaw, pitch, roll = rotation.to_euler_yxz(rotation.slerp(eyes[0], eyes[-1], 0.5) * MIRROR_ROTATION)
+    yaw, pitch, roll = rotation.to_euler_yxz(rotation.slerp(eyes[0], eyes[-1], 0.5) * MIRROR_TURN)
     return rotation.sign_continuous(rotation.from_euler_yxz(yaw, pitch, np.zeros_like(roll)))
 
 
@@ -145,8 +151,8 @@ def _document(
     for j, name in enumerate(body.bone_names):
         node = skeleton.bone_names.index(name) + 1
         if name == "Hips":
-            tracks.append((node, "translation", numbers.add(body.positions[:, j] * MIRROR_POSITION)))
-        tracks.append((node, "rotation", numbers.add(body.rotations[:, j] * MIRROR_ROTATION)))
+            tracks.append((node, "translation", numbers.add(body.positions[:, j] * MIRROR)))
+        tracks.append((node, "rotation", numbers.add(body.rotations[:, j] * MIRROR_TURN)))
     extension: dict[str, Any] = {"specVersion": "1.0", "humanoid": {"humanBones": _human_bones(skeleton)}}
     if gaze is not None:
         nodes[0]["children"].append(len(nodes))
@@ -157,6 +163,7 @@ def _document(
     scene = [0]
     for name, weights in expressions.items():
         groups["preset" if name in _PRESETS else "custom"][name] = {"node": len(nodes)}
+        # Beside the figure, not below it: UniVRM takes the first node of the scene for the humanoid's root.
         scene.append(len(nodes))
         values = np.stack([weights, np.zeros_like(weights), np.zeros_like(weights)], axis=1)
         tracks.append((len(nodes), "translation", numbers.add(values)))
@@ -177,7 +184,8 @@ def _document(
 
 def _bone_nodes(skeleton: Skeleton) -> list[dict[str, Any]]:
     """A root without any turn, and each bone at its place in the list plus one."""
-    offsets = skeleton.rest_positions * MIRROR_POSITION + 0.0
+    # + 0.0 makes of -0.0, which JSON would keep, a plain zero.
+    offsets = skeleton.rest_positions * MIRROR + 0.0
     nodes: list[dict[str, Any]] = [{"name": "Root", "children": []}]
     nodes += [
         {"name": name, "translation": offset.tolist()}
@@ -197,7 +205,7 @@ def _eye_offset(motion: Motion) -> list[float]:
     if "Head" in motion.bone_names:
         found = [motion.skeleton.rest_positions[motion.bone_names.index(e)] for e in _eyes_of(motion)]
         rest = np.array(found)
-    offset: list[float] = (rest.mean(axis=0) * MIRROR_POSITION + 0.0).tolist()
+    offset: list[float] = (rest.mean(axis=0) * MIRROR + 0.0).tolist()
     return offset
 
 
@@ -217,15 +225,16 @@ def _fits(path: Path, body: Motion, expressions: dict[str, Array]) -> bool:
     same = len(back) == len(body) and np.allclose(back.times, body.times, rtol=0, atol=1e-3)
     if same and set(expressions) == set(back.shape_names):
         weights = [np.abs(back.shapes[:, s] - expressions[n]).max() for s, n in enumerate(back.shape_names)]
-        same = all(far < 1e-5 for far in weights)  # what is no number is never near
+        # Not `any(far >= ...)`: NaN compares as false, and must not pass.
+        same = all(far < 1e-5 for far in weights)
     if not same or not set(body.bone_names) <= set(back.bone_names):
         return False
     rows = np.unique(np.linspace(0, len(body) - 1, _FRAMES_COMPARED).astype(int))
     # Bones that move against their parent (only Hips may in a VRMA) are held at their rest offset.
-    wanted = np.tile(body.skeleton.rest_positions, (len(rows), 1, 1))
+    expected = np.tile(body.skeleton.rest_positions, (len(rows), 1, 1))
     if "Hips" in body.bone_names:
-        wanted[:, body.bone_names.index("Hips")] = body.positions[rows, body.bone_names.index("Hips")]
-    at, turned = body.skeleton.forward(wanted, body.rotations[rows])
+        expected[:, body.bone_names.index("Hips")] = body.positions[rows, body.bone_names.index("Hips")]
+    at, turned = body.skeleton.forward(expected, body.rotations[rows])
     got_at, got_turned = back.skeleton.forward(back.positions[rows], back.rotations[rows])
     bones = [back.bone_names.index(name) for name in body.bone_names]
     far = np.abs(got_at[:, bones] - at).max(initial=0.0)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from studio.errors import StudioError
-from studio.formats import _writing
-from studio.formats._imported import Imported
+from studio.formats import Imported, _writing
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked
 from studio.motion import Motion

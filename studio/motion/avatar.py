@@ -21,10 +21,11 @@ from studio.motion.skeleton import Skeleton
 Floats = NDArray[np.float32]
 Array = NDArray[np.floating]
 
+# Unity's axes are left-handed, a picture's right-handed: x is turned over, and turns about y and z with it.
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
+# Rest hips this share away from the length of the legs are somebody who sat: the legs count then.
 _STANDING = 0.2
-"""Rest hips this share away from the length of the legs are somebody who sat: the legs count then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +149,6 @@ class Avatar:
         hips = _place(self.skeleton, "Hips")
         return float(self.rest_joints[hips, 1]) if hips >= 0 else 0.0
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all surfaces."""
-        return sum(len(surface.triangles) for surface in self.surfaces)
-
     @cached_property
     def skins(self) -> tuple[Skin, ...]:
         """What moves each surface; worked out once, in a moment: not first on a thread that draws."""
@@ -185,6 +181,7 @@ class Avatar:
         p = np.broadcast_to(self.rest_joints, (*lead, len(own.bone_names), 3)).copy()
         q = np.broadcast_to(rotation.IDENTITY, (*lead, len(own.bone_names), 4)).copy()
         index = {name: j for j, name in enumerate(source.bone_names)}
+        # Parents first: a bone that the source lacks follows its parent.
         for bone in own.order:
             parent, there = own.parents[bone], index.get(own.bone_names[bone])
             if there is not None:
@@ -257,6 +254,7 @@ def _played(
         if one is not None and value > 0.0:
             amount = min(float(value), 1.0)
             found[place] = max(found.get(place, 0.0), float(amount > 0.5) if one.binary else amount)
+    # How much of each group is left after the expressions that take its place.
     left = dict.fromkeys(_GROUPS, 1.0)
     for place, amount in found.items():
         for group, way in expressions[place].overrides.items():
@@ -281,7 +279,8 @@ def _hips_height(skeleton: Skeleton) -> float:
     if min(leg) < 0:
         return rest
     length = float(np.linalg.norm(skeleton.rest_positions[leg[1:]], axis=1).sum())
-    length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09  # and the ankle above the sole
+    # And the ankle above the sole.
+    length = (length - float(skeleton.rest_positions[leg[0], 1])) * 1.09
     return rest if abs(rest - length) < _STANDING * length else length
 
 
@@ -301,6 +300,7 @@ class Skin:
         count = len(surface.vertices)
         columns, turn = surface.joints, np.eye(3)
         self._rest = surface.vertices.astype(np.float32)
+        # 1e-5 is below what float32 keeps of a metre.
         self._agree = bool(np.abs(self._binds - self._binds[:1]).max(initial=0.0) < 1e-5)
         if self._agree:
             turn, shift = self._binds[0, :, :3], self._binds[0, :, 3]

@@ -62,6 +62,7 @@ def shape_set(names: tuple[str, ...]) -> str:
     if not names:
         return "none"
     low = {name.lower() for name in names}
+    # 26 is half of ARKit's, as VMagicMirror decides it too.
     if len(low & {n.lower() for n in ARKIT_SHAPES}) >= 26:
         return "arkit"
     for label, known in (("vrm0", VRM0_SHAPES), ("vrm1", VRM1_SHAPES)):

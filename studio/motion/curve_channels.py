@@ -67,6 +67,7 @@ def first_choice(found: tuple[CurveChannel, ...]) -> tuple[str, ...]:
     mouths = [c for c in moving if not c.axis and is_mouth_shape(c.name)]
     blinks = [c for c in moving if not c.axis and is_blink_shape(c.name)]
     heads = [c for c in moving if c.axis and c.name == "Head"]
+    # A take without a moving head shows another bone, or at least a shape.
     others = [c for c in moving if c.axis and c.name != "Head"] or [c for c in moving if not c.axis]
     for group in (mouths, blinks, heads or others):
         best = max(group, key=lambda c: c.spread, default=None)

@@ -108,6 +108,7 @@ class Motion:
             return 0.0
         intervals = len(self) - 1
         mean = intervals / self.duration if self.duration > 0 else 0.0
+        # At most a third of all intervals, so that short motions have spans to take a median of.
         span = max(min(round(_RATE_SPAN_S * mean), intervals // 3), 1)
         usual = float(np.median(self.times[span:] - self.times[:-span]))
         return span / usual if usual > 0 else 0.0
@@ -134,6 +135,7 @@ class Motion:
         t = np.asarray(times, dtype=np.float64).reshape(-1)
         if not len(self):
             return Motion.build(t, self.shape_names, None, self.bone_names)
+        # The last frame has no right neighbour; it is its own.
         right = np.clip(np.searchsorted(self.times, t, side="right"), 1, max(len(self) - 1, 1))
         left, right = right - 1, np.minimum(right, len(self) - 1)
         span = self.times[right] - self.times[left]

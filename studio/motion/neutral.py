@@ -41,6 +41,7 @@ def wave_pose(t: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         The pose with its shape names and bone names.
     """
     start = neutral_pose(VRM0_SHAPES, BONES)
+    # The square root lifts the arm soon and keeps it up; the sine brings it down again.
     raised = math.sin(math.pi * min(max(t / WAVE_SECONDS, 0.0), 1.0)) ** 0.5
     swing = math.sin(2 * math.pi * 1.5 * t)
     rotations = start.rotations.astype(np.float64)

@@ -181,7 +181,8 @@ def slerp(a: ArrayLike, b: ArrayLike, amount: ArrayLike) -> Array:
     dot = (a * b).sum(axis=-1, keepdims=True)
     b, dot = np.where(dot < 0, -b, b), np.abs(dot)
     theta = np.arccos(np.clip(dot, 0.0, 1.0))
-    near = theta < 1e-4  # sin(theta) vanishes; the straight line is exact enough here
+    # sin(theta) vanishes; the straight line is exact enough here.
+    near = theta < 1e-4
     sine = np.where(near, 1.0, np.sin(theta))
     wa = np.where(near, 1 - amount, np.sin((1 - amount) * theta) / sine)
     wb = np.where(near, amount, np.sin(amount * theta) / sine)

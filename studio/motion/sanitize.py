@@ -49,6 +49,7 @@ def credible(times: NDArray[np.float64]) -> NDArray[np.intp]:
         # Of two that are as long, the one that ends sooner: the last but one may be the wrong one.
         most = _longest_rise(times, np.flatnonzero(finite))
         rows = max(rows, most, key=lambda kept: (len(kept), -times[kept[-1]]))
+    # Never as many as half of them: then nobody could say which half is the fault.
     few = min(FEW, (len(rows) - 1) // 2)
     gaps = (np.flatnonzero(np.diff(times[rows]) > LONGEST_GAP) + 1).tolist()
     first, last = 0, len(rows)

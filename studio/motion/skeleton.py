@@ -130,6 +130,7 @@ class Skeleton:
         """
         p = np.array(positions, dtype=np.float64)
         q = np.array(rotations, dtype=np.float64)
+        # Generation by generation in whole arrays: a live pose is worked out in a few steps, not in 54.
         for ups, bones in self._generations:
             p[..., bones, :] = p[..., ups, :] + rotation.rotate(q[..., ups, :], p[..., bones, :])
             q[..., bones, :] = rotation.multiply(q[..., ups, :], q[..., bones, :])

@@ -1,26 +1,20 @@
 """The practice performer: a voice and the motion that goes with it, without hardware.
 
-body         Head, torso, eyes and stance: what follows the melody, the beats, the breath, and idle sway
+body         All 54 bones: head and torso follow melody, beats and breath; arms beat; legs keep both feet flat
 broadcast    The performer live: its voice from a loudspeaker and its motion over VMC, in time with each
              other
-bundle       The bundled clips: short sentences with their phoneme times, for machines without espeak-ng
 curves       Curves that the whole body is made of, each a pure function of absolute time
 espeak       Speech with true phoneme times from the espeak-ng library
 face         The 18 VRM0 shapes: lips that follow the phonemes, lids, moods, and where the eyes look
-limbs        Arms that hang, rise and beat the stressed syllables; legs that keep both feet flat on the
-             floor
 loudspeaker  The performer's voice on an output device, and which moment of it is in the ear
 performance  A performance: sound and motion of a stretch of a script
-phonemes     What each sound of speech asks of the lips, from its IPA letters
 prosody      The melody and loudness of a sentence, measured from its sound, and the syllables that stand
              out
 sample       The sample project: a few minutes of the practice performer, made on the spot
-script       What happens when: the lines a performer speaks, one after another, each with its plan of
+script       What happens when, and how a performer moves: lines one after another, each with its plan of
              movement
-sentences    What the practice performer says: written sentences, and a small grammar that never runs out
-speech       One spoken sentence: its sound and when each phoneme begins; from espeak-ng or from the bundled
-             clips
-style        How one performer moves: the numbers that differ from person to person
+sentences    What the practice performer says: written sentences, an endless grammar, and the bundled clips
+speech       One spoken sentence: its sound, when each phoneme begins, and what each phoneme asks of the lips
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ NO_SOUND = "none"
 _AHEAD_SCENES = 2
 _NAP = 0.05
 _LATE_FRAMES = 2.0
+# How long the way to rest takes.
 _REST_SECONDS = 0.5
-"""How long the way to rest takes."""
 
 
 class Broadcast:
@@ -47,6 +47,8 @@ class Broadcast:
         seconds: how long; None is until `stop`.
         voice_source: "auto", "espeak" or "bundled".
         on_line: called with each sentence as its voice begins. Runs on the sending thread.
+        open_speaker: opens the device.
+        make_scenes: makes what is performed. Runs on the script's thread.
 
     Raises:
         RequestError: a number is out of range.
@@ -66,6 +68,8 @@ class Broadcast:
         seconds: float | None = None,
         voice_source: str = "auto",
         on_line: Callable[[str], None] | None = None,
+        open_speaker: Callable[[str | int | None], Loudspeaker] = Loudspeaker,
+        make_scenes: Callable[[Script, float], Iterator[ScriptedScene]] = scenes,
     ) -> None:
         _check(port, fps, jitter_ms, loss, seconds)
         self.host, self.port, self.fps, self.device = host, port, fps, device
@@ -73,10 +77,13 @@ class Broadcast:
         self._options = SendOptions(bundle=bundle)
         self._seconds = math.inf if seconds is None else seconds
         self._voice_source, self._on_line = voice_source, on_line or (lambda _text: None)
+        self._open_device, self._make_scenes = open_speaker, make_scenes
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self._speaking = ""
         self._clock = _Clock()
+        # Two scenes ahead: speech takes longer to make than a frame, and one that is not needed is made in
+        # vain.
         self._scenes: queue.Queue[ScriptedScene | StudioError] = queue.Queue(maxsize=_AHEAD_SCENES)
         self._dice = np.random.default_rng((seed, 801))
         self._spoken_line = -1
@@ -126,6 +133,7 @@ class Broadcast:
         """Runs on the performer's thread."""
         writer = threading.Thread(target=self._write, name="practice script", daemon=True)
         try:
+            # First, since a host that does not exist need not wait for speech.
             target = _resolved(self.host, self.port)
             writer.start()
             first = self._next_scene()
@@ -139,18 +147,18 @@ class Broadcast:
             self._stopping.set()
             self._speaking = ""
             self._clock.close()
-            with suppress(queue.Empty):  # the writer may wait for room
+            # The writer may wait for room.
+            with suppress(queue.Empty):
                 self._scenes.get_nowait()
-            if writer.is_alive():  # a thread left in mid-computation would abort a process that ends
+            # A thread left in mid-computation would abort a process that ends.
+            if writer.is_alive():
                 writer.join()
 
     def _write(self) -> None:
         """Prepare scenes ahead. Runs on the script's thread."""
         try:
-            made: Iterator[ScriptedScene] = scenes(
-                Script(self.seed, voice_source=self._voice_source), self.fps
-            )
-            for scene in made:
+            script = Script(self.seed, voice_source=self._voice_source)
+            for scene in self._make_scenes(script, self.fps):
                 self._offer(scene)
                 if self._stopping.is_set() or scene.line.end >= self._seconds:
                     return
@@ -177,7 +185,7 @@ class Broadcast:
         if self.device == NO_SOUND:
             return
         try:
-            speaker = Loudspeaker(self.device)
+            speaker = self._open_device(self.device)
         except RequestError:
             raise
         except StudioError as error:
@@ -191,7 +199,8 @@ class Broadcast:
             return
         self._clock.put(first)
         scene, upcoming = first, self._after(first)
-        self._clock.begin()  # only now: the clock must not run while speech is still being made
+        # Only now: the clock must not run while speech is still being made.
+        self._clock.begin()
         while not self._stopping.is_set():
             self._send_scene(scene, channel, address)
             if upcoming is None:
@@ -209,6 +218,7 @@ class Broadcast:
 
     def _send_scene(self, scene: ScriptedScene, channel: socket.socket, address: tuple[str, int]) -> None:
         motion, due = scene.motion, -math.inf
+        # Frames are made ahead; only their sending is in real time.
         for i, t in enumerate(motion.times):
             if t >= self._seconds:
                 return
@@ -272,6 +282,7 @@ class Broadcast:
                 return True
             if self._clock.lost():
                 self.problem = "The sound device stopped. The performer goes on without a voice."
+            # In short naps, so that a stop is answered soon.
             time.sleep(min(left, _NAP))
         return False
 
@@ -300,7 +311,8 @@ class _Clock:
             heard = speaker.position()
         else:
             heard = time.monotonic() - self._zero if self._zero is not None else -math.inf
-        self._last = max(self._last, heard)  # a clock that is corrected never runs backwards
+        # A clock that is corrected never runs backwards.
+        self._last = max(self._last, heard)
         return self._last
 
     def lost(self) -> bool:

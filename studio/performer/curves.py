@@ -46,7 +46,8 @@ def wander(times: Curve, seed: int, name: str, period: float) -> Curve:
     f = at - first
     weights = ((1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3)
     values = sum(w / 6 * (2 * chance(seed, name, first + k - 1) - 1) for k, w in enumerate(weights))
-    return np.asarray(values) * 1.7  # the spline averages; this brings the spread back
+    # The spline averages; this brings the spread back.
+    return np.asarray(values) * 1.7
 
 
 def smoothed(values: Curve, sigma: float) -> Curve:

@@ -112,6 +112,7 @@ def speak(request: Request) -> Reply | None:
 
 def _library() -> str | None:
     """The name or path under which the library loads."""
+    # Tests and packagers choose a library, or none, without touching the system.
     chosen = os.environ.get(SETTING)
     for name in (chosen,) if chosen else _NAMES:
         try:
@@ -123,7 +124,8 @@ def _library() -> str | None:
 
 
 def _speak_in_child(library: str, request: Request) -> Reply | None:
-    from studio import launch  # not above: the child knows nothing of the studio
+    # Not above: the child knows nothing of the studio.
+    from studio import launch
 
     asked = json.dumps({"library": library, "request": asdict(request)}).encode()
     try:
@@ -180,7 +182,8 @@ def _child() -> int:
     header = json.dumps({"sample_rate": reply.sample_rate, "phones": reply.phones})
     sys.stdout.buffer.write(header.encode() + b"\n" + reply.pcm)
     sys.stdout.buffer.flush()
-    os._exit(0)  # the library's own threads are not worth waiting for
+    # The library's own threads are not worth waiting for.
+    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from studio.motion.channels import VRM0_SHAPES
 from studio.performer.curves import Curve, chance, plateau, ramp, smoothed, wander, window
-from studio.performer.phonemes import MOUTH, targets
-from studio.performer.script import Line
+from studio.performer.script import Line, Style
 from studio.performer.sentences import MOODS
-from studio.performer.style import Style
+from studio.performer.speech import MOUTH, targets
 
 _REACH = 0.4
 _REST_DOMINANCE = 0.02
 _CLOSING, _LIDS_SHUT, _OPENING = 0.08, 0.03, 0.17
 _LOOK_FULL_DEG = 30.0
 
+# Seconds in which lips meet and part.
 _CLOSURE_FLANK = 0.055
 _CLOSURE_HOLD = 0.05
 _STOPS = frozenset("pb")
@@ -64,10 +64,12 @@ def mouth(times: Curve, lines: Sequence[Line], style: Style) -> NDArray[np.float
 def _add_line(
     times: Curve, line: Line, style: Style, blended: NDArray[np.float64], weight: Curve, closure: Curve
 ) -> None:
+    # By the line, so that any stretch of a performance can be made alone and is the same.
     rng = np.random.default_rng((*line.seed, 501))
     for phone in line.phones():
         start = phone.t + style.lag + float(rng.normal(0, 0.006))
-        accident = rng.normal(1.0, 0.1, 5)  # nobody says a sound twice alike
+        # Nobody says a sound twice alike.
+        accident = rng.normal(1.0, 0.1, 5)
         for letter, target, share in targets(phone.name):
             length = share * phone.duration
             part = window(times, start - _REACH, start + length + _REACH)
@@ -142,7 +144,8 @@ def gaze(times: Curve, lines: Sequence[Line], style: Style) -> tuple[Curve, Curv
     cell = 1.3
     index = np.floor(times / cell).astype(np.int64)
     yaw, pitch = np.zeros(len(times)), np.zeros(len(times))
-    for back in (0, 1):  # the glance of this cell, and the one it came from
+    # The glance of this cell, and the one it came from.
+    for back in (0, 1):
         k = index - back
         begins = (k + 0.15 + 0.6 * chance(style.seed, "saccade", k)) * cell
         aside = chance(style.seed, "aside", k) < 0.3

@@ -15,6 +15,7 @@ from studio.playback.sound_output import StreamClock
 
 SILENT_SECONDS = 1.0
 """Without a callback for this long the device counts as gone (a suspended one never says so)."""
+# Seconds; nobody waits for this voice, so it is higher than the player's, and safer on a busy machine.
 _LATENCY = 0.08
 
 
@@ -31,8 +32,10 @@ class Loudspeaker:
 
     def __init__(self, device: str | int | None = None) -> None:
         self._queue: deque[NDArray[np.float32]] = deque()
-        self._used = 0  # samples of the first block already played
-        self._played = 0  # samples of the performance given to the device
+        # Samples of the first block already played.
+        self._used = 0
+        # Samples of the performance given to the device.
+        self._played = 0
         self._last_callback = time.monotonic()
         self._hushed = False
         self._gain = 1.0
@@ -81,10 +84,12 @@ class Loudspeaker:
         now = time.monotonic()
         self._last_callback = now
         delay = info.outputBufferDacTime - info.currentTime
-        if not 0.0 < delay < 5.0:  # some drivers do not say
+        # Some drivers do not say.
+        if not 0.0 < delay < 5.0:
             delay = float(self._stream.latency)
         done = 0
         if self._queue:
+            # Only while something plays: in silence no time of the performance passes.
             self._clock.report(self._played, now + delay)
         while done < frames and self._queue:
             block = self._queue[0]
@@ -98,7 +103,8 @@ class Loudspeaker:
         self._played += done
         if done < frames:
             out[done:] = 0.0
-        if self._hushed:  # over one block: a cut would click
+        # Over one block: a cut would click.
+        if self._hushed:
             out *= np.linspace(self._gain, 0.0, frames, dtype=np.float32)[:, None]
             self._gain = 0.0
 
@@ -116,6 +122,7 @@ class Loudspeaker:
                 raise _cannot_play() from error
             what = f"There is no output device called {device}."
             raise RequestError(what, "Choose a device that is plugged in, or none.") from error
+        # The performance's own rate first: then nothing is resampled.
         for rate in (SAMPLE_RATE, int(known["default_samplerate"])):
             try:
                 stream = sounddevice.OutputStream(

@@ -14,9 +14,8 @@ from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.motion.skeleton import Skeleton
 from studio.performer import body, face
 from studio.performer.curves import GRID_FPS, grid
-from studio.performer.script import REACH, Line, Script
+from studio.performer.script import REACH, Line, Script, Style
 from studio.performer.speech import SAMPLE_RATE
-from studio.performer.style import Style
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +53,8 @@ def scenes(script: Script, fps: float) -> Iterator[ScriptedScene]:
             ahead.append(script.next_line())
         while reach and reach[0].end < current.start - REACH:
             reach.popleft()
+        # Smoothing and moods reach into neighbouring lines, so a scene is made with all that may be felt in
+        # it.
         lines = (*reach, current, *ahead)
         motion = move(frame_times(current.start, current.end, fps), lines, script.style)
         yield ScriptedScene(current, current.samples(), motion)
@@ -89,6 +90,7 @@ def perform_script(
 
 def frame_times(start: float, end: float, fps: float) -> NDArray[np.float64]:
     """Times (T,) of the frames from start up to, not including, end; frame i is at i / fps."""
+    # Rounded first, or a frame that lies on the border of two scenes would come in both or in none.
     first, last = (int(np.ceil(round(t * fps, 6))) for t in (start, end))
     return np.arange(first, last) / fps
 
@@ -105,6 +107,7 @@ def move(times: NDArray[np.float64], lines: Sequence[Line], style: Style) -> Mot
     at = np.clip(times * GRID_FPS - round(on_grid[0] * GRID_FPS), 0, len(on_grid) - 1)
     left = np.minimum(np.floor(at + 1e-6).astype(int), len(on_grid) - 2)
     amount = np.clip(at - left, 0.0, 1.0)
+    # Curves are made on one grid and sampled: the same performance at 30 and at 120 frames a second.
     shapes = np.stack([_between(weights[name], left, amount) for name in VRM0_SHAPES], axis=1)
     rest = Skeleton.humanoid(BONES).rest_positions
     positions = np.tile(rest, (len(times), 1, 1))

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.performer.curves import Curve
-from studio.performer.phonemes import is_vowel
-from studio.performer.speech import SAMPLE_RATE, Phone, Speech
+from studio.performer.speech import SAMPLE_RATE, Phone, Speech, is_vowel
 
 RATE = 100
 """Measurements a second."""
 _PITCH_RATE = 8000
-_WINDOW = 400  # 50 ms at 8 kHz holds four periods of the lowest voice
+# 50 ms at 8 kHz holds four periods of the lowest voice.
+_WINDOW = 400
 _LOWEST_HZ, _HIGHEST_HZ = 75.0, 420.0
 _VOICED = 0.5
 _FLOOR_DBFS, _FULL_DBFS = -60.0, -18.0
@@ -64,7 +64,8 @@ def _loudness(samples: NDArray[np.float32]) -> Curve:
     padded = np.pad(samples.astype(np.float64), (hop, hop * 2))
     energy = np.concatenate([[0.0], np.cumsum(padded * padded)])
     first = np.arange(count) * hop
-    mean = (energy[first + 2 * hop] - energy[first]) / (2 * hop)  # 20 ms about each moment
+    # 20 ms about each moment.
+    mean = (energy[first + 2 * hop] - energy[first]) / (2 * hop)
     level = 10 * np.log10(np.maximum(mean, 1e-12))
     return np.clip((level - _FLOOR_DBFS) / (_FULL_DBFS - _FLOOR_DBFS), 0.0, 1.0)
 
@@ -91,7 +92,8 @@ def _pitch(samples: NDArray[np.float32], count: int) -> Curve:
         return np.zeros(count)
     semitones = 12 * np.log2(_PITCH_RATE / best)
     middle = float(np.median(semitones[voiced]))
-    good = voiced & (np.abs(semitones - middle) < 9)  # octave slips of the estimate
+    # Octave slips of the estimate.
+    good = voiced & (np.abs(semitones - middle) < 9)
     at = np.arange(len(semitones))
     filled = np.interp(at, at[good], semitones[good] - middle)
     kernel = np.hanning(11)

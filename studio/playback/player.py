@@ -1,20 +1,86 @@
-"""The player: one position that everything on screen and on the wire follows.
+"""The player: one position that everything on screen and on the wire follows, and its transport.
 
-The sound that is heard leads. Without a sound or without a device the monotonic clock leads, and
-`problem` says so.
+The sound that is heard leads. Without a sound or without a device the monotonic clock leads, and `problem`
+says so. The transport's state machine only says whether the position moves.
+Source: the transport's form is Ardour's (transport_fsm.h): states, events, one table, nothing implied.
 """
 
 from __future__ import annotations
 
 import threading
 import time
+from enum import StrEnum
 from pathlib import Path
 
 from studio.errors import StudioError
 from studio.playback.sound_output import SoundOutput
-from studio.playback.transport import MOVING, Event, TransportState, after
 from studio.sound.resample import SLOWEST
-from studio.sound.stream import SoundSource
+from studio.sound.sound_file import SoundSource
+
+
+class TransportState(StrEnum):
+    """Where the transport stands."""
+
+    STOPPED = "stopped"
+    """Silent at a position."""
+    STARTING = "starting"
+    """Asked to roll; the first sound is on its way to the ear."""
+    ROLLING = "rolling"
+    """Heard and moving."""
+    ENDED = "ended"
+    """Silent at the end; playing again begins at the start."""
+    CLOSED = "closed"
+    """Done for good; everything is ignored."""
+
+
+class Event(StrEnum):
+    """What can happen to a transport."""
+
+    PLAY = "play"
+    PAUSE = "pause"
+    SEEK = "seek"
+    PLAYED = "heard"
+    """The first sample after a start or a seek reached the ear."""
+    END = "end"
+    CLOSE = "close"
+
+
+_S, _E = TransportState, Event
+
+TABLE: dict[tuple[TransportState, Event], TransportState] = {
+    (_S.STOPPED, _E.PLAY): _S.STARTING,
+    (_S.STOPPED, _E.PAUSE): _S.STOPPED,
+    (_S.STOPPED, _E.SEEK): _S.STOPPED,
+    # A last block may reach the ear after the pause.
+    (_S.STOPPED, _E.PLAYED): _S.STOPPED,
+    (_S.STOPPED, _E.END): _S.STOPPED,
+    (_S.STARTING, _E.PLAY): _S.STARTING,
+    (_S.STARTING, _E.PAUSE): _S.STOPPED,
+    (_S.STARTING, _E.SEEK): _S.STARTING,
+    (_S.STARTING, _E.PLAYED): _S.ROLLING,
+    (_S.STARTING, _E.END): _S.ENDED,
+    (_S.ROLLING, _E.PLAY): _S.ROLLING,
+    (_S.ROLLING, _E.PAUSE): _S.STOPPED,
+    (_S.ROLLING, _E.SEEK): _S.STARTING,
+    (_S.ROLLING, _E.PLAYED): _S.ROLLING,
+    (_S.ROLLING, _E.END): _S.ENDED,
+    (_S.ENDED, _E.PLAY): _S.STARTING,
+    (_S.ENDED, _E.PAUSE): _S.ENDED,
+    (_S.ENDED, _E.SEEK): _S.STOPPED,
+    (_S.ENDED, _E.PLAYED): _S.ENDED,
+    (_S.ENDED, _E.END): _S.ENDED,
+    **{(state, _E.CLOSE): _S.CLOSED for state in _S},
+    **{(_S.CLOSED, event): _S.CLOSED for event in _E},
+}
+"""Every state with every event; a pair that is missing is a fault of this file (a test counts them)."""
+
+MOVING = frozenset({TransportState.STARTING, TransportState.ROLLING})
+"""States in which sound is on its way or heard."""
+
+
+def after(state: TransportState, event: Event) -> TransportState:
+    """The state that follows."""
+    return TABLE[state, event]
 
 
 class Player:
@@ -32,6 +98,7 @@ class Player:
     def __init__(
         self, sound: Path | None, duration: float | None = None, device: str | int | None = None
     ) -> None:
+        # Reentrant: `play` settles the position first, which may end the transport and stop the output.
         self._lock = threading.RLock()
         self._path, self._device = sound, device
         self._state = TransportState.STOPPED
@@ -41,6 +108,8 @@ class Player:
         self._output: SoundOutput | None = None
         self._clock_start = 0.0
         self._problem: StudioError | None = None
+        # Opened once and closed again, only for its length and so that a bad file is an error here and not at
+        # play.
         source = SoundSource(sound) if sound is not None else None
         if duration is None:
             if source is None:
@@ -137,6 +206,7 @@ class Player:
             self._settle()
             if loop is not None:
                 start, end = max(min(loop), 0.0), min(max(loop), self.duration)
+                # Shorter than a chunk of sound, it would be a tone and not a loop.
                 loop = (start, end) if end - start > 0.05 else None
             self._loop = loop
             if self._state in MOVING:
@@ -188,6 +258,7 @@ class Player:
         heard = self._output.heard() if self._output is not None else self._clock_position()
         if heard is None:
             return
+        # Every position that is heard is the event; in most states the table answers it with the same state.
         self._state = after(self._state, Event.PLAYED)
         self._position = min(heard, self.duration)
         # A loop up to the very end comes around by itself; everything else ends here.

@@ -1,4 +1,8 @@
-"""Sound output device, and the file position that is audible right now."""
+"""Sound output device, the file position that is audible right now, and what people notice of its sync.
+
+Source: ITU-R BT.1359-1, Relative timing of sound and vision for broadcasting: viewers detect sound that is
+45 ms early or 125 ms late, and mind 90 ms early or 185 ms late.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,44 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
 from studio.errors import StudioError
 from studio.sound.resample import Stretch
-from studio.sound.stream import Samples, SoundSource
+from studio.sound.sound_file import Samples, SoundSource
+
+EARLY_MS, LATE_MS = 45.0, 125.0
+MINDED_EARLY_MS, MINDED_LATE_MS = 90.0, 185.0
+# In steps that people can set by hand, finer than anybody notices.
+_STEP_MS = 5
+
+
+class SyncPerception(StrEnum):
+    """What viewers make of motion that lags its sound."""
+
+    UNSEEN = "unseen"
+    SEEN = "seen"
+    MINDED = "minded"
+
+
+def sync_perception(motion_late_ms: float) -> SyncPerception:
+    """What viewers make of motion so many milliseconds after its sound; negative where it is before it."""
+    # Motion that is late makes the sound early.
+    early, late = motion_late_ms, -motion_late_ms  # of the sound
+    if early >= MINDED_EARLY_MS or late >= MINDED_LATE_MS:
+        return SyncPerception.MINDED
+    return SyncPerception.SEEN if early >= EARLY_MS or late >= LATE_MS else SyncPerception.UNSEEN
+
+
+def sound_delay_ms(motion_late_ms: float) -> int:
+    """How much to delay the sound so that it meets the lips; 0 where nobody notices."""
+    if sync_perception(motion_late_ms) is SyncPerception.UNSEEN:
+        return 0
+    return max(_STEP_MS * round(motion_late_ms / _STEP_MS), 0)
+
 
 SLOW_HZ, FAST_HZ, FAST_SECONDS = 0.1, 2.0, 1.0
 LOST_LOCK = 0.15
@@ -43,10 +78,13 @@ class StreamClock:
         step = frame - self._frame
         expected = self._time + step * self._period
         error = time - expected
-        if not abs(error) < LOST_LOCK:  # also the first report, where expected is NaN
+        # Written as `not <`, so that it is true of the first report too, where expected is NaN.
+        if not abs(error) < LOST_LOCK:
             self._frame, self._time, self._began = frame, time, frame
         else:
             young = (frame - self._began) * self._period < FAST_SECONDS
+            # Fast in the first second, to find the line; slow afterwards, so that coarse reports do not move
+            # it.
             omega = min(2 * math.pi * (FAST_HZ if young else SLOW_HZ) * step * self._period, 0.5)
             self._time = expected + math.sqrt(2) * omega * error
             self._frame = frame
@@ -83,6 +121,7 @@ class PlayedSpans:
     """What was given to the device lately, to look up the file position of an output frame."""
 
     def __init__(self) -> None:
+        # Far more than a device holds at once; older ones were heard long ago.
         self._spans: deque[Span] = deque(maxlen=1024)
 
     def add(self, span: Span) -> None:
@@ -91,6 +130,7 @@ class PlayedSpans:
 
     def position(self, frame: float, generation: int) -> float | None:
         """File position heard at an output frame; None before anything of this generation is heard."""
+        # Copied: the audio thread appends while this reads, and a deque that changes cannot be walked.
         for span in reversed(tuple(self._spans)):
             if span.generation != generation:
                 return None
@@ -132,11 +172,13 @@ class Feed:
         self.position = position
         self.speed = speed
         self.stretch: Stretch | None = None
-        self.stretched = position  # seconds in the file of the next stretched sample
+        # Seconds in the file of the next stretched sample.
+        self.stretched = position
         # A start behind the loop's end plays through to the end instead.
         self.loop = loop if loop is not None and position < loop[1] else None
         self.queue: deque[Chunk] = deque()
-        self.used = 0  # frames of the first chunk already played
+        # Frames of the first chunk already played.
+        self.used = 0
 
 
 class SoundOutput:
@@ -177,6 +219,7 @@ class SoundOutput:
 
     def start(self, position: float, loop: tuple[float, float] | None = None, speed: float = 1.0) -> None:
         """Play from a position on; also the way to seek, and to change the speed, while playing."""
+        # New spans are told from those of before the seek, which are still on their way to the ear.
         self._generation += 1
         self._feed = Feed(self._generation, position, loop, speed)
         self._wake.set()
@@ -195,6 +238,7 @@ class SoundOutput:
         self._feed = None
         self._closing.set()
         self._wake.set()
+        # Before the stream closes: the feeder reads the file, which is closed last.
         self._feeder.join(timeout=10.0)
         self._stream.close(ignore_errors=True)
         self._source.close()
@@ -213,7 +257,8 @@ class SoundOutput:
         now = time.monotonic()
         self._last_callback = now
         delay = info.outputBufferDacTime - info.currentTime
-        if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:  # some drivers do not say
+        # Some drivers give no times; then the stream's own latency must do.
+        if info.outputBufferDacTime == 0.0 or not -1.0 < delay < 5.0:
             delay = float(self._stream.latency)
         # The moment at which the device will play the block: it asks for it a buffer's length before.
         self._clock.report(self._frame, now + delay)
@@ -231,6 +276,7 @@ class SoundOutput:
         done = 0
         while done < frames and feed.queue:
             chunk = feed.queue[0]
+            # Chunks and blocks have nothing to do with each other; either may be the shorter.
             count = min(frames - done, len(chunk.samples) - feed.used)
             out[done : done + count] = chunk.samples[feed.used : feed.used + count]
             # Each part of a block is noted on its own: a loop or a seek may fall into its middle.
@@ -249,7 +295,8 @@ class SoundOutput:
     def _fall_silent(self, out: Samples) -> None:
         out[:] = 0.0
         count = min(len(out), len(self._ramp))
-        out[:count] = self._tail * self._ramp[:count]  # a cut to zero would click
+        # A cut to zero would click.
+        out[:count] = self._tail * self._ramp[:count]
         self._tail[:] = 0.0
 
     def _run(self) -> None:
@@ -328,6 +375,7 @@ def _open_stream(device: str | int | None, rate: int, output: SoundOutput) -> tu
                 device=device,
                 channels=2,
                 dtype="float32",
+                # Low enough that pause and seek feel immediate, high enough for a busy machine.
                 latency=0.06,
                 callback=output.callback,
                 finished_callback=output.finished,

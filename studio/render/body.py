@@ -1,6 +1,6 @@
 """The figure's shape: a capsule for every bone, a ball for every joint, a head with eyes.
 
-Plain arrays, computed at the display's rate; studio.picture.stick draws them.
+Plain arrays, computed at the display's rate; `actors` draws them.
 """
 
 from __future__ import annotations
@@ -84,6 +84,7 @@ class Plan:
             size = float(np.linalg.norm(np.ptp(joints, axis=0))) / 2.2
         else:
             size = 1.0
+        # Damaged motion may have bones of no length or of kilometres; the camera must still find it.
         return size if 1e-3 < size < 1e3 else 1.0
 
 
@@ -103,6 +104,7 @@ def limbs(plan: Plan, joints: Points, scale: float) -> tuple[Points, Points]:
     axis = end - start
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     z = np.where(length > 1e-9, axis / np.maximum(length, 1e-9), [0.0, 1.0, 0.0])
+    # Any direction that is not the bone's own, to build a frame on; up, unless the bone stands upright.
     helper = np.where(np.abs(z[:, 1:2]) < 0.9, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
     x = np.cross(helper, z)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
@@ -143,7 +145,8 @@ def head_ball(plan: Plan, joints: Points, scale: float) -> tuple[Points, float]:
     size = float(np.linalg.norm(up))
     up = up / size if size > 1e-6 else np.array([0.0, 1.0, 0.0])
     centre = joints[plan.head] + up * (0.075 * scale)
-    if plan.eyes:  # the head joint sits over the spine; the skull reaches forward to the eyes
+    # The head joint sits over the spine; the skull reaches forward to the eyes.
+    if plan.eyes:
         forward = joints[list(plan.eyes)].mean(axis=0) - joints[plan.head]
         forward -= up * float(forward @ up)
         centre = centre + forward * 0.25

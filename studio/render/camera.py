@@ -42,7 +42,9 @@ class Orbit:
 
     def turned(self, degrees: float, up: float) -> Orbit:
         """The camera moved around the body."""
+        # Kept within a turn, so that a film of hours does not lose precision.
         azimuth = (self.azimuth + degrees + 180.0) % 360.0 - 180.0
+        # From below the floor hides the body, and straight from above the camera has no up.
         return replace(self, azimuth=azimuth, elevation=min(max(self.elevation + up, -15.0), 80.0))
 
     def zoomed(self, factor: float) -> Orbit:

@@ -18,8 +18,8 @@ from studio.errors import RequestError, StudioError
 from studio.motion import Motion
 from studio.motion.avatar import Avatar
 from studio.render.camera import FIELD_OF_VIEW, Orbit, project, to_picture
-from studio.render.face_card import FaceCard, laid_over
-from studio.render.palette import DARK, LIGHT, Palette
+from studio.render.face import FaceCard, laid_over
+from studio.render.palette import DARK, LIGHT, Palette, rgb
 from studio.render.world_pose import WorldPose
 
 if TYPE_CHECKING:
@@ -88,12 +88,14 @@ class Painter:
                 raise RequestError(what, f"Choose {SMALLEST} to {LARGEST}.")
         self._motion, self._drawing = motion, drawing
         shorter, bodily = min(drawing.width, drawing.height), bool(motion.bone_names)
+        # A face alone is what there is to see; beside a body it is a detail.
         share = FACE_SHARE if bodily else LARGE_FACE_SHARE
         faced = bool(motion.shape_names) and (drawing.avatar is None or not bodily)
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
         self._empty: Pixels | None = None
-        self._scene = _scene(drawing, avatar) if bodily else None  # last: nothing may fail once it is open
+        # Last: nothing may fail once it is open.
+        self._scene = _scene(drawing, avatar) if bodily else None
 
     def __enter__(self) -> Painter:
         return self
@@ -103,6 +105,11 @@ class Painter:
     ) -> None:
         if self._scene is not None:
             self._scene.close()
+
+    @property
+    def knows_empty_room(self) -> bool:
+        """Whether only the middle of further pictures is drawn anew."""
+        return self._empty is not None
 
     def picture(self, t: float) -> Pixels:
         """The picture at a moment of the motion (seconds): RGBA, (height, width, 4), the first row on top."""
@@ -127,6 +134,7 @@ class Painter:
         black = self._rendered(pose, t)[..., :3].astype(np.int16)
         self._scene.set_palette(_ON_WHITE)
         white = self._rendered(pose, t)[..., :3].astype(np.int16)
+        # A point that is the same on black and on white is solid; one that differs by all is clear.
         alpha = 255 - np.clip((white - black).mean(axis=-1), 0, 255)
         colour = black * (255.0 / np.maximum(alpha, 1.0))[..., None]
         return np.dstack([np.clip(colour, 0, 255), alpha]).round().astype(np.uint8)
@@ -136,7 +144,8 @@ class Painter:
         if self._empty is None:
             picture = self._rendered(pose, t).copy()
             if self._narrow(pose) < self._drawing.width:
-                self._empty = picture.copy()  # beside the body it is the empty room
+                # Beside the body it is the empty room.
+                self._empty = picture.copy()
             return picture
         narrow = self._narrow(pose)
         if narrow == self._drawing.width:
@@ -175,7 +184,7 @@ class Painter:
         drawing = self._drawing
         if drawing.clear:
             return np.zeros((drawing.height, drawing.width, 4), np.uint8)
-        top, low = (_bytes(value) for value in (drawing.palette.sky, drawing.palette.floor))
+        top, low = (rgb(value).astype(np.float64) for value in (drawing.palette.sky, drawing.palette.floor))
         mix = np.linspace(0.0, 1.0, drawing.height)[:, None, None]
         rows = np.concatenate([top * (1 - mix) + low * mix, np.full((drawing.height, 1, 1), 255.0)], axis=2)
         return np.ascontiguousarray(np.broadcast_to(rows, (drawing.height, drawing.width, 4))).astype(
@@ -201,7 +210,3 @@ def _scene(drawing: Drawing, avatar: Avatar | None) -> RenderScene:
         scene.close()
         raise
     return scene
-
-
-def _bytes(value: str) -> NDArray[np.float64]:
-    return np.array([[[int(value[i : i + 2], 16) for i in (1, 3, 5)]]], dtype=np.float64)

@@ -9,13 +9,12 @@ from studio.motion.avatar import MIRROR, Avatar, Expression, Floats, Morph, Surf
 from studio.motion.skeleton import Skeleton
 from studio.render import body
 from studio.render.face import FaceShape, face_shape
-from studio.render.palette import LIGHT, Palette
-from studio.render.stick import rgb
+from studio.render.palette import LIGHT, Palette, rgb
 
 _AROUND = 20
 _SKIN, _INK, _WHITE, _LIMB = range(4)
+# The features lie this much before the ball of the head.
 _OUT = 1.012
-"""The features lie this much before the ball of the head."""
 
 
 def mannequin(skeleton: Skeleton, shapes: tuple[str, ...] = (), palette: Palette = LIGHT) -> Avatar:
@@ -74,6 +73,7 @@ def _feature(
     draw = _eyes if which == "eyes" else _ink
     flat, triangles = draw(FaceShape())
     at_rest = _on_ball(flat)
+    # Each shape alone at full weight: morph targets add up, as shapes do.
     offsets = [_on_ball(draw(face_shape({name: 1.0}))[0]) - at_rest for name in shapes]
     morphs = tuple(
         Morph(np.arange(len(flat), dtype=np.int32), (moved * radius).astype(np.float32)) for moved in offsets

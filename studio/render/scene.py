@@ -15,12 +15,76 @@ from numpy.typing import NDArray
 from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
 from studio.render import body
-from studio.render.avatar_actor import AvatarActor, has_body, height_of
+from studio.render.actors import AvatarActor, Stick, has_body, height_of
 from studio.render.camera import FACE_HEIGHT, FIELD_OF_VIEW, Orbit, to_picture
-from studio.render.palette import DARK, Palette
-from studio.render.room import Room
-from studio.render.stick import Stick
+from studio.render.palette import DARK, Palette, rgba
 from studio.render.world_pose import WorldPose
+
+FLOOR_RADIUS = 2.4
+GRID_STEP = 0.3
+
+
+class Room:
+    """Floor and shadow on a pyvista plotter."""
+
+    def __init__(self, plotter: Any, palette: Palette) -> None:
+        self._plotter = plotter
+        plotter.set_background(palette.floor, top=palette.sky)
+        flat: dict[str, Any] = {"scalars": "colour", "rgba": True, "lighting": False}
+        self._floor = plotter.add_mesh(_grid(palette), line_width=1.0, pickable=False, **flat)
+        self._shadow = plotter.add_mesh(_disc(palette), **flat)
+        for actor in (self._floor, self._shadow):
+            # Blended over the background at once, being drawn first; the pass for translucent things
+            # would copy the whole picture and take twice as long.
+            actor.ForceOpaqueOn()
+
+    def place_shadow(self, x: float, z: float, scale: float) -> None:
+        """Put the shadow under the body."""
+        self._shadow.SetPosition(x, 0.0, z)
+        self._shadow.SetScale(scale)
+
+    def remove(self) -> None:
+        """Leave the stage."""
+        for actor in (self._floor, self._shadow):
+            self._plotter.remove_actor(actor, render=False)
+
+
+def _grid(palette: Palette) -> Any:
+    """Floor lines that fade with their distance from the middle."""
+    import pyvista as pv
+
+    count = int(FLOOR_RADIUS / GRID_STEP)
+    step = np.arange(-count, count + 1) * GRID_STEP
+    lines = [((a, b), (a, b + GRID_STEP)) for a in step for b in step[:-1]]
+    lines += [((b, a), (b + GRID_STEP, a)) for a in step for b in step[:-1]]
+    ends = np.array(lines).reshape(-1, 2)
+    points = np.stack([ends[:, 0], np.zeros(len(ends)), ends[:, 1]], axis=1)
+    cells = np.column_stack([np.full(len(lines), 2), np.arange(len(ends)).reshape(-1, 2)]).ravel()
+    mesh = pv.PolyData(points, lines=cells)
+    fade = np.clip(1.0 - np.linalg.norm(ends, axis=1) / FLOOR_RADIUS, 0.0, 1.0)
+    mesh["colour"] = rgba(palette.line, 0.9 * fade)
+    return mesh
+
+
+def _disc(palette: Palette) -> Any:
+    """A soft shadow under the body."""
+    import pyvista as pv
+
+    around = np.arange(32) * 2 * np.pi / 32
+    radii = np.array([0.12, 0.24, 0.42])
+    ring = np.stack([np.cos(around), np.zeros(32), np.sin(around)], axis=1)
+    points = np.concatenate([[[0.0, 0.002, 0.0]], *(ring * r + [0.0, 0.002, 0.0] for r in radii)])
+    triangles = [(0, 1 + i, 1 + (i + 1) % 32) for i in range(32)]
+    for r in range(2):
+        for i in range(32):
+            a, b = 1 + r * 32 + i, 1 + r * 32 + (i + 1) % 32
+            triangles += [(a, a + 32, b + 32), (a, b + 32, b)]
+    cells = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    mesh = pv.PolyData(points, cells)
+    dark = 0.5 if palette.name == "dark" else 0.25
+    mesh["colour"] = rgba("#000000", dark * np.concatenate([[1.0], np.repeat([0.84, 0.4, 0.0], 32)]))
+    return mesh
+
 
 BODY, GHOST = "body", "ghost"
 STICK_HEIGHT = 1.67
@@ -59,6 +123,7 @@ class RenderScene:
         self._avatar_actors: dict[str, AvatarActor] = {}
         self._tall, self._covered = 0.0, False
         self._scale, self._face = 1.0, FACE_HEIGHT
+        # Setting the size makes the window's buffers anew, so it is done only where it changes.
         self._size = (640, 480)
         self._room = Room(self._plotter, palette)
 
@@ -139,9 +204,11 @@ class RenderScene:
         camera.position = tuple(orbit.position(width / height, self._scale, self._face))
         camera.focal_point = tuple(orbit.target(self._scale, self._face))
         camera.up = (0.0, 1.0, 0.0)
+        # By hand: VTK would measure all bounds again for every picture.
         camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
         window = self._plotter.render_window
         window.Render()
+        # OpenGL's rows begin at the bottom; turning the view over copies nothing.
         return self._read(window, width, height)[::-1]
 
     def close(self) -> None:

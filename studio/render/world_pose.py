@@ -44,6 +44,7 @@ class WorldPose:
         if not skeleton.bone_names:
             return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes)
         local, turns = skeleton.forward(pose.positions, pose.rotations)
+        # The root is applied last: local joints are the skeleton's, the root moves all of it.
         root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
         joints = rotation.rotate(root, local) + pose.root_position
         return cls(skeleton, joints, rotation.multiply(root, turns), shapes)

@@ -7,10 +7,10 @@ peaks           How loud a sound is, at any zoom: a pyramid of smallest and larg
                 sound
 resample        Sound at another rate or tempo, block by block: a short symmetric filter, and FFmpeg's
                 atempo
-sound_file      Sound files: WAV, FLAC and OGG by libsndfile, anything else (MP3, M4A, video) by FFmpeg
+sound_file      Sound files: WAV, FLAC and OGG by libsndfile, anything else (MP3, M4A, video) by FFmpeg;
+                whole, in blocks, or from anywhere
 spectrogram     Which pitches a sound holds, at any zoom: a pyramid of columns, measured once and kept on
                 the disk
-stream          A sound file read anywhere, in bounded memory
 voice_activity  How likely somebody speaks at each moment of a sound: Silero's network, listened once and
                 kept
 wav_writer      A WAV file that can be read at any moment while it grows: samples are appended, sizes set at

@@ -23,10 +23,10 @@ Samples = NDArray[np.float32]
 
 RATES = (1_000, 768_000)
 """Samples a second that a sound can have; others are damage, and to resample them would fill the memory."""
+# FFmpeg's names of the kinds that say how long they are; of others it guesses.
 _TELLING = ("flac", "mov,mp4,m4a,3gp,3g2,mj2")
-"""FFmpeg's names of the kinds that say how long they are; of others it guesses."""
+# Seconds less than a file says that are no fault: encoders add some at its ends, which are cut again.
 _SHORT = 0.25
-"""Seconds less than a file says that are no fault: encoders add some at its ends, which are cut again."""
 # The head of an OGG page, by whether its flags say that it begins a stream. Source: RFC 3533, section 6.
 _BEGINS, _GOES_ON = re.compile(rb"OggS\0[\2\3\6\7]"), re.compile(rb"OggS\0[\0\1\4\5]")
 
@@ -73,8 +73,10 @@ class Decoding:
         self.rate, self.channels = 0, 0
         self.lost, self.damaged, self.ends_early = 0.0, False, False
         self._claimed = 0.0
-        self._before = 0  # damaged frames that came before any whole one
-        self._seconds = 0.0  # of the last frame, which is as long as one that is damaged would have been
+        # Damaged frames that came before any whole one.
+        self._before = 0
+        # Of the last frame, which is as long as one that is damaged would have been.
+        self._seconds = 0.0
         self._kind: tuple[str, str, int] | None = None
         self._resampler: Any = None
 
@@ -129,7 +131,8 @@ class Decoding:
         """The file, or each of the OGGs in it: FFmpeg follows no change of channels from one to the next."""
         starts = chained(self._path)
         if not starts:
-            yield str(self._path.absolute())  # "a: b.mp3" would name a protocol
+            # "a: b.mp3" would name a protocol.
+            yield str(self._path.absolute())
             return
         with self._path.open("rb") as file:
             for start, end in pairwise((0, *starts, self._path.stat().st_size)):
@@ -150,7 +153,8 @@ class Decoding:
     def _silence(self) -> Iterator[Samples]:
         """In place of what is damaged; what its packet says of its length may be damaged too."""
         if not self.channels:
-            self._before += 1  # how long it is, and how many channels it has, the first whole frame will tell
+            # How long it is, and how many channels it has, the first whole frame will tell.
+            self._before += 1
         else:
             self.lost += self._seconds
             yield np.zeros((round(self._seconds * self.rate), self.channels), np.float32)
@@ -160,8 +164,10 @@ class Decoding:
         import av
 
         try:
-            yield from list(self._converted(frame))  # all of it or nothing
-        except (av.FFmpegError, ValueError):  # such as 255 channels
+            # All of it or nothing.
+            yield from list(self._converted(frame))
+        except (av.FFmpegError, ValueError):
+            # Such as 255 channels.
             self._resampler = self._kind = None
             yield from self._silence()
 

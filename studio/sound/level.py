@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 FLOOR_DBFS = -90.0
 CLIP_LEVEL = 0.999
+# Full-scale samples in a row that mean clipping; one alone is a loud moment.
 _CLIP_RUN = 3
-"""Full-scale samples in a row that mean clipping; one alone is a loud moment."""
 _FALL_DB_PER_S = 20.0
 _HOLD_S = 1.5
 _RMS_WINDOW_S = 0.3

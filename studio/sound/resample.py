@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 
 _REACH_S = 0.0016
+# Of the Kaiser window: what lies beyond half the lower rate comes out 70 dB lower.
 _BETA = 7.0
-"""Of the Kaiser window: what lies beyond half the lower rate comes out 70 dB lower."""
+# Share of half the lower rate that passes untouched, about as in soxr's high quality.
 _PASS = 0.91
-"""Share of half the lower rate that passes untouched, about as in soxr's high quality."""
 
 
 class Resampler:
@@ -35,9 +35,12 @@ class Resampler:
         self._up, self._down = to // shared, rate // shared
         self._reach = max(2, round(_REACH_S * rate * max(1.0, to / rate if rate < to else 1.0)))
         self._bank = _bank(self._up, self._reach, rate, to)
-        self._buffer = np.zeros(self._reach, dtype=np.float32)  # before the sound lies silence
-        self._first = -self._reach  # which input sample self._kept[0] is
-        self._next = 0  # the next output sample
+        # Before the sound lies silence.
+        self._buffer = np.zeros(self._reach, dtype=np.float32)
+        # Which input sample self._kept[0] is.
+        self._first = -self._reach
+        # The next output sample.
+        self._next = 0
 
     @property
     def delay(self) -> float:
@@ -61,7 +64,8 @@ class Resampler:
 
     def _given(self, first: int, end: int) -> Floats:
         windows = np.lib.stride_tricks.sliding_window_view(self._buffer, self._bank.shape[1])
-        if self._up == 1:  # every output sample lies on an input sample
+        # Every output sample lies on an input sample.
+        if self._up == 1:
             start = first * self._down - self._reach - self._first
             taken = windows[start : start + (end - first - 1) * self._down + 1 : self._down]
             return np.ascontiguousarray(taken) @ self._bank[0]
@@ -80,7 +84,8 @@ class Resampler:
 def _bank(up: int, reach: int, rate: int, to: int) -> Floats:
     """Filters (up, 2 reach + 1), one for each place an output sample may have between two input samples."""
     at = np.arange(-reach, reach + 1)[None] - np.arange(up)[:, None] / up
-    cut = 0.5 * (1 + _PASS) * 0.5 * min(rate, to) / rate  # cycles a sample, the middle of the transition
+    # Cycles a sample, the middle of the transition.
+    cut = 0.5 * (1 + _PASS) * 0.5 * min(rate, to) / rate
     window = np.i0(_BETA * np.sqrt(np.clip(1 - (at / (reach + 1)) ** 2, 0, 1))) / np.i0(_BETA)
     taps = 2 * cut * np.sinc(2 * cut * at) * window
     return np.asarray(taps / taps.sum(axis=1, keepdims=True), dtype=np.float32)
@@ -89,8 +94,8 @@ def _bank(up: int, reach: int, rate: int, to: int) -> Floats:
 Samples = NDArray[np.float32]
 
 SLOWEST = 0.25
+# As much as one filter slows down; slower than that takes two.
 _ONE_STEP = 0.5
-"""As much as one filter slows down; slower than that takes two."""
 
 
 class Stretch:
@@ -142,6 +147,7 @@ class Stretch:
         while True:
             try:
                 parts.append(self._out.pull().to_ndarray().T)
-            except (FFmpegError, EOFError):  # nothing more for now, or at all
+            except (FFmpegError, EOFError):
+                # Nothing more for now, or at all.
                 break
         return np.concatenate(parts) if parts else np.zeros((0, 2), np.float32)

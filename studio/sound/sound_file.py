@@ -1,11 +1,13 @@
 """Sound files: WAV, FLAC and OGG by libsndfile, anything else (MP3, M4A, video) by FFmpeg.
 
-Samples that are no numbers (float files of a broken program hold them) are silence.
+They are read whole, in blocks, or (`SoundSource`) from anywhere.
 """
 
 from __future__ import annotations
 
+import math
 import re
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,23 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import StudioError
+from studio.files import atomic, leftovers
 from studio.sound.decode import RATES, Decoding, UnreadableError, chained
 
 if TYPE_CHECKING:
     import soundfile
 
+
 Samples = NDArray[np.float32]
 
 LOUDEST = 1e6
 """No sample of a sound is larger."""
+# Samples of each channel read at a time.
 _BLOCK = 1 << 18
-"""Samples of each channel read at a time."""
+# Bytes that a WAV without samples has at most.
 _LARGEST_HEAD = 4096
-"""Bytes that a WAV without samples has at most."""
+# How the names of encodings begin whose samples all take the same room.
 _PLAIN = ("PCM", "FLOAT", "DOUBLE")
-"""How the names of encodings begin whose samples all take the same room."""
+# From here on the size of a WAV is what programs write that do not know it yet.
 _NOT_KNOWN = 0x7FFFF000
-"""From here on the size of a WAV is what programs write that do not know it yet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +122,8 @@ def open_file(path: Path) -> soundfile.SoundFile | None:
     # A name that ends in .raw makes soundfile ask for the rate instead of looking into the file.
     if is_mp3 or path.suffix.lower() in (".mp3", ".raw"):
         return None
-    if mark == b"OggS" and chained(path):  # of which libsndfile reads the first only
+    # Of which libsndfile reads the first only.
+    if mark == b"OggS" and chained(path):
         return None
     try:
         file = soundfile.SoundFile(str(path))
@@ -138,15 +143,18 @@ def _is_to_be_trusted(file: soundfile.SoundFile, path: Path) -> bool:
     """Whether a file is as long as it says; if not, FFmpeg reads what is there."""
     import soundfile
 
-    if not file.frames:  # its program may never have come to write the length
+    # Its program may never have come to write the length.
+    if not file.frames:
         return path.stat().st_size <= _LARGEST_HEAD
     if file.format in ("WAV", "WAVEX") and file.subtype.startswith(_PLAIN):
-        return True  # the length of plain samples is held against the file's by libsndfile
+        # The length of plain samples is held against the file's by libsndfile.
+        return True
     try:
         file.seek(file.frames - 1)
         last = file.read(1)
         file.seek(0)
-    except (soundfile.LibsndfileError, ValueError):  # ValueError: more than a seek can be told
+    except (soundfile.LibsndfileError, ValueError):
+        # ValueError: more than a seek can be told.
         return False
     return len(last) == 1
 
@@ -171,7 +179,8 @@ def read_sound(path: Path, sample_rate: int | None = None) -> Sound:
             with file:
                 empty = np.zeros((0, file.channels), np.float32)
                 sound = Sound(finite(np.concatenate([empty, *_blocks(file)])), file.samplerate)
-        except soundfile.LibsndfileError:  # damaged on the way: FFmpeg goes on behind the damage
+        except soundfile.LibsndfileError:
+            # Damaged on the way: FFmpeg goes on behind the damage.
             sound = _decode(path)
     return sound if sample_rate is None else sound.resampled(sample_rate)
 
@@ -324,3 +333,101 @@ def _decoded_info(path: Path) -> SoundInfo:
     decoding = Decoding(path)
     count = sum(map(len, _decoded(decoding, path)))
     return SoundInfo(decoding.rate, decoding.channels, count / decoding.rate, "", "decoded", decoding.note)
+
+
+RESAMPLE_PAD = 512
+"""Frames read on both sides of a block so that the resampler's filter is full at its edges."""
+
+
+class SoundSource:
+    """Stereo blocks from any place of a sound file, at the output's rate.
+
+    Files that soundfile cannot seek in (MP3, M4A, video) are decoded once into a temporary WAV.
+
+    Args:
+        path: the sound.
+
+    Raises:
+        StudioError: the file is missing, damaged or holds no sound.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._scratch: tempfile.TemporaryDirectory[str] | None = None
+        if not path.is_file():
+            raise StudioError(f"The sound {path.name} is not there.", "Choose another, or put the file back.")
+        self._file = open_file(path) or self._decoded(path)
+        self.sample_rate: int = self._file.samplerate
+        self.frames: int = self._file.frames
+        if not self.frames:
+            self.close()
+            raise StudioError(f"The sound {path.name} is empty.", "Choose a sound that holds something.")
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return self.frames / self.sample_rate
+
+    def read(self, start: int, count: int) -> Samples:
+        """Frames (count, 2) from a frame of the file; silence before its start and after its end."""
+        import soundfile
+
+        out = np.zeros((max(count, 0), 2), dtype=np.float32)
+        first, last = max(start, 0), min(start + count, self.frames)
+        if first < last:
+            try:
+                self._file.seek(first)
+                block = finite(self._file.read(last - first, dtype="float32", always_2d=True))
+            except soundfile.LibsndfileError:
+                # Damaged there: silence, and the player goes on.
+                block = np.zeros((0, 2), dtype=np.float32)
+            stereo = block[:, [0, -1]] if block.shape[1] <= 2 else block.mean(axis=1, keepdims=True)
+            out[first - start : first - start + len(block)] = stereo
+        return out
+
+    def read_at(self, start: int, count: int, rate: int) -> Samples:
+        """Frames of the sound resampled to another rate, (round(count * rate / sample_rate), 2)."""
+        if rate == self.sample_rate:
+            return self.read(start, count)
+        import soxr
+
+        unit = self.sample_rate // math.gcd(self.sample_rate, rate)
+        # Whole units keep the output grid where it was.
+        pad = math.ceil(RESAMPLE_PAD / unit) * unit
+        wide = soxr.resample(self.read(start - pad, count + 2 * pad), self.sample_rate, rate)
+        first, length = pad * rate // self.sample_rate, round(count * rate / self.sample_rate)
+        return np.ascontiguousarray(wide[first : first + length], dtype=np.float32)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._file.close()
+        if self._scratch is not None:
+            self._scratch.cleanup()
+
+    def _decoded(self, path: Path) -> soundfile.SoundFile:
+        import soundfile
+
+        prefix = leftovers.scratch_prefix("sound")
+        self._scratch = tempfile.TemporaryDirectory(prefix=prefix, ignore_cleanup_errors=True)
+        copy = Path(self._scratch.name) / "sound.wav"
+        try:
+            _decode_to_wav(path, copy)
+            return soundfile.SoundFile(copy)
+        except BaseException:
+            self._scratch.cleanup()
+            raise
+
+
+def _decode_to_wav(path: Path, copy: Path) -> None:
+    """Write a sound as a mono WAV."""
+    import soundfile
+
+    rate = sound_info(path).sample_rate
+    try:
+        with (
+            atomic.disk_faults(copy),
+            soundfile.SoundFile(copy, "w", rate, 1, subtype="PCM_16") as out,
+        ):
+            for block in sound_blocks(path, rate):
+                out.write(block)
+    except OSError as error:
+        raise atomic.cannot_write(copy, error) from error

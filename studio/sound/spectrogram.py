@@ -103,7 +103,8 @@ class Spectrogram:
         try:
             sound = read_span(self.path, max(start, 0.0), start + TILE * CLOSE_HOP + 2 * WINDOW)
         except StudioError:
-            return  # the file went away after it was opened: the coarser picture stays
+            # The file went away after it was opened: the coarser picture stays.
+            return
         places = np.round((index * TILE + np.arange(TILE)) * CLOSE_HOP * self.sample_rate)
         # From the middle of a window to its first sample, and from the file's start to what was read of it.
         places -= round(WINDOW / 2 * self.sample_rate) + int(max(start, 0.0) * self.sample_rate)
@@ -169,7 +170,8 @@ def spectrogram(path: Path, on_progress: Callable[[float], bool] = lambda _: Tru
         with cache.keeping(path, name) as beside, beside.open("wb") as file:
             np.save(file, finest)
     except (OSError, StudioError):
-        pass  # nowhere to keep it: the same picture, only later the next time
+        # Nowhere to keep it: the same picture, only later the next time.
+        pass
     return Spectrogram(path, rate, finest)
 
 
@@ -184,8 +186,10 @@ def band_pitches(sample_rate: int) -> NDArray[np.float64]:
 def _measured(path: Path, rate: int) -> Iterator[Columns]:
     """Columns every HOP seconds from the start to the end of a file, a block at a time."""
     size, _ = _sizes(rate, HOP)
-    rest = np.zeros(round(WINDOW / 2 * rate), np.float32)  # the first column's middle is the first sample
-    done, begin = 0, 0  # columns measured, and the sample (of the padded sound) that `rest` starts with
+    # The first column's middle is the first sample.
+    rest = np.zeros(round(WINDOW / 2 * rate), np.float32)
+    # Columns measured, and the sample (of the padded sound) that `rest` starts with.
+    done, begin = 0, 0
     for block in sound_blocks(path, None, _BLOCK_S):
         rest = np.concatenate([rest, block])
         count = int((begin + len(rest) - size) / (HOP * rate)) + 1 - done

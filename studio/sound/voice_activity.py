@@ -66,7 +66,8 @@ def _keep(path: Path, found: Chances) -> None:
         with cache.keeping(path, NAME) as beside, beside.open("wb") as file:
             np.save(file, found)
     except (OSError, StudioError):
-        pass  # nowhere to keep it: the same answer, only later the next time
+        # Nowhere to keep it: the same answer, only later the next time.
+        pass
 
 
 def _listened(path: Path) -> Iterator[Chances]:

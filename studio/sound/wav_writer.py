@@ -16,7 +16,7 @@ _FLOAT = 3
 _LIMIT = 0xFFFF_FFFF
 
 
-def _header(sample_rate: int, channels: int, data_bytes: int) -> bytes:
+def header(sample_rate: int, channels: int, data_bytes: int) -> bytes:
     """The header for so many bytes of float32 samples."""
     frame = 4 * channels
     big = data_bytes + HEADER_BYTES > _LIMIT
@@ -48,7 +48,7 @@ class WavWriter:
         self.sample_rate, self.channels = sample_rate, channels
         self.frames = 0
         self._file = path.open("wb")
-        self._file.write(_header(sample_rate, channels, 0))
+        self._file.write(header(sample_rate, channels, 0))
 
     def append(self, samples: NDArray[np.float32]) -> None:
         """Add samples (N, C)."""
@@ -69,19 +69,20 @@ class WavWriter:
             return
         self._file.flush()
         self._file.seek(0)
-        self._file.write(_header(self.sample_rate, self.channels, 4 * self.channels * self.frames))
+        self._file.write(header(self.sample_rate, self.channels, 4 * self.channels * self.frames))
         self._file.close()
 
     def abandon(self) -> None:
-        """Close without another byte, for a disk that takes none; `mend` sets the sizes later."""
+        """Close without another byte, for a disk that takes none; `repair` sets the sizes later."""
         if not self._file.closed:
             try:
                 self._file.close()
-            except OSError:  # what was buffered does not fit; the file descriptor is closed all the same
+            except OSError:
+                # What was buffered does not fit; the file descriptor is closed all the same.
                 self.frames = 0
 
 
-def mend(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
+def repair(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
     """Set the sizes of a file whose writer was killed, by its length; a torn last sample is cut off.
 
     Args:
@@ -105,5 +106,5 @@ def mend(path: Path, sample_rate: int = 0, channels: int = 0) -> int:
         whole = (length - HEADER_BYTES) // (4 * channels) * 4 * channels
         file.truncate(HEADER_BYTES + whole)
         file.seek(0)
-        file.write(_header(sample_rate, channels, whole))
+        file.write(header(sample_rate, channels, whole))
     return whole // (4 * channels)

@@ -212,7 +212,7 @@ class BoneTablePresenter(QObject):
     def ask_of(self, take: Take) -> None:
         """Let the person correct a take imported before; its file is read again."""
         from studio.formats import bvh
-        from studio.formats._bone_tables import BONES_FROM, load_tables
+        from studio.formats._bones import BONES_FROM, load_tables
 
         path, project = Path(take.info.extra.get(BONES_FROM, "")), self._session.project
         if project is None:
@@ -225,7 +225,7 @@ class BoneTablePresenter(QObject):
             self.ask(ImportedSkeleton(path, pairs, take.audio_path))
 
     def _use(self, skeleton: ImportedSkeleton, table: dict[str, str]) -> None:
-        from studio.formats._bone_tables import keep_table
+        from studio.formats._bones import keep_table
 
         project = self._session.project
         if project is None:

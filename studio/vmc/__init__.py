@@ -1,11 +1,13 @@
 """VMC and its kin over UDP: datagrams in, frames out, and poses to programs. Pure but for the sockets.
 
+Inwards a datagram passes `udp`, `senders`, `osc`, `decode`, `stream`, `assemble` and `rows`, in this order;
+outwards a pose passes `encode` and `sender`.
+
 assemble  Assembles VMC datagrams into frames: finds their ends, merges senders, holds last values. Pure
-decode    Decodes one VMC message: its kind, its name, and values that are safe to use. Pure
+decode    Decodes one message: a VMC message's kind, name and values, or a phone's whole face. Pure
 encode    Encodes poses as VMC datagrams; `assemble` does the reverse. Pure
 osc       One UDP datagram taken apart into OSC messages. Pure, and safe against anything that arrives
-phones    Face tracking apps of phones that do not speak VMC: one datagram is one whole face. Pure
-rows      Frames as flat rows of numbers, and rows as a Motion
+rows      Frames as flat rows of numbers in blocks, and blocks as a Motion
 sender    Sends motion to a VMC program over UDP at a steady rate, in time with the sound
 senders   Fair queues of datagrams, one for each sender, so that none can starve another. Pure
 stream    Senders and their streams of VMC messages: who sends, and where a frame of it begins and ends.

@@ -7,20 +7,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from studio.vmc import osc, phones
+from studio.vmc import decode, osc
 from studio.vmc.decode import Decoder, Placed
 from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
 
 __all__ = ["Frame", "FrameAssembler", "Sender"]
 
+# Seconds; a body that pauses longer gives the lead to a face, so that recording goes on with what there is.
 _LEADER_SILENT = 0.25
+# Seconds since its last message within which a sender counts as sending.
 _ALIVE = 0.5
+# Seconds; programs restart their tracking within that, and their channels must not be lost by it.
 _SENDER_GONE = 10.0
+# A body, a face, gloves and trackers are four; more is a flood.
 _MAX_SENDERS = 8
+# Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs.
 _FEW = 2
-"""Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs."""
+# Damaged messages after which no more of a datagram is read.
 _MOST_FAULTS = 64
-"""Damaged messages after which no more of a datagram is read."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,11 @@ class FrameAssembler:
         return tuple(dict.fromkeys(sender for sender, _ in self._streams))
 
     @property
+    def heads_known(self) -> int:
+        """Message heads remembered of all senders, see `Decoder`."""
+        return sum(stream.decoder.heads_known for stream in self._streams.values())
+
+    @property
     def sources(self) -> tuple[Sender, ...]:
         """Every sender that gives anything, with the channels it gives."""
         held = self._held
@@ -122,6 +131,7 @@ class FrameAssembler:
 
     def source(self, channel: str) -> str:
         """Whose value a bone or shape has; "" where nobody sent it."""
+        # Bones and shapes share no names, so the first that is found is the one.
         owner = self._held.bone_owners.get(channel) or self._held.shape_owners.get(channel)
         return owner.sender if owner is not None else ""
 
@@ -160,10 +170,11 @@ class FrameAssembler:
         # Before this datagram is read: what came long before it belongs to a frame of its own.
         stream.end_if_silent(arrival)
         stream.arrival = arrival
-        if kind := phones.kind_of(datagram):
+        if kind := decode.face_app(datagram):
             return self._feed_face(stream, kind, datagram)
         parts, good = osc.split(datagram)
         self.messages += len(parts)
+        # Decoded even where it is not well formed: what came before the fault is good motion.
         self.packets_bad += not (self._decode(stream, parts, well_formed=good) and good)
         self._counts(stream)
         return self._done
@@ -190,7 +201,7 @@ class FrameAssembler:
     def _feed_face(self, stream: Stream, kind: str, datagram: bytes) -> list[Frame]:
         self.messages += 1
         try:
-            shapes, turns = phones.read(kind, datagram)
+            shapes, turns = decode.read_face(kind, datagram)
         except osc.MalformedError as error:
             self.packets_bad += 1
             self.absurd += isinstance(error, osc.AbsurdError)
@@ -203,7 +214,8 @@ class FrameAssembler:
         for bone, placed in turns.items():
             stream.bone(bone, placed)
         stream.kind = kind
-        if stream.held is not self._held:  # a face is a frame
+        # A face is a frame.
+        if stream.held is not self._held:
             stream.join(self._held)
         stream.end()
         return self._done

@@ -22,10 +22,12 @@ from studio.vmc.assemble import Frame, FrameAssembler
 __all__ = ["NAME_SETS", "Frame", "FrameAssembler", "SendOptions", "encode_frame", "message"]
 
 NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
+# Below what any network carries in one piece (1500 with its headers), as VirtualMotionCapture does.
 MAX_DATAGRAM = 1200
 MAX_BONES = 13
 """Bones a bundle, as VirtualMotionCapture sends them: some receivers count on small datagrams."""
-_BUNDLE = b"#bundle\x00" + struct.pack(">Q", 1)  # time tag 1 is "at once"
+# Time tag 1 means "at once"; python-osc would sleep on one in the future.
+_BUNDLE = b"#bundle\x00" + struct.pack(">Q", 1)
 _SEVEN, _ONE = struct.Struct(">7f"), struct.Struct(">f")
 
 _ARKIT_FROM_VRM0: dict[str, tuple[str, ...]] = {
@@ -88,6 +90,7 @@ def encode_frame(
     shapes = [
         _shape_head(name) + _ONE.pack(value) for name, value in _named_shapes(pose, shape_names, options)
     ]
+    # Apply even without shapes: receivers end their frame at it.
     ending = [*shapes, _APPLY] if shapes else [_APPLY]
     if options.sender_time:
         ending.append(_T_HEAD + _ONE.pack(t))
@@ -119,6 +122,7 @@ def _text(value: str) -> bytes:
     return raw + b"\x00" * (4 - len(raw) % 4)
 
 
+# Loaded (1), calibrated (3), mode 0, tracking (1): EVMC4U can hide an avatar that is not calibrated.
 _OK = message("/VMC/Ext/OK", 1, 3, 0, 1)
 _APPLY = message("/VMC/Ext/Blend/Apply")
 _T_HEAD = _text("/VMC/Ext/T") + _text(",f")
@@ -181,6 +185,7 @@ def _targets(name: str, names: str) -> tuple[str, ...]:
         return (VRM0_TO_VRM1.get(old, known),)
     if names == "arkit":
         return _ARKIT_FROM_VRM0.get(old, (known,))
+    # VRM0 names are the default, since the protocol asks VRM1 senders to offer them.
     return (old,)
 
 

@@ -19,6 +19,7 @@ MOST_MESSAGES = 1024
 """Messages in a datagram, whatever bundles they are in."""
 BUNDLE_MARK = b"#bundle\x00"
 _SIZE = struct.Struct(">i")
+# Deeper than any sender nests bundles; without a limit a hostile one would end in a RecursionError.
 _MAX_DEPTH = 8
 _KNOWN_TAGS = frozenset("ihfdsbrmtTFN[]")
 _WIDTHS = {"i": 4, "f": 4, "r": 4, "m": 4, "h": 8, "d": 8, "t": 8}
@@ -46,6 +47,7 @@ def split(datagram: bytes) -> tuple[list[bytes], bool]:
         return ([datagram], True) if datagram.startswith(b"/") else ([], False)
     found: list[bytes] = []
     good = _open(datagram, found, 0)
+    # None of them, not the first thousand: whoever sends so many is no motion program.
     return ([], False) if len(found) > MOST_MESSAGES else (found, good)
 
 
@@ -58,6 +60,7 @@ def _open(bundle: bytes, found: list[bytes], depth: int) -> bool:
             return False
         (size,) = _SIZE.unpack_from(bundle, index)
         index += 4
+        # A length that leads out of the datagram: nothing behind it can be found again.
         if size <= 0 or index + size > end:
             return False
         part = bundle[index : index + size]

@@ -150,6 +150,8 @@ def _places(names: Iterable[str], among: tuple[str, ...]) -> list[int]:
 
 def _rising(times: NDArray[np.float64]) -> NDArray[np.intp]:
     """Indices of the rows from time 0 on, each later than all before it."""
+    # By time, since the clock fit may put two arrivals the other way round; the first of two equal ones
+    # stays.
     order = np.argsort(times, kind="stable")
     rising = times[order]
     later = np.concatenate([[True], np.diff(rising) > 1e-6]) if len(rising) else np.zeros(0, dtype=bool)
@@ -159,9 +161,11 @@ def _rising(times: NDArray[np.float64]) -> NDArray[np.intp]:
 def _hold_back(columns: NDArray[np.float32]) -> None:
     """Fill, in place, what was not there yet with the column's first value, and gaps with the last one."""
     for at in np.flatnonzero(np.isnan(columns).any(axis=0)):
-        column = columns[:, at]  # a view: filling it fills the table
+        # A view, so filling it fills the table.
+        column = columns[:, at]
         index = np.flatnonzero(~np.isnan(column))
         if not len(index):
+            # A channel that never had a value in any row: at rest.
             column[:] = 0.0
             continue
         spread = np.maximum.accumulate(np.where(np.isnan(column), index[0], np.arange(len(column))))

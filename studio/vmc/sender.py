@@ -15,6 +15,7 @@ from studio.motion.neutral import WAVE_SECONDS, between, neutral_pose, wave_pose
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.encode import SendOptions, encode_frame
 
+# An avatar that is left in mid-gesture looks broken; half a second back to rest does not look like a cut.
 FADE_SECONDS = 0.5
 REFUSED_FOR = 1.0
 """Seconds a target counts as refusing after its last refusal."""
@@ -239,7 +240,8 @@ class VmcTarget:
         rest = neutral_pose(last.shape_names, last.bone_names, last.pose.positions)
         pace, count = _Pace(destination.fps), max(round(FADE_SECONDS * destination.fps), 1)
         for step in range(1, count + 1):
-            if not self._fade:  # stopped again, in a hurry
+            # Stopped a second time: whoever asks twice does not want to wait for the fade.
+            if not self._fade:
                 return
             pace.wait(threading.Event())
             pose = between(last.pose, rest, step / count)
@@ -276,8 +278,11 @@ class VmcTarget:
 
     def _send_one(self, sock: socket.socket, datagram: bytes) -> None:
         try:
+            # Non-blocking: a full buffer of the network drops the datagram, and the next frame is sent in
+            # time.
             sock.send(datagram)
-            sock.recv(1)  # Windows reports a closed port here, Linux at the next send
+            # Windows reports a closed port at the next receive, Linux at the next send.
+            sock.recv(1)
         except BlockingIOError:
             pass
         except (ConnectionRefusedError, ConnectionResetError):
@@ -288,6 +293,7 @@ class _Pace:
     """An even beat on the monotonic clock that skips what it missed."""
 
     def __init__(self, fps: float) -> None:
+        # 240 a second is more than any display shows.
         self.step = 1.0 / min(max(fps, 1.0), 240.0)
         self.due = time.monotonic()
 
@@ -316,6 +322,7 @@ def _connected(destination: Destination) -> socket.socket:
     if not 1 <= port <= 65535:
         raise StudioError(f"Port {port} is not possible.", "Choose a port from 1 to 65535.")
     try:
+        # The first address, as every program does; a name may have one of IPv6.
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         sock = socket.socket(family, kind, protocol)
     except (OSError, UnicodeError) as error:

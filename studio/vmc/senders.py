@@ -14,7 +14,7 @@ from collections import deque
 from itertools import count
 from typing import NamedTuple
 
-from studio.vmc import phones
+from studio.vmc import decode
 from studio.vmc.osc import BUNDLE_MARK, LEAST_BYTES, MOST_BYTES
 from studio.vmc.udp import Datagram
 from studio.vmc.watch import RateWatch
@@ -25,12 +25,16 @@ MOST_SENDERS = 64
 """Senders with a queue of their own; further ones share one."""
 ABSURD_PER_S = 200
 """Datagrams a second that make no sense, where they are a good part of all: that is no motion program."""
+# One datagram in eight: clumsy programs send some that make no sense among those that do.
 _A_GOOD_PART = 8
 SHUT_OUT_S, LONGEST_SHUT_OUT_S = 1.0, 8.0
 """Seconds for which nothing more of such a sender is looked at; then it may show again what it is."""
 FLOOD_PER_S = 100.0
 """Datagrams thrown away a second from which on a person is told."""
+# Seconds of decoding that a sender may use before others have their turn: dozens of messages at 15 us each
+# (bench_capture).
 _QUANTUM_S = 0.001
+# Seconds after which a queue may be given to another sender.
 _SILENT_S = 1.0
 _LOOK_S = 0.1
 
@@ -126,6 +130,11 @@ class SenderQueues:
         heads = (q.waiting[0][0].arrival for q in self._all() if q.waiting and not q.is_thrown_away)
         return min(heads, default=math.inf)
 
+    @property
+    def senders(self) -> frozenset[tuple[str, int]]:
+        """Senders with a queue of their own, and the port each sends to."""
+        return frozenset(self._queues)
+
     def push(self, datagram: Datagram, port: int) -> None:
         """Have a datagram wait; what cannot be motion is refused at once, and unread."""
         arrival, data, sender = datagram
@@ -212,7 +221,8 @@ class SenderQueues:
     def _admitted(self, sender: str, port: int, arrival: float) -> SenderQueue:
         """A queue for a new sender: its own, one of who is silent, or where there are too many the shared."""
         if len(self._queues) >= MOST_SENDERS:
-            if arrival < self._looked_at + _LOOK_S:  # a flood of ever new senders asks each time
+            # A flood of ever new senders asks each time.
+            if arrival < self._looked_at + _LOOK_S:
                 return self._shared
             self._looked_at = arrival
             silent = [q for q in self._queues.values() if q.last < arrival - _SILENT_S and not q.listed]
@@ -254,6 +264,8 @@ class SenderQueues:
     def _make_room(self, pushed: SenderQueue) -> None:
         """Throw away the oldest of whoever has most waiting, which is never a usual sender beside a flood."""
         while self.count > MOST_WAITING or self._bytes > MOST_WAITING_BYTES:
+            # By bytes where bytes are short, else by count: few large datagrams take as much room as many
+            # small ones.
             if self._bytes > MOST_WAITING_BYTES:
                 # Who has more than half is the largest without a look at all the others, as under a flood.
                 most = pushed if 2 * pushed.bytes > self._bytes else max(self._all(), key=lambda q: q.bytes)
@@ -275,4 +287,4 @@ def _is_plausible(data: bytes) -> bool:
     """Whether a datagram may be motion, at a glance."""
     if not LEAST_BYTES <= len(data) <= MOST_BYTES:
         return False
-    return data.startswith((b"/", BUNDLE_MARK)) or bool(phones.kind_of(data))
+    return data.startswith((b"/", BUNDLE_MARK)) or bool(decode.face_app(data))

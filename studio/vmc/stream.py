@@ -11,22 +11,24 @@ from studio.vmc.decode import MAX_BONES, MAX_SHAPES, Decoder, Placed
 
 GAP = 0.008
 """Seconds of silence that end a frame where nothing more of it is due."""
+# Seconds that the first frames of a sender are waited for, of which nobody knows yet how they end.
 _UNKNOWN = 0.5
-"""Seconds that the first frames of a sender are waited for, of which nobody knows yet how they end."""
 LATE_MARK = 0.25
 """Seconds that a whole frame is waited for whose end mark, or whose T, is still due."""
 STALLED = 5.0
 """Seconds that the rest of a frame is waited for, of a sender that marks its ends and was held up in one."""
+# Frames without a mark after which a sender is not expected to send it any more.
 _MARKS_FORGOTTEN = 100
-"""Frames without a mark after which a sender is not expected to send it any more."""
+# Frames after which what a sender does is taken for its habit: one alone may be torn by a hold-up.
 _HABIT = 3
+# Seconds after which a channel that several senders have goes to another one.
 _OWNER_GONE = 0.5
-"""Seconds after which a channel that several senders have goes to another one."""
 _BRIEF = 0.5
+# Seconds after which a channel counts as left out, by a sender that still sends others.
 _MISSING_AFTER = 1.0
-"""Seconds after which a channel counts as left out, by a sender that still sends others."""
+# Channels of all senders together; one that uses up its own leaves as many to the others.
 _FULL_BODY, _FULL_FACE = 2 * MAX_BONES, 2 * MAX_SHAPES
-"""Channels of all senders together; one that uses up its own leaves as many to the others."""
+# How people know a sender of this kind.
 VMC = "VMC"
 
 
@@ -141,6 +143,7 @@ class Stream:
         """The end mark; bones and T of the same burst may still follow."""
         self._since_apply = 0
         self.last = self.arrival
+        # An Apply without anything before it ends no frame; bones that follow it belong to the next one.
         self._closed = not self.empty
         self._bones_trail = self.ever_bones and not self.bones
 
@@ -172,6 +175,7 @@ class Stream:
 
     def join(self, held: LatestValues) -> None:
         """From now on values go there, beginning with those that came so far."""
+        # The sender's own table is given up: from here on there is one truth for all.
         mine, self.held = self.held, held
         for bone, placed in mine.bones.items():
             self._claim_bone(bone, placed)
@@ -203,6 +207,8 @@ class Stream:
 
     def end_if_silent(self, now: float) -> None:
         """End the frame by silence: soon where nothing more is due, much later where the rest must come."""
+        # Measured from its last message, not its first: a frame of many datagrams may take longer than the
+        # gap.
         silent = now - self.last
         if silent > GAP and not self.empty and silent > self._patience():
             self.end()
@@ -286,7 +292,8 @@ class Stream:
 
     def _open(self, name: str) -> None:
         if self.empty:
-            led = self.arrival - self._led_at <= GAP  # T came first, so the frame began with it
+            # T came right before it, so the frame began with T.
+            led = self.arrival - self._led_at <= GAP
             self.first = self._led_at if led else self.arrival
             self._led_at = -math.inf
         if not self._opener:
@@ -299,11 +306,12 @@ class Stream:
 
 ANY = "*"
 """Stands for the source port of a sender that has ever new ones."""
+# So many new ports within a second are no programs that a person starts.
 _NEW_AT_ONCE = 4
 _WITHIN_S = 1.0
 _STEADY_S = 1.0
+# So many that a sender is met again though a flood of ever new addresses comes between its frames.
 _REMEMBERED = 4_096
-"""So many that a sender is met again though a flood of ever new addresses comes between its frames."""
 _HOSTS = 64
 
 
@@ -330,7 +338,8 @@ class Addresses:
         seen = self._first.get((sender, port))
         if seen is not None:
             self._first[sender, port] = self._first.pop((sender, port))  # the latest last
-            if arrival - seen >= _STEADY_S:  # it keeps this port after all
+            # It keeps this port after all, so it is a program of its own.
+            if arrival - seen >= _STEADY_S:
                 return sender
             return f"{host}:{ANY}" if self._churns(host, port) else sender
         if len(self._first) >= _REMEMBERED:

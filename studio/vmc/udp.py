@@ -18,9 +18,11 @@ from studio.vmc.osc import LEAST_BYTES, MOST_BYTES
 
 AT_ONCE, BYTES_AT_ONCE = 2_000, 4 * 1024 * 1024
 """Read in one go, at most: some milliseconds' work, after which what came may be decoded."""
+# A stamp older than that is a wall clock that was set: no queue holds a minute of motion.
 _OLDEST_S = 60.0
 # What is longer than any motion is cut: it need not be copied to be refused. Windows would give an error.
 _MAX_DATAGRAM = 65_535 if sys.platform == "win32" else MOST_BYTES + 1
+# Bytes of ancillary data: one timespec with its header takes 32.
 _ROOM_FOR_STAMPS = 64
 _NAMES = 256
 _TIMESPEC = struct.Struct("=qq")
@@ -62,6 +64,7 @@ class DatagramInput:
         self.stamped = False
         self.emptied = True
         self.socket: socket.socket | None = None
+        # So that the first stamps, of datagrams that waited, are not in the past.
         self._last = clock.now() - _OLDEST_S
         self._names: dict[tuple[str, int], str] = {}
 
@@ -75,7 +78,8 @@ class DatagramInput:
         self.socket = self._given if self._given is not None else bind(self.port, self.host)
         self.socket.setblocking(False)
         self.stamped = stamp_arrivals(self.socket)
-        refuse_early(self.socket)  # a listener that died may have shut senders out
+        # The filter stays on the socket: a listener that died may have shut senders out.
+        refuse_early(self.socket)
         self.host, self.port = self.socket.getsockname()[:2]
 
     def stop(self) -> None:
@@ -122,7 +126,8 @@ class DatagramInput:
                 self._receive_stamped(listening, found, most, ahead)
             else:
                 self._receive_plain(listening, found, most)
-            self.emptied = False  # nothing said that there is no more
+            # As many as asked for were read and nothing said that there are no more.
+            self.emptied = False
         except BlockingIOError:
             pass
         except OSError:
@@ -208,6 +213,7 @@ def bind(port: int, host: str = "127.0.0.1") -> socket.socket:
         opened.bind((host, port))
     except OSError as error:
         opened.close()
+        # Closed first: a socket that is left to the garbage collector keeps its port for a while.
         raise _explained(error, port, host) from error
     return opened
 
@@ -229,6 +235,7 @@ def bind_wide(port: int, host: str = "127.0.0.1", room: int = 2 * BUFFER_BYTES) 
     """
     first = bind(port, host)
     # What was granted is asked of the kernel: it grants less than was wished for without an error.
+    # No more than so many: each reading asks every socket once.
     count = min(math.ceil(room / granted(first)), _MOST_SOCKETS)
     if not _LINUX or count < 2:
         return [first]
@@ -239,6 +246,7 @@ def bind_wide(port: int, host: str = "127.0.0.1", room: int = 2 * BUFFER_BYTES) 
     try:
         for _ in range(count):
             opened.append(_socket())
+            # Before the bind, which is when the kernel looks at it.
             opened[-1].setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
             opened[-1].bind((host, port))
         _deal_out(opened[0], count)
@@ -305,6 +313,7 @@ def refuse_early(opened: socket.socket, senders: Iterable[tuple[str, int]] = ())
     ]
     for address, port in senders:
         steps += [
+            # The port first: it differs between programs of one computer, where the address does not.
             (_LOAD_HALF, 0, 0, _SOURCE_PORT),
             (_IF_EQUAL, 0, 3, port),
             (_LOAD_WORD, 0, 0, _SOURCE_ADDRESS),
@@ -322,10 +331,12 @@ def _socket() -> socket.socket:
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
     if _LINUX:
-        with contextlib.suppress(OSError):  # past the system's limit, where this user may
+        # SO_RCVBUFFORCE goes past the system's limit, where this user has the right to.
+        with contextlib.suppress(OSError):
             opened.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, 4 * BUFFER_BYTES)
         refuse_early(opened)
-    stamp_arrivals(opened)  # before any comes: what waits while a reader gets ready has its true time too
+    # Before any datagram comes, so that what waits while the reader gets ready has its true time too.
+    stamp_arrivals(opened)
     opened.setblocking(False)
     return opened
 

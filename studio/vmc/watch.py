@@ -14,10 +14,12 @@ LATELY_S = 10.0
 MOST_FRAMES_PER_S = 500
 """More are no motion that anybody needs: they are counted, and not kept."""
 _WINDOW_S = 1.0
+# Two seconds at 60 frames a second: long enough to tell what is usual, short enough to follow a change.
 _STEPS = 120
+# Fewer steps tell nothing of what is usual.
 _MIN_STEPS = 20
+# A sender counts as clocked when its T steps differ by no more than this part.
 _EVEN = 0.02
-"""A sender counts as clocked when its T steps differ by no more than this part."""
 
 
 class FrameWatch:
@@ -98,11 +100,14 @@ class FrameWatch:
             step, self._last_time, self._timeless = sender_time - self._last_time, sender_time, 0
             if len(self._steps) >= _MIN_STEPS and step > 0:
                 missing = max(self._steps_in(step) - 1 - timeless, 0)
+            # A step over frames without T is several steps in one, and T runs back where a sender loops.
             if math.isfinite(step) and step > 0 and not timeless:
                 self._steps.append(step)
         self.lost += missing
-        if not math.isfinite(gap):  # the first frame of all
+        # Before the first frame there is no gap.
+        if not math.isfinite(gap):
             return
+        # A missing frame explains its gap; counted twice it would look worse than it is.
         if len(self._gaps) >= _MIN_STEPS and not missing and gap > 2.5 * float(np.median(self._gaps)):
             self.late += 1
         self._gaps.append(gap)
@@ -117,6 +122,7 @@ class FrameWatch:
     def _count_part(self, size: int) -> None:
         """A sender whose frames are nearly always the same size lost part of one that is smaller."""
         if len(self._sizes) >= _MIN_STEPS:
+            # Eight in ten of one size: senders that leave out what did not change have no usual size.
             usual, times = Counter(self._sizes).most_common(1)[0]
             self.lost += size < usual and times >= 0.8 * len(self._sizes)
         self._sizes.append(size)

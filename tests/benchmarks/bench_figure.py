@@ -107,7 +107,7 @@ def _avatars(figure: Any, folder: Path) -> dict[str, Any]:
 
         draw(0)
         result |= {
-            f"{name}_triangles": avatar.triangle_count,
+            f"{name}_triangles": sum(len(surface.triangles) for surface in avatar.surfaces),
             f"{name}_800x600_per_s": _per_second(draw),
             f"{name}_per_core_s": _per_core_second(draw),
         } | _beside_a_sound(figure, folder, name)

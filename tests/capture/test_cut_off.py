@@ -168,7 +168,7 @@ def test_what_was_rescued_and_cannot_be_saved_says_how_it_becomes_a_take(tmp_pat
     (folder / "take.json").mkdir()
     gone = CutOff("folder_gone", "The folder of Hello_001 was removed.", 2.0, "Copy it into a project.")
     with pytest.raises(StudioError) as caught:
-        cut_off._completed(folder, gone)
+        cut_off.completed(folder, gone)
     assert caught.value.what == "The folder of Hello_001 was removed. Recording ended at 2.0 s."
     assert caught.value.remedy.startswith(f"What was recorded lies in {folder}. Copy it into a project. ")
 
@@ -184,7 +184,7 @@ def test_a_disk_that_is_unmounted_loses_nothing(tmp_path: Path, send: Sending) -
 
 def test_of_a_disk_that_gives_nothing_back_the_last_seconds_are_kept(tmp_path: Path, send: Sending) -> None:
     recorder = rolling(tmp_path / "Project" / "takes", send)
-    recorder._watch.close()  # as where a disk was pulled out: nothing can be read any more
+    recorder.folder_watch.close()  # as where a disk was pulled out: nothing can be read any more
     shutil.rmtree(tmp_path / "Project")
     before = recorder.snapshot().frames
     take = recorder.stop()

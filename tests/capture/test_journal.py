@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.capture import journal_contents, journal_format
+from studio.capture import journal, journal_contents
 from studio.capture.journal import Journal
 from studio.capture.journal_contents import JournalContents, contents, read, read_around
 from studio.vmc.rows import ChannelLayout
@@ -95,7 +95,7 @@ class Whole:
 
     data: bytes
     frames: dict[float, Frame]
-    blocks: tuple[journal_format.Block, ...]
+    blocks: tuple[journal.Block, ...]
 
     arrivals: dict[int, list[float]]
     """Of each block, by where it lies."""
@@ -118,7 +118,7 @@ class Whole:
         return lost
 
 
-def block_arrivals(block: journal_format.Block) -> list[float]:
+def block_arrivals(block: journal.Block) -> list[float]:
     if block.kind != b"ROWS":
         return []
     (count,) = struct.unpack_from("<I", block.payload)
@@ -132,7 +132,7 @@ def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     else:
         folder = tmp_path_factory.mktemp("journal")
         write(folder)
-        data = (folder / journal_format.FILE).read_bytes()
+        data = (folder / journal.FILE).read_bytes()
     made = frames(TABLES_1 if request.param == 1 else TABLES)
     expected = {arrival: (names, values.tobytes()) for arrival, names, values in made}
     blocks = tuple(journal_contents.scan(data).blocks)
@@ -202,7 +202,7 @@ def test_a_cut_costs_what_is_cut_off_or_out(whole: Whole) -> None:
         known = start not in ends and start > whole.blocks[0].end
         check(whole, cut_off, whole.lost_by((start, len(whole.data))), known)
         end = min(end, start + PAGE)
-        numbered = whole.data.startswith(journal_format.MAGIC)
+        numbered = whole.data.startswith(journal.MAGIC)
         check(whole, whole.data[:start] + whole.data[end:], whole.lost_by((start, end)), numbered)
 
 
@@ -223,7 +223,7 @@ def test_blocks_cut_out_without_a_trace_are_missed(whole: Whole) -> None:
 
 def test_a_block_that_is_there_twice_counts_once(whole: Whole) -> None:
     rng = random.Random(5)
-    numbered = whole.data.startswith(journal_format.MAGIC)
+    numbered = whole.data.startswith(journal.MAGIC)
     for _ in range(400):
         block = rng.choice([b for b in whole.blocks if numbered or b.kind != b"NAME"])
         copy = whole.data[block.at : block.end]
@@ -234,7 +234,7 @@ def test_a_block_that_is_there_twice_counts_once(whole: Whole) -> None:
         check(whole, over, whole.lost_by((at, at + len(copy))))
 
 
-MAGIC = journal_format.MAGIC
+MAGIC = journal.MAGIC
 
 
 def test_much_of_it_damaged_the_rest_is_read(whole: Whole) -> None:
@@ -250,8 +250,8 @@ def test_much_of_it_damaged_the_rest_is_read(whole: Whole) -> None:
 def test_rows_that_do_not_fit_their_names_are_damaged_and_never_guessed() -> None:
     names = json.dumps({"shapes": ["A", "B"], "bones": []}).encode()
     narrow = struct.pack("<Idd", 1, 1.0, 1.0) + bytes(4 * 8)
-    data = MAGIC + journal_format.pack(b"NAME", names, 0, 0, zlib.crc32(names))
-    data += journal_format.pack(b"ROWS", narrow, 1, 0, zlib.crc32(names))
+    data = MAGIC + journal.pack(b"NAME", names, 0, 0, zlib.crc32(names))
+    data += journal.pack(b"ROWS", narrow, 1, 0, zlib.crc32(names))
     told = contents(data)
     assert told.row_blocks == []
     assert [d.rows for d in told.damaged] == [1]
@@ -279,7 +279,7 @@ def test_nonsense_under_a_right_checksum_is_no_more_than_damage(content: object)
     blocks += [(b"NAME", names), (b"ROWS", row)]
     data = MAGIC
     for number, (kind, payload) in enumerate(blocks):
-        data += journal_format.pack(kind, payload, number, 0, zlib.crc32(names))
+        data += journal.pack(kind, payload, number, 0, zlib.crc32(names))
     told = contents(data)
     assert arrivals(told) == [5.0]
     assert told.damaged
@@ -306,7 +306,7 @@ def test_what_is_made_to_hold_us_up_does_not(make: Callable[[int], bytes]) -> No
 def _claims(size: int) -> bytes:
     """Blocks of version 2 whose headers are right and whose content is not."""
     payload = bytes(size // 2)
-    block = journal_format.pack(b"ROWS", payload, 0, 0, 0)[:32]
+    block = journal.pack(b"ROWS", payload, 0, 0, 0)[:32]
     return (block[:24] + b"\1\2\3\4" + struct.pack("<I", zlib.crc32(block[:24] + b"\1\2\3\4"))) * (size // 32)
 
 
@@ -342,9 +342,7 @@ def test_many_rows_at_once_are_several_blocks(tmp_path: Path) -> None:
     book.flush({})
     book.close()
     blocks = [
-        b
-        for b in journal_contents.scan((tmp_path / journal_format.FILE).read_bytes()).blocks
-        if b.kind == b"ROWS"
+        b for b in journal_contents.scan((tmp_path / journal.FILE).read_bytes()).blocks if b.kind == b"ROWS"
     ]
     assert len(blocks) > 5
     assert arrivals(read(tmp_path)) == list(range(5000))

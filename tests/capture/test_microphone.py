@@ -53,12 +53,9 @@ def test_two_threads_may_let_go_of_it_at_once_and_it_opens_again(virtual_audio: 
     assert input_devices(refresh=True)
 
 
-def test_without_a_microphone_window_and_terminal_each_say_what_can_be_done_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(audio, "input_devices", lambda: ())
+def test_without_a_microphone_window_and_terminal_each_say_what_can_be_done_there() -> None:
     with pytest.raises(InputError) as caught:
-        audio.find_device(None)
+        audio.find_device(None, ())
     check = "Check that a microphone is plugged in and allowed"
     assert caught.value.what == "This computer has no sound input."
     assert caught.value.remedy == f"{check}. Without one, record takes --device none and live takes --file."
@@ -136,15 +133,13 @@ REPLUG = textwrap.dedent("""
 
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     servers = []
-    start = virtual_devices._start_pulseaudio
     def started(folder):
-        servers.append((start(folder), folder))
+        servers.append((virtual_devices.start_pulseaudio(folder), folder))
         return servers[-1][0]
-    virtual_devices._start_pulseaudio = started
-    with virtual_devices.virtual_sound() as environment:
+    with virtual_devices.virtual_sound(started) as environment:
         os.environ.update(environment)
         recorder = Recorder(Path(sys.argv[1]))
-        recorder.sound_watch._every = 0.2
+        recorder.sound_watch.every = 0.2
         recorder.open_motion(0)
         port = recorder.snapshot().port
         recorder.open_audio()
@@ -157,12 +152,12 @@ REPLUG = textwrap.dedent("""
         until(lambda: not recorder.snapshot().audio_alive)
         kept = recorder.snapshot().audio_seconds
         (folder / "native").unlink(missing_ok=True)
-        again = start(folder)
+        again = virtual_devices.start_pulseaudio(folder)
         until(lambda: recorder.snapshot().audio_alive)
         until(lambda: recorder.snapshot().audio_seconds > kept + 1.0)
         take = recorder.stop()
         recorder.close()
-        virtual_devices._end(again)
+        virtual_devices.end(again)
         print(json.dumps({"kept": kept, "sound": take.info.audio_seconds, "duration": take.info.duration,
                           "frames": take.info.frames, "sent": count, "notes": take.info.notes}), flush=True)
 """)

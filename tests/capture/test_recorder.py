@@ -565,9 +565,11 @@ UNPLUG = textwrap.dedent("""
             time.sleep(0.01)
 
     servers = []
-    start = virtual_devices._start_pulseaudio
-    virtual_devices._start_pulseaudio = lambda folder: servers.append(start(folder)) or servers[0]
-    with virtual_devices.virtual_sound() as environment:
+    def started(folder):
+        servers.append(virtual_devices.start_pulseaudio(folder))
+        return servers[0]
+
+    with virtual_devices.virtual_sound(started) as environment:
         os.environ.update(environment)
         recorder = Recorder(Path(sys.argv[1]))
         recorder.open_motion(0)

@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.capture import journal_contents, journal_format, roll
-from studio.capture.journal import Journal, hold
+from studio.capture import journal, journal_contents, recovery
+from studio.capture.journal import FILE, Journal, hold
 from studio.capture.journal_contents import read
-from studio.capture.journal_format import FILE
 from studio.capture.recovery import recover
 from studio.errors import StudioError
 from studio.sound.sound_file import read_sound
@@ -44,7 +43,7 @@ def flip(path: Path, *places: int) -> None:
     path.write_bytes(data)
 
 
-def rows_at(path: Path, number: int) -> journal_format.Block:
+def rows_at(path: Path, number: int) -> journal.Block:
     """One of a journal's blocks of rows."""
     return [b for b in journal_contents.scan(path.read_bytes()).blocks if b.kind == b"ROWS"][number]
 
@@ -146,10 +145,10 @@ def test_a_journal_of_nonsense_under_right_checksums_is_a_take(tmp_path: Path, c
     plain = json.dumps(content).encode()
     names = json.dumps({"shapes": ["A"], "bones": []}).encode()
     row = struct.pack("<Idd", 1, 5.0, 1.0) + struct.pack("<8f", 0.5, 0, np.inf, np.nan, 0, 0, 0, 1)
-    data = journal_format.MAGIC
+    data = journal.MAGIC
     blocks = [(b"HEAD", plain), (b"FACT", plain), (b"NAME", plain), (b"NAME", names), (b"ROWS", row)]
     for number, (kind, payload) in enumerate(blocks):
-        data += journal_format.pack(kind, payload, number, 0, zlib.crc32(names))
+        data += journal.pack(kind, payload, number, 0, zlib.crc32(names))
     (tmp_path / "Hello_003").mkdir()
     (tmp_path / "Hello_003" / FILE).write_bytes(data)
     (take,), failed = attempt(tmp_path)
@@ -301,16 +300,16 @@ def test_several_at_once_make_each_take_once_and_all_see_it(tmp_path: Path) -> N
 def test_one_that_another_program_recovers_while_it_is_saved_is_saved_once(tmp_path: Path) -> None:
     folder = leave_behind(tmp_path / "Hello_001")
     (take,), _ = attempt(tmp_path)
-    assert roll.complete(folder) == take
+    assert recovery.complete(folder) == take
     again = leave_behind(tmp_path / "Hello_002")
     saved: list[Take] = []
-    saving = threading.Thread(target=lambda: saved.append(roll.complete(again)))
+    saving = threading.Thread(target=lambda: saved.append(recovery.complete(again)))
     with (again / FILE).open("rb+") as held:
         assert hold(held)
         saving.start()
         told = read(again)
-        take = roll.save(again, told, ())
-        roll.put_away(again, told)
+        take = recovery.save(again, told, ())
+        recovery.put_away(again, told)
     saving.join()
     assert saved == [take]
 

@@ -14,8 +14,7 @@ import soundfile
 
 from studio import cli
 from studio.capture import journal_contents
-from studio.capture.journal import hold
-from studio.capture.journal_format import FILE
+from studio.capture.journal import FILE, hold
 from studio.project import Project
 from studio.take.folder import load_take
 from tests.abandoned import leave_behind

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from studio.formats import bvh
-from studio.formats._bone_names import humanoid_names
+from studio.formats._bones import humanoid_names
 from studio.motion import Motion, Skeleton
 
 BODY = ("Hips", "Spine", "Head", "LeftUpperArm", "LeftLowerArm", "LeftHand", "RightUpperArm",

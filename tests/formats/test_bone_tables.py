@@ -10,7 +10,7 @@ import pytest
 
 from studio.errors import RequestError, StudioError
 from studio.formats import bvh
-from studio.formats._bone_tables import (
+from studio.formats._bones import (
     BoneTables,
     UnknownSkeleton,
     check_table,

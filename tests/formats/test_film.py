@@ -129,36 +129,33 @@ def test_an_ended_film_leaves_nothing_behind(tmp_path: Path) -> None:
 
 
 def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) -> None:
-    path, fps = tmp_path / "a.mp4", mp4._rate(20.0)
+    path, fps = tmp_path / "a.mp4", mp4.frame_rate(20.0)
     mp4.write(path, a_motion(20), None, SMALL)
     first = frames_of(path)[0]
-    mp4._read_back(path, path.name, SMALL, fps, 7, 0.0, first)
+    mp4.read_back(path, path.name, SMALL, fps, 7, 0.0, first)
     for count, seconds, picture in ((8, 0.0, first), (7, 1.0, first), (7, 0.0, 255 - first)):
         with pytest.raises(StudioError) as error:
-            mp4._read_back(path, path.name, SMALL, fps, count, seconds, picture)
+            mp4.read_back(path, path.name, SMALL, fps, count, seconds, picture)
         assert error.value.what == "a.mp4 did not read back as it was written."
     with pytest.raises(StudioError) as error:  # what a closed film says of itself is chance
-        mp4._read_back(path, path.name, SMALL, mp4._rate(25.0), 7, 0.0, first)
+        mp4.read_back(path, path.name, SMALL, mp4.frame_rate(25.0), 7, 0.0, first)
     told = str(error.value.__cause__)
     assert told.startswith("7 of 7 pictures, 0 of 0 s, 20 fps, ")
     assert told.endswith(", 192 x 108")
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux tells which files are held")
-def test_a_film_that_cannot_begin_holds_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mp4, "CODECS", ())
+def test_a_film_that_cannot_begin_holds_no_file(tmp_path: Path) -> None:
     with pytest.raises(StudioError) as error:  # it keeps the film alive, as a log or a dialog does
-        mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL)
+        mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL, codecs=())
     assert error.value.what == "No film can be encoded here."
     assert not [file for file in Path("/proc/self/fd").iterdir() if "a.mp4" in str(file.resolve())]
 
 
 @pytest.mark.parametrize("codec", [name for name, _ in mp4.CODECS if name in av.codecs_available])
-def test_every_encoder_of_the_wheel_makes_a_film(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codec: str
-) -> None:
-    monkeypatch.setattr(mp4, "CODECS", tuple(one for one in mp4.CODECS if one[0] == codec))
-    mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL)
+def test_every_encoder_of_the_wheel_makes_a_film(tmp_path: Path, codec: str) -> None:
+    codecs = tuple(one for one in mp4.CODECS if one[0] == codec)
+    mp4.write(tmp_path / "a.mp4", mouth_opening_at(0.2, 0.4, bones=False), None, SMALL, codecs=codecs)
     assert len(frames_of(tmp_path / "a.mp4")) == 8
 
 
@@ -193,7 +190,7 @@ def test_only_the_middle_is_drawn_anew_and_nobody_sees_it() -> None:
     with Painter(motion, drawing) as once, Painter(motion, drawing) as painter:
         painter.picture(0.0)
         painter.picture(0.05)
-        assert painter._empty is not None, "seen from the side a body fits a square"
+        assert painter.knows_empty_room, "seen from the side a body fits a square"
         apart = np.abs(painter.picture(0.2).astype(int) - once.picture(0.2)).max(axis=-1)
         # Gradients are rounded otherwise, and on some processors an edge falls to the other side of a pixel;
         # a figure that was not drawn anew is off by a hundred pixels.

@@ -171,7 +171,7 @@ def test_numbers_that_are_none_are_one_sentence(good: Path, tmp_path: Path) -> N
     file = changed(good, tmp_path, lambda document: None)
     view = document_of(file)["bufferViews"][positions_of(document_of(file))["bufferView"]]
     data = bytearray(file.read_bytes())
-    start = len(data) - len(_glb.read(file)._data) + view["byteOffset"]
+    start = len(data) - len(_glb.read(file).data) + view["byteOffset"]
     data[start : start + 4] = np.float32(np.nan).tobytes()
     file.write_bytes(data)
     with pytest.raises(StudioError) as error:

@@ -8,13 +8,17 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from studio.errors import RequestError
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer import Broadcast, Script, perform_script
+from studio.performer.loudspeaker import Loudspeaker
+from studio.performer.performance import ScriptedScene, scenes
 from studio.vmc.encode import Frame, FrameAssembler
 from studio.vmc.udp import bind
 from tests.patience import nearest, until
@@ -148,12 +152,14 @@ def test_starts_at_once_stops_soon_and_says_what_it_says(listener: Listener) -> 
     said: list[str] = []
     go = threading.Event()
 
-    class Slow(Broadcast):
-        def _write(self) -> None:
-            go.wait(60)
-            super()._write()
+    def slowly(script: Script, fps: float) -> Iterator[ScriptedScene]:
+        go.wait(60)
+        yield from scenes(script, fps)
 
-    broadcast = Slow("127.0.0.1", listener.port, device="none", voice_source="bundled", on_line=said.append)
+    broadcast = Broadcast(
+        "127.0.0.1", listener.port, device="none", voice_source="bundled", on_line=said.append,
+        make_scenes=slowly,
+    )  # fmt: skip
     assert not broadcast.alive
     broadcast.start()
     assert broadcast.position < 0, "speech is made after start has returned: the window must not wait"
@@ -250,12 +256,23 @@ def performed_apart(virtual_audio: str, listener: Listener) -> float:
 
 @pytest.mark.slow
 def test_goes_on_silently_when_the_device_stops(virtual_audio: str, listener: Listener) -> None:
-    broadcast = Broadcast("127.0.0.1", listener.port, device=virtual_audio, voice_source="bundled")
+    unplugged = threading.Event()
+
+    class Speaker(Loudspeaker):
+        """One that can be unplugged: its device asks for nothing any more."""
+
+        def callback(self, out: NDArray[np.float32], frames: int, info: Any, status: object) -> None:
+            if unplugged.is_set():
+                out[:] = 0.0
+            else:
+                super().callback(out, frames, info, status)
+
+    broadcast = Broadcast(
+        "127.0.0.1", listener.port, device=virtual_audio, voice_source="bundled", open_speaker=Speaker
+    )
     broadcast.start()
     until(lambda: broadcast.audible and broadcast.position > 0.3)
-    speaker = broadcast._clock.speaker
-    assert speaker is not None
-    speaker._stream.stop()  # as after an unplugging: no callback comes any more
+    unplugged.set()
     until(lambda: broadcast.problem != "")
     assert broadcast.problem == "The sound device stopped. The performer goes on without a voice."
     assert not broadcast.audible

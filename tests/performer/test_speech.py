@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from studio.errors import StudioError
-from studio.performer import bundle, espeak, phonemes, prosody, speech
+from studio.performer import espeak, prosody, sentences, speech
 from studio.performer.script import Script
 from studio.performer.sentences import WRITTEN, Sentence, sentence
 from studio.performer.speech import SAMPLE_RATE, SpeakerVoice, Speech
@@ -48,7 +48,7 @@ def test_phone_times_are_where_the_sound_is(source: str) -> None:
     """Vowels are loud and silences silent, which shifted times would not give."""
 
     def level(said: Speech, vowel: bool, shift: float) -> float:
-        chosen = [p for p in said.phones if (phonemes.is_vowel(p.name) if vowel else not p.name)]
+        chosen = [p for p in said.phones if (speech.is_vowel(p.name) if vowel else not p.name)]
         parts = [
             said.samples[round((p.t + shift) * SAMPLE_RATE) :][: round(p.duration * SAMPLE_RATE)]
             for p in chosen
@@ -90,7 +90,7 @@ def prosody_median(seed: int) -> float:
     """The lag of the strongest autocorrelation: a period in samples."""
     said = speech.from_text(WRITTEN[1], SpeakerVoice.of(seed))
     assert said is not None
-    loudest = max((p for p in said.phones if phonemes.is_vowel(p.name)), key=lambda p: p.duration)
+    loudest = max((p for p in said.phones if speech.is_vowel(p.name)), key=lambda p: p.duration)
     x = said.samples[round(loudest.t * SAMPLE_RATE) : round(loudest.end * SAMPLE_RATE)].astype(float)
     usual = np.correlate(x, x, "full")[len(x) :]
     return float(np.argmax(usual[SAMPLE_RATE // 420 : SAMPLE_RATE // 70]) + SAMPLE_RATE // 420)
@@ -99,28 +99,28 @@ def prosody_median(seed: int) -> float:
 def test_every_letter_of_the_clips_is_known() -> None:
     unknown = {
         letter
-        for clip in bundle.clips()
+        for clip in sentences.clips()
         for _, name in clip.phones
         for letter in name
-        if letter not in "ːˑ" and len(phonemes.targets(letter)) == 1 and phonemes.targets(letter)[0][0] == ""
+        if letter not in "ːˑ" and len(speech.targets(letter)) == 1 and speech.targets(letter)[0][0] == ""
     }
     assert unknown <= {"̩", "̃", "̞", "̪", "ᵻ"}, "letters without a mouth"
 
 
 def test_diphthong_is_two_shapes_and_a_length_mark_weighs() -> None:
-    letters = [(letter, round(share, 2)) for letter, _, share in phonemes.targets("aɪ")]
+    letters = [(letter, round(share, 2)) for letter, _, share in speech.targets("aɪ")]
     assert letters == [("a", 0.5), ("ɪ", 0.5)]
-    long = phonemes.targets("ɑːɹ")
+    long = speech.targets("ɑːɹ")
     assert long[0][2] > long[1][2]
-    assert phonemes.targets("")[0][1] is phonemes.REST
+    assert speech.targets("")[0][1] is speech.REST
 
 
 def test_clips_are_small_and_whole() -> None:
-    clips = bundle.clips()
+    clips = sentences.clips()
     assert len(clips) == len(WRITTEN)
     assert sum(path.stat().st_size for path in clips[0].path.parent.iterdir()) < 1_500_000
     for clip in clips:
-        samples, rate = bundle.read_sound(clip)
+        samples, rate = sentences.read_clip(clip)
         assert 1.0 < len(samples) / rate < 6.0
         assert clip.phones[-1][0] < len(samples) / rate
 
@@ -128,7 +128,7 @@ def test_clips_are_small_and_whole() -> None:
 def test_damaged_clips_are_told(tmp_path: Path) -> None:
     (tmp_path / "clips.json").write_text('{"clips": [{"text": "no file"}]}')
     with pytest.raises(StudioError) as caught:
-        bundle.clips(tmp_path)
+        sentences.clips(tmp_path)
     assert str(caught.value) == (
         "The practice performer's bundled speech cannot be read. Install Saia Studio again."
     )

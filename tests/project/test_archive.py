@@ -148,10 +148,10 @@ def test_only_what_a_project_is_made_of_is_written_and_the_rest_is_counted(
 def test_whatever_the_studio_writes_is_known() -> None:
     """Every part of the studio that keeps files in a project, by its own names."""
     from studio import formats
-    from studio.capture import journal_format
+    from studio.capture import journal
     from studio.dataset import label_files, relink, suggest
     from studio.evaluation import model_card
-    from studio.formats import _bone_tables, _find, saia_csv
+    from studio.formats import _bones, _find, saia_csv
     from studio.playback.layers import presets
     from studio.project import avatars, contents, sounds
     from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE
@@ -172,14 +172,14 @@ def test_whatever_the_studio_writes_is_known() -> None:
     )  # fmt: skip
     writers = [formats.written_suffix(module) for module in formats.writers().values()]
     exports = [*writers, *label_files.SUFFIXES, run_file.SUFFIX, ".html"]
-    take = (folder.INFO_FILE, journal_format.FILE, f"motion{motion_file.SUFFIX}", *audio)
+    take = (folder.INFO_FILE, journal.FILE, f"motion{motion_file.SUFFIX}", *audio)
     names = [
         *(
             contents.PROJECT_FILE,
             contents.DATASET_FILE,
             contents.HISTORY_FILE,
             tune_presenter.FILE,
-            _bone_tables.FILE,
+            _bones.FILE,
         ),
         *(f"takes/Hello_001/{name}" for name in take),
         *(f"runs/balanced_001/{name}" for name in run),

@@ -11,7 +11,7 @@ from studio import formats
 from studio.motion import Skeleton
 from studio.motion.avatar import Avatar
 from studio.motion.channels import ARKIT_SHAPES
-from studio.render.avatar_actor import has_body, height_of
+from studio.render.actors import has_body, height_of
 from studio.render.camera import Orbit
 from studio.render.face import fitted
 from studio.render.mannequin import mannequin

@@ -14,8 +14,7 @@ import soundfile
 
 from studio.errors import StudioError
 from studio.sound.peaks import peaks
-from studio.sound.sound_file import Sound, read_sound, read_span, sound_blocks, sound_info
-from studio.sound.stream import SoundSource
+from studio.sound.sound_file import Sound, SoundSource, read_sound, read_span, sound_blocks, sound_info
 
 SECONDS = 1.0
 FIRST_HZ, SECOND_HZ = 440, 660

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from studio.playback.player import Player
-from studio.playback.transport import TransportState
+from studio.playback.player import Player, TransportState
 from studio.sound.resample import Resampler, Stretch
 from tests.patience import until
 

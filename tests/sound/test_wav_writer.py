@@ -8,7 +8,7 @@ import pytest
 import soundfile
 
 from studio.sound import wav_writer
-from studio.sound.wav_writer import HEADER_BYTES, WavWriter, mend
+from studio.sound.wav_writer import HEADER_BYTES, WavWriter, repair
 
 
 def noise(frames: int, channels: int) -> np.ndarray:
@@ -38,16 +38,16 @@ def test_a_killed_writers_file_is_mended(tmp_path: Path, cut: int) -> None:
     wav.close()
     path.write_bytes(data[: len(data) - cut])
     whole = 1000 if cut == 0 else 999
-    assert mend(path) == whole
+    assert repair(path) == whole
     np.testing.assert_array_equal(soundfile.read(path, dtype="float32")[0], samples[:whole])
-    assert mend(path) == whole
+    assert repair(path) == whole
 
 
 @pytest.mark.parametrize("content", [b"", b"RIFF", bytes(HEADER_BYTES + 8), b"x" * 500])
 def test_what_is_no_wav_holds_nothing(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "a.wav"
     path.write_bytes(content)
-    assert mend(path) == 0
+    assert repair(path) == 0
     assert path.read_bytes() == content
 
 
@@ -58,14 +58,14 @@ def test_past_four_gigabytes_it_is_rf64(tmp_path: Path) -> None:
     frames = 5 * 1024**3 // 8
     with path.open("r+b") as file:
         file.truncate(HEADER_BYTES + frames * 8)
-    assert mend(path) == frames
+    assert repair(path) == frames
     with path.open("rb") as file:
         assert file.read(4) == b"RF64"
     assert soundfile.info(path).frames == frames
 
 
 def test_the_header_has_the_length_it_says() -> None:
-    header = wav_writer._header(48_000, 2, 80)
-    assert len(header) == HEADER_BYTES
-    assert header[-8:-4] == b"data"
-    assert struct.unpack("<I", header[-4:]) == (80,)
+    head = wav_writer.header(48_000, 2, 80)
+    assert len(head) == HEADER_BYTES
+    assert head[-8:-4] == b"data"
+    assert struct.unpack("<I", head[-4:]) == (80,)

@@ -17,8 +17,7 @@ from studio.dataset.label_files import write_labels
 from studio.errors import StudioError
 from studio.files import atomic
 from studio.render.drawing import Drawing
-from studio.sound.sound_file import Sound, write_sound
-from studio.sound.stream import SoundSource
+from studio.sound.sound_file import Sound, SoundSource, write_sound
 from studio.take.cleaned import clean
 from studio.take.motion_file import write_motion
 from studio.training.checkpoint import TrainingState, save_state

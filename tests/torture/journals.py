@@ -36,7 +36,7 @@ class Journals(Trial):
 
     def case(self, number: int, place: Path) -> Outcome:
         """Damage one and recover it."""
-        from studio.capture import journal_format
+        from studio.capture import journal
         from studio.capture.recovery import recover
         from studio.errors import StudioError
 
@@ -44,7 +44,7 @@ class Journals(Trial):
         kind = KINDS[number % len(KINDS)]
         source = self.shared / kind
         flushes = json.loads((source / "flushes.json").read_text())
-        data = (source / journal_format.FILE).read_bytes()
+        data = (source / journal.FILE).read_bytes()
         hit: list[tuple[int, int]] = []
         for turn in range(dice.choice((1, 1, 1, 2, 4))):
             done = damaged(data, dice)
@@ -58,7 +58,7 @@ class Journals(Trial):
                 break
         folder = place / "takes" / TAKE
         folder.mkdir(parents=True)
-        (folder / journal_format.FILE).write_bytes(data)
+        (folder / journal.FILE).write_bytes(data)
         if kind == "sound":
             (folder / "audio.wav").write_bytes((source / "audio.wav").read_bytes())
         whole = frames_not_hit(flushes, hit)
@@ -81,7 +81,7 @@ class Journals(Trial):
 
     def _record(self, folder: Path, kind: str) -> None:
         """Ten seconds through the recorder's own journal; where each flush begins and ends is kept."""
-        from studio.capture import journal_format
+        from studio.capture import journal
         from studio.capture.microphone import SoundBlock
         from studio.capture.roll import Roll
         from studio.motion.channels import BONES, VRM0_SHAPES
@@ -92,7 +92,7 @@ class Journals(Trial):
         shapes = ("Number", *VRM0_SHAPES)
         names = [ChannelLayout(shapes, BONES[:20]), ChannelLayout((*shapes, "Late"), BONES[:20])]
         roll = Roll(folder, "Toy", 1, start, (rate, 1) if kind == "sound" else None)
-        path = folder / journal_format.FILE
+        path = folder / journal.FILE
         rng = np.random.default_rng(self.seed)
         flushes, first = [], path.stat().st_size
         for frame in range(FRAMES):

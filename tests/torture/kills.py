@@ -235,8 +235,8 @@ def _rolled(takes: Path) -> None:
     import numpy as np
 
     from studio.capture.microphone import SoundBlock
-    from studio.capture.recovery import recover
-    from studio.capture.roll import Roll, complete
+    from studio.capture.recovery import complete, recover
+    from studio.capture.roll import Roll
     from studio.motion.channels import BONES, VRM0_SHAPES
     from studio.take.folder import next_number
     from studio.vmc.rows import ChannelLayout

@@ -50,7 +50,7 @@ def contents(folder: Path) -> dict[str, str]:
     Left out is what the next program has to clear away: what a killed one had half-written, and the journal
     of a take that is safe.
     """
-    from studio.capture.journal_format import FILE
+    from studio.capture.journal import FILE
 
     return {
         path.relative_to(folder).as_posix(): hashlib.blake2b(path.read_bytes()).hexdigest()

@@ -138,10 +138,10 @@ def test_a_thousand_senders_of_junk_leave_room_for_one_of_motion() -> None:
     for k in range(5000):
         push(queues, 1 + k * 1e-4, f"10.0.{k % 1000}.1:1")
     push(queues, 1.5, VALID)
-    assert len(queues._queues) <= MOST_SENDERS
+    assert len(queues.senders) <= MOST_SENDERS
     assert len(popped(queues)) == 5001
     push(queues, 9.0, VALID)
-    assert (VALID, 39539) in queues._queues  # who fell silent gave its place up
+    assert (VALID, 39539) in queues.senders  # who fell silent gave its place up
 
 
 def test_a_flood_is_told_by_how_much_and_whose_it_is() -> None:

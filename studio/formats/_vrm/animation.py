@@ -14,12 +14,11 @@ from studio.formats import _glb
 from studio.formats._glb import Glb, entry
 from studio.formats._table import counted
 from studio.motion import Motion, Skeleton, rotation
+from studio.motion.avatar import MIRROR, MIRROR_TURN
 from studio.motion.channels import ALL_BONES, vrm1_bone
 from studio.motion.sanitize import credible
 
 EYES = ("LeftEye", "RightEye")
-MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
-MIRROR_ROTATION = np.array([1.0, -1.0, -1.0, 1.0])
 _FROM_VRM1 = {vrm1_bone(name).lower(): name for name in ALL_BONES if name not in EYES}
 _LONGEST = 24 * 3600.0
 _FASTEST = 240.0
@@ -110,7 +109,7 @@ def _motion(glb: Glb) -> tuple[Motion, list[str]]:
         rotations = np.concatenate([rotations, np.repeat(gaze[:, None], len(eyes), axis=1)], axis=1)
     motion = Motion.build(
         times, tuple(expressions), np.stack(shapes, axis=1).clip(0.0, 1.0) if shapes else None, names,
-        positions * MIRROR_POSITION, rotations * MIRROR_ROTATION,
+        positions * MIRROR, rotations * MIRROR_TURN,
     )  # fmt: skip
     return motion, notes + more
 
@@ -203,7 +202,8 @@ def _tracks(glb: Glb, nodes: _Nodes, wanted: set[Any]) -> list[str]:
         values: Array = glb.numbers(sampler["output"])
         kind = sampler.get("interpolation", "LINEAR")
         if kind == "CUBICSPLINE":
-            values = values[1::3]  # each key is a tangent, the value and a tangent
+            # Each key is a tangent, the value and a tangent.
+            values = values[1::3]
         if len(values) != len(times) or values.shape[1:] != ((4,) if path == "rotation" else (3,)):
             raise ValueError(path)
         if times[0] < 0 or times[-1] > _LONGEST or (np.diff(times) <= 0).any():
@@ -267,7 +267,7 @@ def _body(nodes: _Nodes, bones: dict[str, int], times: Array) -> tuple[tuple[str
 
 def _eye_positions(extension: dict[str, Any], eyes: list[str]) -> Array:
     """Where the eyes rest against the head (eyes, 3), in glTF's axes."""
-    built_in = Skeleton.humanoid(("Head", *EYES)).rest_positions[1:] * MIRROR_POSITION
+    built_in = Skeleton.humanoid(("Head", *EYES)).rest_positions[1:] * MIRROR
     middle = extension["lookAt"].get("offsetFromHeadBone")
     if middle is not None:
         built_in = built_in - built_in.mean(axis=0) + np.array(middle, dtype=np.float64).reshape(3)

@@ -11,7 +11,6 @@ import numpy as np
 from studio.errors import StudioError
 from studio.formats import _glb
 from studio.formats._glb import Glb
-from studio.formats._vrm import materials as _vrm_look
 from studio.formats._vrm import mesh
 from studio.formats._vrm.mesh import Meshes, Nodes
 from studio.motion import Skeleton, rotation
@@ -150,7 +149,7 @@ def _avatar(glb: Glb) -> Avatar:
     skeleton = _skeleton(nodes, bones)
     owners = nodes.owners(list(bones.values()))
     meshes = mesh.read(glb, nodes, owners, _unseen(glb, extension, old))
-    materials, notes = _vrm_look.read(glb, extension if old else {})
+    materials, notes = mesh.read_materials(glb, extension if old else {})
     expressions = read_expressions(extension, old, meshes)
     licence = read_licence(extension.get("meta"), old)
     return Avatar(

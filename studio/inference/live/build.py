@@ -20,7 +20,7 @@ from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
 from studio.inference.offline import sampling_of
 from studio.motion import Pose
 from studio.playback.layers import Tuning, presets
-from studio.playback.lip_sync import sound_delay_ms, sync_perception
+from studio.playback.sound_output import sound_delay_ms, sync_perception
 from studio.training.checkpoint import BEST, load_model
 from studio.vmc.sender import PoseSource
 

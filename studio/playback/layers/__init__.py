@@ -4,17 +4,12 @@
 all do the same.
 
 apply      Applies a tuning to a whole motion, or to a stream of poses
-blinks     Blinks at human intervals, on top of those a motion has
 foot_lock  Root lock, and foot lock by two-bone inverse kinematics while the hips move
-gaze       Eye darts: the gaze leaves the viewer for a moment and comes back, as it does in talk
-idle       Breath and sway: what a body does that does nothing. Sums of slow waves, so a function of time
-           alone
+idle       What a body does by itself: blinks, eye darts, breath and sway, each a function of time and a seed
 presets    Tunings with a name, kept as JSON: some that come with the studio, others in a project's folder
 regions    Regions of the body: which shape or bone belongs where, what is masked, and the posture they
            refer to
-schedule   Random events that are a function of time and a seed: any moment has one answer
-smoothing  Calmer motion in which lips still meet and blinks stay blinks: of a whole motion, and of a stream
-strength   Strength of motion: blend shapes scaled, bones swung further or less far about their mean
+strength   Strength and smoothing of motion: shapes scaled, bones swung further or less far, jitter taken out
 tuning     Tuning: settings of the layers over a motion, with their limits
 """
 

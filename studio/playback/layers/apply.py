@@ -10,11 +10,20 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, MotionBuffer, Pose, concatenate
 from studio.playback.layers import foot_lock, regions, strength
-from studio.playback.layers.blinks import CLEAR, INFERRED, LONGEST, Blinks, blinking, blinks_of
-from studio.playback.layers.gaze import Saccades, with_saccades
-from studio.playback.layers.idle import breathing, swaying
+from studio.playback.layers.idle import (
+    CLEAR,
+    INFERRED,
+    LONGEST,
+    Blinks,
+    Saccades,
+    blinking,
+    blinks_of,
+    breathing,
+    swaying,
+    with_saccades,
+)
 from studio.playback.layers.regions import Reference, is_lid
-from studio.playback.layers.smoothing import StreamSmoothing, reach, smoothed
+from studio.playback.layers.strength import StreamSmoothing, reach, smoothed
 from studio.playback.layers.tuning import Tuning
 
 BLOCK = 8192
@@ -34,10 +43,12 @@ def tuned(motion: Motion, tuning: Tuning, reference: Reference | None = None) ->
     if tuning.neutral:
         return motion
     if tuning.smoothing > 0:
+        # First: strength would enlarge the tracker's trembling together with the movement.
         motion = smoothed(motion, tuning.smoothing)
     layers = Layers(tuning)
     if len(motion) and not layers.empty:
         seen = tuning.blinks > 0 and "eyes" in tuning.moves
+        # Of the whole motion and not of a block: a blink may lie across the border of two.
         inferred = blinks_of(motion) if seen else np.zeros(0)
         motion = _in_blocks(layers, motion, reference or Reference.of(motion), inferred)
     if tuning.left_out:
@@ -198,6 +209,7 @@ class Tuner:
         self._lids = [i for i, name in enumerate(shape_names) if is_lid(name)]
         self._given, self._reference = reference is not None, reference
         self._seen = 0.0
+        # NaN, so that the first pose counts as no step of time.
         self._last = float("nan")
         self._inferred: list[float] = []
         self.retune(tuning)
@@ -259,6 +271,7 @@ class Tuner:
         self._last = t
         if self._reference is None:
             self._reference = Reference.of_pose(self._names[1], pose)
+        # Only while time goes on evenly: a pause or a seek is no time that the performer was seen for.
         elif not self._given and self._seen < SETTLING and 0.0 < step < 1.0:
             self._seen += step
             self._reference = self._reference.towards(pose, min(step / self._seen, 1.0))

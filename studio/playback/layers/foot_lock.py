@@ -46,6 +46,7 @@ def with_foot_lock(motion: Motion, reference: Reference) -> Motion:
     rotations, positions = motion.rotations.copy(), motion.positions
     down = np.zeros(len(motion))
     if "Hips" in motion.bone_names:
+        # The leg that is shorter decides for both, or one foot would leave the floor.
         down = np.maximum.reduce([down, *(leg.too_high() for leg in legs)])
         positions = positions.copy()
         positions[:, motion.bone_names.index("Hips"), 1] -= down.astype(np.float32)
@@ -65,6 +66,7 @@ class _Leg:
 
     def __init__(self, motion: Motion, reference: Reference, bones: list[int]) -> None:
         self._bones = bones
+        # From the foot up to the root, since positions are local to their parents.
         chain, up = [bones[-1]], reference.skeleton.parents[bones[-1]]
         while up >= 0:
             chain.insert(0, up)

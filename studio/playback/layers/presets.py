@@ -65,6 +65,7 @@ def find(name: str, folder: Path | None = None) -> Preset:
         if not path.is_file():
             raise RequestError(f"There is no preset at {name}.", "Check how the path is written.")
         return read(path)
+    # Own presets come last into the dictionary, so that they win over shipped ones of the same title.
     own = saved(folder)[0] if folder is not None else ()
     known = {preset.title.casefold(): preset for preset in (*shipped(), *own)}
     if name.casefold() not in known:
@@ -89,6 +90,7 @@ def read(path: Path, shipped: bool = False) -> Preset:
     if content.get("format") != FORMAT or not isinstance(content.get("tuning"), dict):
         raise StudioError(f"{path.name} is no preset of Saia Studio.", "Choose another file.")
     atomic.check_version(path, content, VERSION)
+    # A person may have written the file: one line, and short enough for a menu.
     title = " ".join(str(content.get("title") or "").split())[:60] or path.stem
     return Preset(title, from_plain(content["tuning"], path.name), path, shipped)
 
@@ -188,7 +190,8 @@ def from_plain(plain: dict[str, Any], name: str) -> Tuning:
 def _number(value: Any, key: str, limits: tuple[float, float], name: str) -> float:
     low, high = limits
     number = not isinstance(value, bool) and isinstance(value, int | float)
-    if not number or not low <= value <= high:  # neither is true of what is no number
+    # Neither is true of what is no number.
+    if not number or not low <= value <= high:
         raise StudioError(f"{name}: {key} must be a number from {low:g} to {high:g}.", _ANOTHER)
     return float(value)
 

@@ -31,6 +31,7 @@ _ARMS = ("Shoulder", "UpperArm", "LowerArm")
 def shape_region(name: str) -> str:
     """The region of a blend shape of VRM 0, VRM 1, ARKit, VRoid or MikuMikuDance; "face" for others."""
     low = name.lower()
+    # The mouth first: "MouthSmile" moves it, whatever else its name says.
     if low in _VOWELS or is_mouth_shape(low) or low.startswith(_MOUTH):
         return "mouth"
     if low.startswith(_BROWS):
@@ -87,6 +88,7 @@ def held(motion: Motion, moves: frozenset[str], reference: Reference) -> Motion:
         return motion
     still = [
         i for i, name in enumerate(motion.shape_names)
+        # "Neutral" is no movement, so there is nothing to hold still.
         if shape_region(name) not in moves and name.lower() != "neutral"
     ]  # fmt: skip
     if still:

@@ -106,6 +106,8 @@ class Tuning:
 
     def strength(self, region: str) -> float:
         """The factor of a region, expressiveness included."""
+        # One dial moves the regions by different shares: a mouth that is twice as strong cannot be read any
+        # more.
         share = EXPRESSIVE[region]
         return float(getattr(self, region)) * (1.0 + share * (self.expressiveness - 1.0))
 

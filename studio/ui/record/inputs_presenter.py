@@ -19,7 +19,7 @@ from studio.ui.messages import counted
 from studio.ui.record.inputs_view import EVERYWHERE, InputsCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import MicrophoneRequest, Session
-from studio.vmc.phones import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
+from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 
 if TYPE_CHECKING:
     from studio.capture.microphone import AudioDevice

@@ -26,7 +26,7 @@ from studio.ui import theme
 from studio.ui.widgets.card import Card, Picture, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
-from studio.vmc.phones import IFACIALMOCAP_PORT, LIVE_LINK_PORT
+from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = (MARIONETTE_PORT, PERFORMER_PORT)

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from studio.dataset.history import History
 from studio.playback.layers import Tuning
-from studio.playback.layers.gaze import has_eyes
+from studio.playback.layers.idle import has_eyes
 from studio.playback.layers.presets import Preset
 from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
 from studio.playback.layers.tuning import LIMITS

@@ -68,21 +68,19 @@ class Performer:
 
 @pytest.mark.slow
 def test_microphone_and_delayed_voice_come_back(
-    make_toy_project: Callable[..., Project], monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    make_toy_project: Callable[..., Project], request: pytest.FixtureRequest
 ) -> None:
     if not virtual_devices.sound_available():
         pytest.skip("pulseaudio is not installed")
     project = make_toy_project()
     add_run(project)
     servers: list[tuple[subprocess.Popen[bytes], Path]] = []
-    start: Callable[[Path], subprocess.Popen[bytes]] = virtual_devices._start_pulseaudio
 
     def started(folder: Path) -> subprocess.Popen[bytes]:
-        servers.append((start(folder), folder))
+        servers.append((virtual_devices.start_pulseaudio(folder), folder))
         return servers[-1][0]
 
-    monkeypatch.setattr(virtual_devices, "_start_pulseaudio", started)
-    with virtual_devices.virtual_sound() as environment:
+    with virtual_devices.virtual_sound(started) as environment:
         live = Performer(project, environment)
         request.addfinalizer(live.process.kill)
         until(lambda: live.state["frames"] > 10)
@@ -91,12 +89,12 @@ def test_microphone_and_delayed_voice_come_back(
         server.wait()
         until(lambda: live.said("default stopped giving sound."))
         (folder / "native").unlink(missing_ok=True)
-        again = start(folder)
+        again = virtual_devices.start_pulseaudio(folder)
         request.addfinalizer(again.kill)
         until(lambda: live.said("default is back."))
         before = live.state["frames"]
         until(lambda: live.state["frames"] > before + 10 and not live.state["lost"])
         until(lambda: live.said("The sound output takes your voice again."))
         assert live.end() == 0
-        virtual_devices._end(again)
+        virtual_devices.end(again)
     assert live.events[-1]["event"] == "done"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.motion import Motion, rotation
-from studio.playback.layers.smoothing import StreamSmoothing, smoothed
+from studio.playback.layers.strength import StreamSmoothing, smoothed
 
 FPS = 60.0
 

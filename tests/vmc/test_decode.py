@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from studio.motion import Motion
 from studio.motion.channels import ARKIT_SHAPES, BONES
-from studio.vmc import phones
+from studio.vmc import decode
 from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.encode import SendOptions, encode_frame, message
 
@@ -91,7 +91,7 @@ def test_live_link_face_is_a_frame_of_52_shapes_and_turns() -> None:
         b"jawOpen-5|=head#1,2|",
         b"jawOpen-5|=head#1,2,inf|",
         b"\xff\xfe|jawOpen-5|",
-        phones.HELLO + b"|sendDataVersion=v2",
+        decode.HELLO + b"|sendDataVersion=v2",
         live_link([float("nan")] * 61),
         live_link([0.0] * 61)[:-8],
         b"\x06" + struct.pack(">i", 2**31 - 1) + bytes(300),
