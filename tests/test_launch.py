@@ -50,10 +50,10 @@ def listener() -> None:
 def job() -> None:
     from PySide6.QtCore import QEventLoop
 
-    from studio.ui.tasks import Job
+    from studio.ui.tasks import ChildTask
 
-    made, loop, said = Job(), QEventLoop(), []
-    made.failed.connect(lambda what, remedy: said.append(what))
+    made, loop, said = ChildTask(), QEventLoop(), []
+    made.failed.connect(lambda error: said.append(error.what))
     made.ended.connect(loop.quit)
     made.start(["check", "nowhere at all"])
     loop.exec()

@@ -99,11 +99,6 @@ def measure(
     return evaluate(predict, evaluation_set.material)
 
 
-def seed_of(chosen: Run) -> int | None:
-    """The seed a run was trained with, None where its report does not say."""
-    return chosen.facts.seed
-
-
 _WORDS = "Simple guesses to beat"
 
 

@@ -165,11 +165,6 @@ class TakeTable(QAbstractTableModel):
         """All rows in the dataset's order."""
         return self._rows
 
-    def row_of(self, selection_id: str) -> TakeRow | None:
-        """The row of a selection, or None."""
-        place = self._places.get(selection_id)
-        return None if place is None else self._rows[place]
-
     def index_of(self, selection_id: str) -> QModelIndex:
         """The first cell of a selection's row; invalid where there is none."""
         place = self._places.get(selection_id)
