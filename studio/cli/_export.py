@@ -178,7 +178,8 @@ def run_one(entry: Entry, out: Output) -> list[Path]:
 
     # A single file has no list to show, so the events of its entry stay unprinted.
     def on_event(event: ChildEvent) -> None:
-        if isinstance(event, ProgressEvent):
+        # A queue ends at 100 % whatever became of its entries; this one says only why it failed.
+        if isinstance(event, ProgressEvent) and not queue.failed:
             # A number in a queue says nothing here.
             out.progress(ProgressEvent(event.fraction, event.eta_s))
 

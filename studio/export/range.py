@@ -76,8 +76,13 @@ class ExportRange:
         from studio.sound.sound_file import sound_info
 
         # 16 bits are not made 24: the file would grow by half and hold nothing more.
-        encoding = "PCM_24" if "24" in sound_info(audio).encoding else "PCM_16"
-        return cut_sound(audio, folder / f"part_{audio.stem}.wav", self.start, self.end, encoding)
+        info = sound_info(audio)
+        encoding = "PCM_24" if "24" in info.encoding else "PCM_16"
+        # From and to the nearest samples; a quarter of one inside them, since read_span takes in every sample
+        # that it touches.
+        start = (round(self.start * info.sample_rate) + 0.25) / info.sample_rate
+        end = None if self.end is None else (round(self.end * info.sample_rate) - 0.25) / info.sample_rate
+        return cut_sound(audio, folder / f"part_{audio.stem}.wav", start, end, encoding)
 
 
 def cut_sound(audio: Path, target: Path, start: float, end: float | None, encoding: str = "PCM_24") -> Path:
