@@ -226,7 +226,8 @@ def _part(material: TrainingMaterial, start: float, end: float, suffix: str) -> 
         material,
         selection=replace(material.selection, id=material.selection.id + suffix),
         samples=material.samples[round(start * rate) : round(end * rate)],
-        motion=material.motion.cut(start, end),
+        # Not `cut`: a frame right at the border must not be learnt from and validated with.
+        motion=material.motion.between(start, end).shifted(-start),
         duration=min(end, material.duration) - start,
         excluded=tuple((a - start, b - start) for a, b in material.excluded if b > start),
     )
