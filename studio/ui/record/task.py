@@ -86,6 +86,8 @@ class PracticeTask(QObject):
         self._port = port
         self.speaking = self.problem = ""
         voice = ["--device", device] if device else []
+        # Told before it is ended: Windows cannot interrupt it, and two voices would speak for five seconds.
+        self._child.stop()
         self._child.start(["performer", "--to", f"127.0.0.1:{port}", *voice])
 
     def _on_event(self, event: ChildEvent) -> None:

@@ -557,6 +557,26 @@ def test_the_practice_performer_follows_the_port(qapp) -> None:
     practice.close()
 
 
+def test_a_practice_performer_that_nothing_interrupts_is_told_to_leave(qtbot, tmp_path: Path) -> None:
+    """As on Windows, which has no signal for it: it must not speak on beside the next one."""
+    ready, told = tmp_path / "ready", tmp_path / "told"
+    script = (
+        "import pathlib, signal, sys; signal.signal(signal.SIGTERM, signal.SIG_IGN);"
+        f"pathlib.Path({str(ready)!r}).touch(); line = sys.stdin.readline();"
+        f"pathlib.Path({str(told)!r}).write_text(line)"
+    )
+    scripts = iter((script, "import sys; sys.stdin.read()"))
+    practice = PracticeTask(child=ChildTask(command=lambda _: [sys.executable, "-c", next(scripts)]))
+    practice.set_on(True, 39539)
+    qtbot.waitUntil(ready.exists, timeout=30_000)
+    practice.redirect(39540)
+    try:
+        qtbot.waitUntil(lambda: told.exists() and told.read_text() == "stop\n", timeout=4_000)
+        assert practice.on
+    finally:
+        practice.close()
+
+
 @pytest.mark.slow
 def test_a_practice_performer_that_is_wanted_again_at_once_comes_back(room: Room, qtbot) -> None:
     practice = room.model.practice
