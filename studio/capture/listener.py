@@ -61,7 +61,7 @@ _MOST_WAITING = 20_000
 
 
 def main() -> int:
-    """Listen until the parent is gone or wishes no more. Runs as the whole of a process."""
+    """Listen until the parent is gone or asks it to stop. Runs as the whole of a process."""
     # Ctrl+C reaches every process of a terminal; the parent decides, and ends the take properly.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise_priority(before_all=True)

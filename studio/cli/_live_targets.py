@@ -19,7 +19,7 @@ class Targets:
 
     Args:
         source: gives what to send.
-        usual: how it is sent where a wish does not say.
+        usual: how it is sent where a request does not say.
     """
 
     def __init__(self, source: Callable[[], PoseSource], usual: Destination) -> None:

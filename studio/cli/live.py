@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Perform until the time is up, the file is over, or somebody wishes to stop.
+    """Perform until the time is up, the file is over, or somebody asks it to stop.
 
     Raises:
         RequestError: an option makes no sense, or the run cannot be performed live.
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 class _Stage:
-    """The performance with its targets, its wishes and what is told of it."""
+    """The performance with its targets, its requests and what is reported of it."""
 
     def __init__(
         self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
@@ -167,7 +167,7 @@ class _Stage:
         self._stopped = True
 
     def _run_command(self, line: str) -> None:
-        """One wish; one that cannot be is told, and the performance goes on."""
+        """One request; one that cannot be met is reported, and the performance goes on."""
         try:
             command = read_live(line)
             if command is not None:

@@ -115,7 +115,7 @@ def _record(
 
 
 def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, out: Output) -> None:
-    """Tell how it goes until the time is up, somebody wishes to stop, or nothing more can be written."""
+    """Tell how it goes until the time is up, somebody asks it to stop, or nothing more can be written."""
     reported_at, reported = 0.0, set[str]()
     while not stop.wait(_LOOK_S):
         now = recorder.snapshot()

@@ -52,7 +52,7 @@ def test_help_lists_every_verb_with_its_line(capsys: pytest.CaptureFixture[str])
     lines = capsys.readouterr().out.splitlines()
     for verb in cli.VERBS:
         line = next(line for line in lines if line.startswith(f"saia {verb} "))
-        assert len(line) > 24, f"{verb} has no HELP"
+        assert len(line) > 24, f"{verb} has no line of help"
 
 
 def test_every_file_of_a_verb_is_in_the_table() -> None:

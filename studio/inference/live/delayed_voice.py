@@ -98,7 +98,7 @@ class DelayLine:
 
     @property
     def _extra(self) -> float:
-        """Samples it is later than wished, for sound takes its time to come: what was missing lately."""
+        """Samples it is later than requested, for sound takes its time to come: what was missing lately."""
         missing = max(self._missing)
         return missing + _SPARE_S * self.rate if missing > 0 else 0.0
 

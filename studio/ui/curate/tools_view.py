@@ -87,7 +87,7 @@ class CutQuestion(QWidget):
     """A sentence, three lengths in seconds, yes and no.
 
     Signals:
-        changed: a Cut with other lengths is wished for.
+        changed: a Cut with other lengths is requested.
         accepted, dropped: cut there, or leave the take whole.
     """
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from studio.errors import StudioError
-from studio.ipc.events import ChildEvent, PieceEvent, ProgressEvent
+from studio.ipc.events import ChildEvent, DoneEvent, PieceEvent, ProgressEvent
 from studio.motion import Motion, MotionBuffer
 from studio.project import Project, Run
 from studio.project.run import generated_path
@@ -44,7 +44,7 @@ class GenerateTask(QObject):
         super().__init__(parent)
         self._child = child or ChildTask(self)
         self._child.told.connect(self._on_event)
-        self._child.done.connect(lambda _: self._on_done())
+        self._child.done.connect(self._on_done)
         self._child.failed.connect(self._on_failed)
         self._child.ended.connect(self._on_ended)
         self._reading = tasks.LatestTask(self)
@@ -130,7 +130,7 @@ class GenerateTask(QObject):
                 text += "  " + self.tr("{0} s left").format(round(event.eta_s))
             self.progressed.emit(text, event.fraction)
 
-    def _on_done(self) -> None:
+    def _on_done(self, _done: DoneEvent) -> None:
         # The file, and not the pieces: the last of them is mostly still unread, and goes with the child.
         if self._path.is_file():
             self._read_whole()
