@@ -13,7 +13,7 @@ from studio.export.range import ExportRange
 
 @pytest.mark.parametrize("end", [0.70001, 1.0, None])
 @pytest.mark.parametrize("rate", [44100, 48000])
-def test_a_cut_sound_has_the_nearest_samples_and_no_more(tmp_path: Path, rate: int, end: float | None) -> None:
+def test_a_cut_sound_has_the_nearest_samples_alone(tmp_path: Path, rate: int, end: float | None) -> None:
     samples = np.arange(2 * rate) % 30000
     whole = tmp_path / "talk.wav"
     soundfile.write(whole, samples.astype(np.int16), rate, subtype="PCM_16")
