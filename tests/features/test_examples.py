@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import AudioSpec
-from studio.features.examples import CropShape, Example, Augmentation, cached_rows, cut, make_example
+from studio.features.examples import Augmentation, CropShape, Example, cached_rows, cut, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, nominal_rate, on_grid

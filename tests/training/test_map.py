@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import AudioSpec, frame_rate
-from studio.features.examples import CropShape, Augmentation, cut, make_example
+from studio.features.examples import Augmentation, CropShape, cut, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
 from studio.motion.grid import on_grid
