@@ -47,7 +47,7 @@ def listener() -> None:
     motion.close()
 
 
-def job() -> None:
+def child_task() -> None:
     from PySide6.QtCore import QEventLoop
 
     from studio.ui.tasks import ChildTask
@@ -97,7 +97,7 @@ def sound() -> None:
 
 OURS: dict[str, tuple[Callable[[], None], ...]] = {
     "capture.inputs": (listener,),
-    "ui.tasks": (job,),
+    "ui.tasks": (child_task,),
     "performer.espeak": (speech,),
     "cli.doctor": (doctor,),
     "cli.tour": (microphones,),
@@ -116,7 +116,7 @@ def test_a_child_takes_no_code_from_the_current_folder(
     caplog: pytest.LogCaptureFixture,
     request: pytest.FixtureRequest,
 ) -> None:
-    if start is job:
+    if start is child_task:
         request.getfixturevalue("qapp")  # the one of all tests: windows of later ones need more than a core's
     monkeypatch.chdir(poison.folder)
     for name, value in Poison.unwary().items():

@@ -379,7 +379,6 @@ def _names(payload: memoryview) -> ChannelLayout | None:
     shapes, bones = (tuple(part) if isinstance(part, list) else None for part in parts)
     if shapes is None or bones is None or not all(isinstance(name, str) for name in shapes + bones):
         return None
-    # A name twice in one row would leave the other row's column empty.
     # With a name twice, one of its columns would silently take the other's place.
     once = len(set(shapes)) == len(shapes) and len(set(bones)) == len(bones)
     return ChannelLayout(shapes, bones) if once else None

@@ -326,7 +326,7 @@ def recover(
 
     Args:
         takes_folder: it may be missing.
-        on_problem: is contents of each folder that could not be recovered, and why; nothing in it is lost.
+        on_problem: is told of each folder that could not be recovered, and why; nothing in it is lost.
 
     Returns:
         The takes, each with a note that says so. Folders in which nothing was recorded are removed.

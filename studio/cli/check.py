@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Check takes one after another; only reads."""
+    """Check takes one after another, changing none; opening the project recovers what was cut off."""
     from studio.cli._project import opened
     from studio.take.check import check_take
 

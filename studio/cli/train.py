@@ -1,6 +1,6 @@
 """`saia train`: learn a performer's motion from their voice.
 
-With --json it prints `started`, then an `epoch` for each (ipc/events has their facts), `note` for
+With --json it prints `started`, then an `epoch` for each (ipc/events/training.py has their facts), `note` for
 what is worth knowing, and `done`; while an epoch takes long, a `step` at most once a second, before it
 starts a `cleaning` where cleaned sound was chosen and is not there and a `listening` for each take whose
 sound is worked out, and before the error of memory that ran out an `out_of_memory` with the setting that may

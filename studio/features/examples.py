@@ -108,8 +108,8 @@ def cached_rows(
 
 
 @dataclass(frozen=True)
-class Variation:
-    """How crops are varied; 0 turns a kind off.
+class Augmentation:
+    """How crops are varied while learning, a recipe's section [augment]; 0 turns a kind off.
 
     Args:
         stretch: tempo varies by up to this fraction.
@@ -161,7 +161,11 @@ class Crop:
 
 
 def cut(
-    example: Example, first: int, crop_shape: CropShape, vary: Variation, rng: np.random.Generator | None
+    example: Example,
+    first: int,
+    crop_shape: CropShape,
+    augment: Augmentation,
+    rng: np.random.Generator | None,
 ) -> Crop:
     """One crop from frame `first` on; frames beyond the take's end weigh nothing.
 
@@ -169,10 +173,14 @@ def cut(
         example: where from.
         first: index of its first frame.
         crop_shape: how much.
-        vary: how it may vary; loudness, tone, voice, noise and bands only make sense for "log_mel" rows.
+        augment: how it may vary; loudness, tone, voice, noise and bands only make sense for "log_mel" rows.
         rng: chance; None varies nothing.
     """
-    tempo = 1.0 if rng is None or not vary.stretch else float(rng.uniform(1 - vary.stretch, 1 + vary.stretch))
+    tempo = (
+        1.0
+        if rng is None or not augment.stretch
+        else float(rng.uniform(1 - augment.stretch, 1 + augment.stretch))
+    )
     frames = first + np.arange(crop_shape.frames) * tempo
     values, valid = _between(example.values, frames), _held(example.grid.valid, frames)
     weight = valid[:, None] * example.mask[None, :]
@@ -180,9 +188,9 @@ def cut(
     rows = _stretched_rows(example, first, count, crop_shape, tempo)
     bands = crop_shape.sound.mel_width if crop_shape.sound.uses_encoder else rows.shape[1]
     if rng is not None and bands:
-        rows[:, :bands] = _varied(rows[:, :bands], vary, crop_shape, rng)
+        rows[:, :bands] = _augmented(rows[:, :bands], augment, crop_shape, rng)
     if rng is not None and bands < rows.shape[1]:  # an encoder's numbers are no dB
-        rows[:, bands:] = _shaken(rows[:, bands:], vary, rng)
+        rows[:, bands:] = _shaken(rows[:, bands:], augment, rng)
     return Crop(rows, values, weight.astype(np.float32))
 
 
@@ -220,47 +228,49 @@ def _held(valid: Floats, frames: NDArray[np.floating]) -> Floats:
     return (inside * valid[low] * valid[high]).astype(np.float32)
 
 
-def _varied(rows: Floats, vary: Variation, crop_shape: CropShape, rng: np.random.Generator) -> Floats:
+def _augmented(
+    rows: Floats, augment: Augmentation, crop_shape: CropShape, rng: np.random.Generator
+) -> Floats:
     features, quiet = rows.shape[1], float(np.percentile(rows.mean(axis=1), 5))
     change = np.zeros(features, dtype=np.float32)
-    if vary.gain_db:
-        change += rng.uniform(-vary.gain_db, vary.gain_db)
-    if vary.tilt_db:
+    if augment.gain_db:
+        change += rng.uniform(-augment.gain_db, augment.gain_db)
+    if augment.tilt_db:
         tilt = np.linspace(-1, 1, features, dtype=np.float32)
-        change += np.float32(rng.uniform(-vary.tilt_db, vary.tilt_db)) * tilt
-    if vary.warp:
+        change += np.float32(rng.uniform(-augment.tilt_db, augment.tilt_db)) * tilt
+    if augment.warp:
         rows = _read_at(
-            rows, warped_bands(crop_shape.sound, float(rng.uniform(1 - vary.warp, 1 + vary.warp)))
+            rows, warped_bands(crop_shape.sound, float(rng.uniform(1 - augment.warp, 1 + augment.warp)))
         )
     heard = rows + change
-    if vary.noise_db:
-        floor = quiet + rng.uniform(0, vary.noise_db) + rng.normal(0, 3, features)
+    if augment.noise_db:
+        floor = quiet + rng.uniform(0, augment.noise_db) + rng.normal(0, 3, features)
         # Powers add: 10 log10(10^(a/10) + 10^(b/10)). Plain exp in float32 is ten times as fast as
         # logaddexp, and safe: FLOOR_POWER keeps rows far from where it underflows.
         power = np.exp(heard * _NATURAL) + np.exp(floor * _NATURAL).astype(np.float32)
         heard = np.log(power) / _NATURAL
     rows = heard.astype(np.float32)
-    for _ in range(vary.time_masks if vary.time_mask_frames else 0):
-        length = int(rng.integers(0, vary.time_mask_frames + 1)) * crop_shape.steps_per_frame
+    for _ in range(augment.time_masks if augment.time_mask_frames else 0):
+        length = int(rng.integers(0, augment.time_mask_frames + 1)) * crop_shape.steps_per_frame
         start = int(rng.integers(0, max(len(rows) - length, 1)))
         rows[start : start + length] = quiet
-    for _ in range(vary.band_masks if vary.band_mask_width else 0):
-        width = min(int(rng.integers(0, vary.band_mask_width + 1)), features)
+    for _ in range(augment.band_masks if augment.band_mask_width else 0):
+        width = min(int(rng.integers(0, augment.band_mask_width + 1)), features)
         start = int(rng.integers(0, features - width + 1))
         rows[:, start : start + width] = quiet
     return rows
 
 
-def _shaken(tokens: Floats, vary: Variation, rng: np.random.Generator) -> Floats:
+def _shaken(tokens: Floats, augment: Augmentation, rng: np.random.Generator) -> Floats:
     """An encoder's numbers (R, W) of a crop: all shifted, each shaken, some at their mean throughout."""
     mean, width = tokens.mean(axis=0), tokens.shape[1]
-    if vary.token_noise:
-        share = np.float32(vary.token_noise) * tokens.std(axis=0)
+    if augment.token_noise:
+        share = np.float32(augment.token_noise) * tokens.std(axis=0)
         shift = rng.standard_normal(width, dtype=np.float32) + rng.standard_normal(tokens.shape, np.float32)
         tokens = tokens + share * shift
-    if vary.token_drop:
+    if augment.token_drop:
         # At their mean rather than 0: zeros would be values that no speech has.
-        gone = rng.random(width) < vary.token_drop
+        gone = rng.random(width) < augment.token_drop
         tokens = np.where(gone, mean, tokens)
     return tokens
 

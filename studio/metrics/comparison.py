@@ -70,9 +70,9 @@ def all_figures(pairs: Sequence[Pair]) -> Figures:
 def compare(
     captured: Motion,
     predicted: Motion,
-    start: float = 0.0,
-    end: float | None = None,
-    excluded: Sequence[tuple[float, float]] = (),
+    start: float,
+    end: float | None,
+    excluded: Sequence[tuple[float, float]],
 ) -> MotionComparison | None:
     """The comparison of one take as Review shows it; None where they share no channel or no time.
 

@@ -58,7 +58,7 @@ class RecurrentSteps:
 
         Args:
             rows: (n K + before + after, F), as for `Network.predict`.
-            liveliness: as in Chance.
+            liveliness: as in SamplingOptions.
         """
         seen = self._seen(rows)
         now = seen.shape[1] - self._further

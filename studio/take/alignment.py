@@ -1,5 +1,6 @@
 """How far sound and motion of a saved take are apart: by mouth and voice, or by claps.
 
+It only measures: an offset that is chosen is kept in `Selection.offset` and applied by `load_motion`.
 A clap is where the hands meet, against where the sound jumps up.
 """
 

@@ -55,7 +55,8 @@ class TakeInfo:
         shape_names, bone_names: channels that arrived.
         packets, packets_bad: datagrams received and refused.
         drift_ppm: how much faster the motion clock ran than the sound's.
-        offset: seconds added to arrival times by the clock fit.
+        offset: seconds that the clock fit added to arrival times; the motion file has them in it already, and
+            what a person moves is `Selection.offset`.
         source: "recorded", "imported" or "performer", and what from.
         device: the sound device's name.
         notes: things noticed while recording or importing, one sentence each.

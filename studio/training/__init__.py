@@ -4,7 +4,7 @@ checkpoint     Weights on disk: safetensors with everything needed to use them i
                pickle
 devices        What this machine can compute on, found without loading torch
 gather         Gathers training examples from a project's selections: frame rate, layout, splits and notes
-loop/          The training loop on Lightning Fabric (torch): one process or many, stopped, cancelled,
+loop/          The training loop on Lightning Fabric (torch): one process or many, stopped, killed,
                resumed
 losses         Loss functions on scaled columns, by groups of channels
 preview        A few seconds of a validation take as the model predicts them, kept while it trains (no

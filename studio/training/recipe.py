@@ -10,7 +10,7 @@ from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio_spec import AudioSpec
-from studio.features.examples import Variation
+from studio.features.examples import Augmentation
 from studio.paths import resource
 from studio.training.recipe_values import Scalar, check, check_kind, converted, full_key, pair, toml
 
@@ -153,7 +153,7 @@ class Recipe:
     network: Mapping[str, Scalar] = field(default_factory=dict)
     loss: LossSettings = field(default_factory=LossSettings)
     training: TrainingSettings = field(default_factory=TrainingSettings)
-    augment: Variation = field(default_factory=Variation)
+    augment: Augmentation = field(default_factory=Augmentation)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values in the shape of a recipe file."""
@@ -235,7 +235,7 @@ _SECTIONS = {
     "channels": ChannelSettings,
     "loss": LossSettings,
     "training": TrainingSettings,
-    "augment": Variation,
+    "augment": Augmentation,
 }
 _FOUND = ("sound.encoder_width", "sound.encoder_digest")
 """What is found out rather than chosen."""

@@ -241,7 +241,7 @@ def show_error(parent: QWidget | None, error: BaseException) -> None:
 
 
 def show_failure(parent: QWidget | None, what: str, remedy: str) -> None:
-    """Show a failure that came as two sentences, from a job."""
+    """Show a failure that came as two sentences."""
     show_error(parent, StudioError(what, remedy))
 
 

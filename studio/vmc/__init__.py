@@ -19,4 +19,5 @@ watch     Statistics of frames: rate, jitter, losses, and whether anything moves
 
 # Here, where importing costs nothing: settings and every command's help name a port.
 MARIONETTE_PORT, PERFORMER_PORT = 39539, 39540
-"""Where avatars listen, and where programs listen that pass motion on. Source: the VMC protocol."""
+"""Where avatars listen, the studio too unless told otherwise, and where programs listen that pass motion on.
+Source: the VMC protocol."""

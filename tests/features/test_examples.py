@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import AudioSpec
-from studio.features.examples import CropShape, Example, Variation, cached_rows, cut, make_example
+from studio.features.examples import Augmentation, CropShape, Example, cached_rows, cut, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, nominal_rate, on_grid
@@ -86,7 +86,7 @@ def test_whatever_changes_the_rows_changes_their_key_and_nothing_else_does() -> 
 
 def test_a_plain_crop_is_the_take_itself() -> None:
     one, shape = example(), CropShape(20, 8, 4, SPEC)
-    crop = cut(one, 30, shape, Variation(), None)
+    crop = cut(one, 30, shape, Augmentation(), None)
     np.testing.assert_array_equal(crop.rows, one.rows(30 * 4 - 8, 92))
     np.testing.assert_allclose(crop.values, one.values[30:50])
     assert crop.weight.all()
@@ -98,7 +98,7 @@ def test_stretching_keeps_sound_and_motion_together() -> None:
     ramp = (np.arange(len(one.sound)) - one.lead - 1.5)[:, None] / 4  # the frame each row belongs to
     moments = Example("r", np.tile(ramp, (1, 40)).astype(np.float32), one.lead,
                       np.arange(one.frames, dtype=np.float32)[:, None], one.mask, one.grid)  # fmt: skip
-    crop = cut(moments, 20, CropShape(30, 0, 0, SPEC), Variation(stretch=0.3), np.random.default_rng(4))
+    crop = cut(moments, 20, CropShape(30, 0, 0, SPEC), Augmentation(stretch=0.3), np.random.default_rng(4))
     seen = crop.rows[:, 0].reshape(30, 4).mean(axis=1)
     np.testing.assert_allclose(seen, crop.values[:, 0], atol=1e-3)
     assert abs(np.diff(crop.values[:, 0]).mean() - 1) > 0.01
@@ -106,13 +106,13 @@ def test_stretching_keeps_sound_and_motion_together() -> None:
 
 def test_frames_beyond_the_end_weigh_nothing() -> None:
     one = example()
-    crop = cut(one, one.frames - 5, CropShape(20, 0, 0, SPEC), Variation(), None)
+    crop = cut(one, one.frames - 5, CropShape(20, 0, 0, SPEC), Augmentation(), None)
     assert crop.weight[:5].all()
     assert not crop.weight[5:].any()
 
 
 def test_variation_follows_from_its_seed() -> None:
-    vary = Variation(0.1, 6, 6, 20, 2, 5, 2, 5)
+    vary = Augmentation(0.1, 6, 6, 20, 2, 5, 2, 5)
     shape = CropShape(20, 8, 4, SPEC)
     a, b = (cut(example(), 10, shape, vary, np.random.default_rng(9)) for _ in range(2))
     np.testing.assert_allclose(a.rows, b.rows, atol=LAST_BITS_DB)

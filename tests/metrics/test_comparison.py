@@ -9,6 +9,9 @@ from studio.metrics.comparison import all_figures, compare, pair_on_frames
 from studio.motion import Motion, rotation
 from tests.formats.examples import a_motion
 
+WHOLE = (0.0, None, ())
+"""All of a take: from its first moment to its end, nothing left out."""
+
 
 def _motion(gain: float = 1.0, start: float = 0.0, names: tuple[str, ...] = ("A",)) -> Motion:
     t = start + np.arange(120) / 60
@@ -18,7 +21,7 @@ def _motion(gain: float = 1.0, start: float = 0.0, names: tuple[str, ...] = ("A"
 
 
 def test_a_motion_against_itself_is_perfect() -> None:
-    found = compare(_motion(), _motion())
+    found = compare(_motion(), _motion(), *WHOLE)
     assert found is not None
     assert found.rmse == 0.0
     assert found.pearson == pytest.approx(1.0)
@@ -28,7 +31,7 @@ def test_a_motion_against_itself_is_perfect() -> None:
 
 
 def test_half_the_motion_has_half_the_ratio() -> None:
-    found = compare(_motion(), _motion(0.5))
+    found = compare(_motion(), _motion(0.5), *WHOLE)
     assert found is not None
     assert found.motion_ratio == pytest.approx(0.5, rel=1e-3)
     assert found.pearson == pytest.approx(1.0)
@@ -36,14 +39,14 @@ def test_half_the_motion_has_half_the_ratio() -> None:
 
 
 def test_a_still_face_follows_nothing() -> None:
-    found = compare(_motion(), _motion(0.0))
+    found = compare(_motion(), _motion(0.0), *WHOLE)
     assert found is not None
     assert found.pearson == 0.0
     assert found.motion_ratio == 0.0
 
 
 def test_only_the_time_both_have_counts() -> None:
-    found = compare(_motion(), _motion(start=1.0))
+    found = compare(_motion(), _motion(start=1.0), *WHOLE)
     assert found is not None
     assert found.times[0] == pytest.approx(1.0)
     assert found.times[-1] <= 119 / 60
@@ -51,14 +54,14 @@ def test_only_the_time_both_have_counts() -> None:
 
 def test_nothing_in_common_is_no_comparison() -> None:
     other = Motion.build(np.arange(10) / 10, ("JawOpen",), np.zeros((10, 1)))
-    assert compare(_motion(), other) is None
-    assert compare(_motion(), _motion(start=100.0)) is None
+    assert compare(_motion(), other, *WHOLE) is None
+    assert compare(_motion(), _motion(start=100.0), *WHOLE) is None
 
 
 def test_review_calls_error_what_an_evaluation_calls_rmse_of_the_blend_shapes() -> None:
     truth = a_motion(60)
     guess = replace(truth, shapes=truth.shapes * 0.7, rotations=np.roll(truth.rotations, 20, axis=0))
-    seen, figures = compare(truth, guess), all_figures([pair_on_frames(guess, truth, truth.duration)])
+    seen, figures = compare(truth, guess, *WHOLE), all_figures([pair_on_frames(guess, truth, truth.duration)])
     assert seen is not None
     assert seen.rmse == pytest.approx(figures["rmse_face"], rel=1e-5)
     assert seen.rmse != pytest.approx(figures["rmse"], rel=0.1), "that one counts the body, too"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.features.audio_spec import AudioSpec, frame_rate
-from studio.features.examples import CropShape, Variation, cut, make_example
+from studio.features.examples import Augmentation, CropShape, cut, make_example
 from studio.features.motion import fit
 from studio.motion import Motion
 from studio.motion.grid import on_grid
@@ -32,7 +32,7 @@ def test_a_click_in_minute_29_is_learnt_with_the_frame_that_was_captured_then(
     layout = fit([motion])
     example = make_example("x", sound, on_grid(motion, MINUTES * 60, rate), layout, spec, rate, None)
     shape = CropShape(40, 0, 0, spec)
-    crop = cut(example, frame - 20, shape, Variation(), np.random.default_rng(0))
+    crop = cut(example, frame - 20, shape, Augmentation(), np.random.default_rng(0))
     loudest = crop.rows.sum(axis=1).reshape(40, 2).max(axis=1)
     assert abs(int(np.argmax(loudest)) - 20) <= 1
     assert int(np.argmax(crop.values[:, 0])) == 20

@@ -1,4 +1,4 @@
-"""The training loop, on Lightning Fabric: one process or many, stopped, cancelled, resumed.
+"""The training loop, on Lightning Fabric: one process or many, stopped, killed, resumed.
 
 Everything random in an epoch follows from the seed and the epoch's number alone, so a resumed training
 goes on exactly as if it had never been interrupted. What a run's folder holds is complete after every epoch:

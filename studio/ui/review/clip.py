@@ -50,16 +50,31 @@ class ReviewItem:
     def content_key(self) -> tuple[object, ...]:
         """What decides how it is seen and heard: where this changes it has to be read anew."""
         used = self.selection
-        return self.sound, (used.in_point, used.out_point, used.offset) if used is not None else None
+        if used is None:
+            return self.sound, None
+        return self.sound, (used.in_point, used.out_point, used.offset, used.excluded)
 
 
 @dataclass(frozen=True, eq=False)
 class Captured:
-    """The recorded motion of an item with its trims, on the clock of its sound."""
+    """The recorded motion of an item with its trims, on the clock of its sound.
+
+    Args:
+        motion: all of it, None where there is none.
+        in_point, out_point: what is used of it, seconds.
+        excluded: (start, end) spans within that are left out, seconds.
+    """
 
     motion: Motion | None
     in_point: float
     out_point: float | None
+    excluded: tuple[tuple[float, float], ...] = ()
+
+    def compared_with(self, predicted: Motion) -> MotionComparison | None:
+        """Figures of a prediction over what is used, as an evaluation measures them; None without motion."""
+        if self.motion is None:
+            return None
+        return compare(self.motion, predicted, self.in_point, self.out_point, self.excluded)
 
     @cached_property
     def activity(self) -> dict[str, float]:
@@ -128,7 +143,8 @@ def load_captured(take: Take, selection: Selection | None) -> Captured:
     """Read a take's motion and apply the offset of its selection."""
     if selection is None:
         return Captured(load_motion(take), 0.0, None)
-    return Captured(load_motion(take, selection.offset), selection.in_point, selection.out_point)
+    motion = load_motion(take, selection.offset)
+    return Captured(motion, selection.in_point, selection.out_point, selection.excluded)
 
 
 def load(item: ReviewItem, device: str | None) -> ReviewClip:
@@ -160,12 +176,12 @@ class MotionTuner:
     """
 
     def __init__(self) -> None:
-        self._last: tuple[Motion, Motion | None, Tuning, Tuned] | None = None
+        self._last: tuple[Motion, Captured | None, Tuning, Tuned] | None = None
         self._pieces: PieceTuner | None = None
         self._activity = _Activity()
 
     def tuned(
-        self, motion: Motion, truth: Motion | None, tuning: Tuning, complete: bool = True
+        self, motion: Motion, truth: Captured | None, tuning: Tuning, complete: bool = True
     ) -> Tuned | None:
         """A motion with the sliders over it.
 
@@ -188,7 +204,7 @@ class MotionTuner:
         # As a whole, although its pieces were tuned: only now is the mean known that strengths refer to,
         # and a comparison counts every frame.
         whole = tuned(motion, tuning)
-        comparison = compare(truth, whole) if truth is not None else None
+        comparison = truth.compared_with(whole) if truth is not None else None
         found = Tuned(whole, comparison, _Activity().of(whole))
         self._last = motion, truth, tuning, found
         return found

@@ -69,8 +69,8 @@ class TunePresenter(QObject):
             return
         self._again = False
         model, tuners, tuning = self._model, self._tuners, self._model.tuning
-        truth = model.captured.motion
-        motions = [(truth, None, True), *((side.motion, truth, side.complete) for side in model.sides)]
+        truth = model.captured
+        motions = [(truth.motion, None, True), *((side.motion, truth, side.complete) for side in model.sides)]
 
         def work() -> list[Tuned | None]:
             return [

@@ -4,15 +4,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from studio.dataset import Selection, edits
 from studio.dataset.material import load_material
 from studio.export.clip import take_clip
 from studio.files import cache
+from studio.playback.layers import Tuning
 from studio.project import Project
 from studio.take import TakeInfo
 from studio.take.folder import save_take
-from studio.ui.review.clip import load_captured, review_items
+from studio.ui.review.clip import Captured, MotionTuner, load_captured, review_items
 from tests.formats.examples import a_motion, a_sound, assert_same_motion
 
 
@@ -70,3 +72,20 @@ def test_a_damaged_take_looks_the_same_in_review_in_training_and_exported(tmp_pa
     assert np.isfinite(seen.motion.shapes).all()
     assert_same_motion(seen.motion.cut(0.25, 1.75), learnt.motion)
     assert_same_motion(exported, learnt.motion)
+
+
+def test_figures_count_what_is_used_of_a_take_and_nothing_else() -> None:
+    truth = a_motion(600)
+    # Wrong wherever nothing is used: before the in point, in the excluded span, behind the out point.
+    unused = (truth.times < 2.0) | ((truth.times >= 3.0) & (truth.times < 4.0)) | (truth.times > 7.0)
+    guess = replace(truth, shapes=np.where(unused[:, None], 0.0, truth.shapes))
+    used = MotionTuner().tuned(guess, Captured(truth, 2.0, 7.0, ((3.0, 4.0),)), Tuning())
+    whole = MotionTuner().tuned(guess, Captured(truth, 0.0, None), Tuning())
+    assert used is not None
+    assert used.comparison is not None
+    assert whole is not None
+    assert whole.comparison is not None
+    # Frames of the comparison lie between those of the take, so that one beside a border may reach over it.
+    assert used.comparison.rmse == pytest.approx(0.0, abs=0.05)
+    assert whole.comparison.rmse is not None
+    assert whole.comparison.rmse > 0.2

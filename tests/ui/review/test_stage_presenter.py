@@ -66,13 +66,13 @@ def test_a_project_wears_its_avatar_wherever_it_goes(
     assert found is not None
     assert found.parent == moved / "avatars"
     other = Session(Settings())
-    other.project = Project.open(moved)
+    other.open_project(moved)
     view = ReviewView()
     presenter = ReviewPresenter(view, other)
     qtbot.addWidget(view)
     qtbot.waitUntil(lambda: view.stage.worn is not None)
     presenter.close()
-    other.project.close()
+    other.close_project()
 
 
 def test_it_is_taken_off_and_offered_again(qtbot: QtBot, tab: Tab, session: Session, file: Path) -> None:
