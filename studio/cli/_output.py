@@ -9,8 +9,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields
-from typing import Any, TextIO
+from typing import TextIO
 
 from studio.errors import FileThereError, RequestError, StudioError
 from studio.files.atomic import plain
@@ -60,7 +59,7 @@ class Output:
         """
         if self.as_json:
             # UTF-8 as it is: escaped Japanese names are unreadable in a log.
-            put(json.dumps({"event": event.NAME, **plain(_fields(event))}, ensure_ascii=False))
+            put(json.dumps({"event": event.NAME, **plain(event)}, ensure_ascii=False))
         elif text:
             self._wipe()
             put(text)
@@ -205,7 +204,3 @@ def silence_stdout() -> None:
 def _silence(stream: TextIO) -> None:
     # By descriptor: what libraries print below Python must vanish as well.
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _fields(event: ChildEvent) -> dict[str, Any]:
-    return {one.name: getattr(event, one.name) for one in fields(event)}

@@ -104,6 +104,9 @@ def plain(value: Any) -> Any:
     """A value as JSON can hold it: paths and arrays as text and lists, NaN and infinity as null."""
     if is_dataclass(value) and not isinstance(value, type):
         value = asdict(value)
+    # Events are structs of msgspec, whose classes are made far faster than dataclasses are.
+    elif hasattr(value, "__struct_fields__") and not isinstance(value, type):
+        value = {name: getattr(value, name) for name in value.__struct_fields__}
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | set | frozenset):

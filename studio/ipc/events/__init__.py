@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import cache
 from typing import Any
 
@@ -77,7 +76,7 @@ def from_plain(facts: Mapping[str, Any], verb: str) -> ChildEvent:
 
 def encode(event: ChildEvent) -> str:
     """The line of an event, without its end."""
-    return json.dumps({"event": event.NAME, **asdict(event)}, ensure_ascii=False)
+    return json.dumps({"event": event.NAME, **msgspec.to_builtins(event)}, ensure_ascii=False)
 
 
 @cache

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+import msgspec
 
-@dataclass(frozen=True)
-class ChildEvent:
+
+class ChildEvent(msgspec.Struct, frozen=True):
     """One line of output."""
 
     NAME: ClassVar[str] = ""
     VERBS: ClassVar[tuple[str, ...]] = ()
 
 
-@dataclass(frozen=True)
-class NoteEvent(ChildEvent):
+class NoteEvent(ChildEvent, frozen=True):
     """Something worth knowing, one sentence.
 
     Args:
@@ -31,8 +30,7 @@ class NoteEvent(ChildEvent):
     take: str = ""
 
 
-@dataclass(frozen=True)
-class ProblemEvent(ChildEvent):
+class ProblemEvent(ChildEvent, frozen=True):
     """Something went wrong, and the command goes on.
 
     Args:
@@ -49,8 +47,7 @@ class ProblemEvent(ChildEvent):
     fraction: float | None = None
 
 
-@dataclass(frozen=True)
-class NoticeEvent(ChildEvent):
+class NoticeEvent(ChildEvent, frozen=True):
     """A fault of a performance or playback that goes on, or that one is over."""
 
     NAME = "notice"
@@ -59,8 +56,7 @@ class NoticeEvent(ChildEvent):
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class RecoveredEvent(ChildEvent):
+class RecoveredEvent(ChildEvent, frozen=True):
     """A take whose recording was cut off is whole again."""
 
     NAME = "recovered"
@@ -69,8 +65,7 @@ class RecoveredEvent(ChildEvent):
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class NotRecoveredEvent(ChildEvent):
+class NotRecoveredEvent(ChildEvent, frozen=True):
     """A recording that was cut off could not be made a take."""
 
     NAME = "not_recovered"
@@ -80,8 +75,7 @@ class NotRecoveredEvent(ChildEvent):
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class UnfinishedEvent(ChildEvent):
+class UnfinishedEvent(ChildEvent, frozen=True):
     """A recording that is no take yet is packed as it lies."""
 
     NAME = "unfinished"
@@ -90,8 +84,7 @@ class UnfinishedEvent(ChildEvent):
     what: str = ""
 
 
-@dataclass(frozen=True)
-class ProgressEvent(ChildEvent):
+class ProgressEvent(ChildEvent, frozen=True):
     """How far a command is.
 
     Args:
@@ -105,8 +98,7 @@ class ProgressEvent(ChildEvent):
     eta_s: float | None = None
 
 
-@dataclass(frozen=True)
-class TakeProgressEvent(ProgressEvent):
+class TakeProgressEvent(ProgressEvent, frozen=True):
     """How far a command is, and at which take it works."""
 
     VERBS = ("cut", "clean")
@@ -114,8 +106,7 @@ class TakeProgressEvent(ProgressEvent):
     take: str = ""
 
 
-@dataclass(frozen=True)
-class TakeEvent(ChildEvent):
+class TakeEvent(ChildEvent, frozen=True):
     """A command is done with a take: it is imported, checked, cut, cleaned or made.
 
     Args:
@@ -139,15 +130,13 @@ class TakeEvent(ChildEvent):
     parts: tuple[tuple[float, float], ...] = ()
 
 
-@dataclass(frozen=True)
-class DoneEvent(ChildEvent):
+class DoneEvent(ChildEvent, frozen=True):
     """The last line of every command that ended well."""
 
     NAME = "done"
 
 
-@dataclass(frozen=True)
-class ErrorEvent(ChildEvent):
+class ErrorEvent(ChildEvent, frozen=True):
     """The last line of a command that failed.
 
     Args:

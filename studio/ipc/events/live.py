@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import msgspec
 
 from studio.ipc.events.common import ChildEvent, DoneEvent, NoteEvent
 
@@ -10,8 +10,7 @@ Row = tuple[float | None, ...]
 Rows = tuple[Row, ...]
 
 
-@dataclass(frozen=True)
-class ReadyEvent(ChildEvent):
+class ReadyEvent(ChildEvent, frozen=True):
     """What is known once, when a performance begins.
 
     Args:
@@ -38,8 +37,7 @@ class ReadyEvent(ChildEvent):
     fps: float = 0.0
 
 
-@dataclass(frozen=True)
-class ChannelsEvent(ChildEvent):
+class ChannelsEvent(ChildEvent, frozen=True):
     """Other channels from now on: layers leave some out. Fields as in `ReadyEvent`."""
 
     NAME = "channels"
@@ -49,8 +47,7 @@ class ChannelsEvent(ChildEvent):
     positions: Rows
 
 
-@dataclass(frozen=True)
-class PoseEvent(ChildEvent):
+class PoseEvent(ChildEvent, frozen=True):
     """The pose to be seen now, and the level of the sound.
 
     Args:
@@ -72,8 +69,7 @@ class PoseEvent(ChildEvent):
     rms_dbfs: float
 
 
-@dataclass(frozen=True)
-class LiveTarget:
+class LiveTarget(msgspec.Struct, frozen=True):
     """An avatar program that is sent to.
 
     Args:
@@ -91,8 +87,7 @@ class LiveTarget:
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class LiveStateEvent(ChildEvent):
+class LiveStateEvent(ChildEvent, frozen=True):
     """State, levels, latency and switches of a performance, some ten times a second.
 
     Args:
@@ -140,8 +135,7 @@ class LiveStateEvent(ChildEvent):
     look_ahead_ms: int = 0
 
 
-@dataclass(frozen=True)
-class LiveDone(DoneEvent):
+class LiveDone(DoneEvent, frozen=True):
     """What was performed: seconds, poses made and made too late, frames sent and left out, and latency."""
 
     VERBS = ("live",)
@@ -155,8 +149,7 @@ class LiveDone(DoneEvent):
     drift_ppm: float = 0.0
 
 
-@dataclass(frozen=True)
-class LookAheadEvent(ChildEvent):
+class LookAheadEvent(ChildEvent, frozen=True):
     """Another look-ahead is in use."""
 
     NAME = "look_ahead"
@@ -165,8 +158,7 @@ class LookAheadEvent(ChildEvent):
     reach_ms: float = 0.0
 
 
-@dataclass(frozen=True)
-class VoiceEvent(ChildEvent):
+class VoiceEvent(ChildEvent, frozen=True):
     """Where the delayed voice goes: an output's name, "" for the system's, None for nowhere."""
 
     NAME = "voice"
@@ -174,8 +166,7 @@ class VoiceEvent(ChildEvent):
     to: str | None = None
 
 
-@dataclass(frozen=True)
-class LatencyEvent(ChildEvent):
+class LatencyEvent(ChildEvent, frozen=True):
     """How late the avatar moves, told once that is settled."""
 
     NAME = "latency"
@@ -184,8 +175,7 @@ class LatencyEvent(ChildEvent):
     sound_delay_ms: int = 0
 
 
-@dataclass(frozen=True)
-class SwitchEvent(ChildEvent):
+class SwitchEvent(ChildEvent, frozen=True):
     """A switch was turned."""
 
     NAME = "switch"
@@ -194,8 +184,7 @@ class SwitchEvent(ChildEvent):
     on: bool = False
 
 
-@dataclass(frozen=True)
-class WaveEvent(ChildEvent):
+class WaveEvent(ChildEvent, frozen=True):
     """A target gets the test wave."""
 
     NAME = "wave"
@@ -203,8 +192,7 @@ class WaveEvent(ChildEvent):
     to: str = ""
 
 
-@dataclass(frozen=True)
-class PerformerStartedEvent(ChildEvent):
+class PerformerStartedEvent(ChildEvent, frozen=True):
     """The practice performer begins to send."""
 
     NAME = "started"
@@ -215,8 +203,7 @@ class PerformerStartedEvent(ChildEvent):
     fps: float = 0.0
 
 
-@dataclass(frozen=True)
-class LineEvent(ChildEvent):
+class LineEvent(ChildEvent, frozen=True):
     """The sentence the practice performer says now."""
 
     NAME = "line"
@@ -225,8 +212,7 @@ class LineEvent(ChildEvent):
     t: float = 0.0
 
 
-@dataclass(frozen=True)
-class PerformerDone(DoneEvent):
+class PerformerDone(DoneEvent, frozen=True):
     """What the practice performer did.
 
     Args:
@@ -247,8 +233,7 @@ class PerformerDone(DoneEvent):
     bytes: int = 0
 
 
-@dataclass(frozen=True)
-class VirtualDeviceEvent(NoteEvent):
+class VirtualDeviceEvent(NoteEvent, frozen=True):
     """A missing screen or sound device is replaced by a virtual one, named as its environment variable."""
 
     VERBS = ("tour",)
@@ -258,8 +243,7 @@ class VirtualDeviceEvent(NoteEvent):
     PULSE_SERVER: str = ""
 
 
-@dataclass(frozen=True)
-class SystemCheckEvent(ChildEvent):
+class SystemCheckEvent(ChildEvent, frozen=True):
     """One finding of `saia doctor`: what was looked at, whether it is well, and what to do where not."""
 
     NAME = "check"
@@ -270,8 +254,7 @@ class SystemCheckEvent(ChildEvent):
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class DoctorDone(DoneEvent):
+class DoctorDone(DoneEvent, frozen=True):
     """All findings of `saia doctor`."""
 
     VERBS = ("doctor",)
@@ -279,8 +262,7 @@ class DoctorDone(DoneEvent):
     checks: tuple[SystemCheckEvent, ...] = ()
 
 
-@dataclass(frozen=True)
-class TourStepEvent(ChildEvent):
+class TourStepEvent(ChildEvent, frozen=True):
     """A step of the tour is over; `what` says what was missing, "" where it went well."""
 
     NAME = "step"
@@ -292,8 +274,7 @@ class TourStepEvent(ChildEvent):
     what: str = ""
 
 
-@dataclass(frozen=True)
-class TourDone(DoneEvent):
+class TourDone(DoneEvent, frozen=True):
     """Files and steps of the tour."""
 
     VERBS = ("tour",)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
+
+import msgspec
 
 from studio.ipc.events.common import ChildEvent, DoneEvent, ProgressEvent
 
 
-@dataclass(frozen=True)
-class BonesEvent(ChildEvent):
+class BonesEvent(ChildEvent, frozen=True):
     """The bones of a file's joints were guessed, or could not be.
 
     Args:
@@ -29,8 +29,7 @@ class BonesEvent(ChildEvent):
     take: str | None = None
 
 
-@dataclass(frozen=True)
-class ImportDone(DoneEvent):
+class ImportDone(DoneEvent, frozen=True):
     """Ids of the takes made, and how many files failed."""
 
     VERBS = ("import",)
@@ -39,8 +38,7 @@ class ImportDone(DoneEvent):
     failed: int = 0
 
 
-@dataclass(frozen=True)
-class RollingEvent(ChildEvent):
+class RollingEvent(ChildEvent, frozen=True):
     """The recording has begun."""
 
     NAME = "rolling"
@@ -49,8 +47,7 @@ class RollingEvent(ChildEvent):
     device: str | None = None
 
 
-@dataclass(frozen=True)
-class RecordStateEvent(ChildEvent):
+class RecordStateEvent(ChildEvent, frozen=True):
     """Counters of a recording under way.
 
     Args:
@@ -82,8 +79,7 @@ class RecordStateEvent(ChildEvent):
     problems: tuple[Mapping[str, str], ...] = ()
 
 
-@dataclass(frozen=True)
-class RecordDone(DoneEvent):
+class RecordDone(DoneEvent, frozen=True):
     """The take that was recorded.
 
     Args:
@@ -121,8 +117,7 @@ class RecordDone(DoneEvent):
     problems: tuple[Mapping[str, str], ...] = ()
 
 
-@dataclass(frozen=True)
-class FindingEvent(ChildEvent):
+class FindingEvent(ChildEvent, frozen=True):
     """Something a check found in a take; `at` is where, seconds."""
 
     NAME = "finding"
@@ -135,17 +130,15 @@ class FindingEvent(ChildEvent):
     at: float | None = None
 
 
-@dataclass(frozen=True)
-class CheckDone(DoneEvent):
+class CheckDone(DoneEvent, frozen=True):
     """Reports of takes by their ids, as take/check.py writes them."""
 
     VERBS = ("check",)
 
-    takes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    takes: Mapping[str, Mapping[str, Any]] = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class FoundEvent(ChildEvent):
+class FoundEvent(ChildEvent, frozen=True):
     """The file a take lacked."""
 
     NAME = "found"
@@ -155,8 +148,7 @@ class FoundEvent(ChildEvent):
     source: str = ""
 
 
-@dataclass(frozen=True)
-class UnclearEvent(ChildEvent):
+class UnclearEvent(ChildEvent, frozen=True):
     """Several files may be the one a take lacks."""
 
     NAME = "unclear"
@@ -165,8 +157,7 @@ class UnclearEvent(ChildEvent):
     path: str = ""
 
 
-@dataclass(frozen=True)
-class FindDone(DoneEvent):
+class FindDone(DoneEvent, frozen=True):
     """How many missing files were found and put back, of how many."""
 
     VERBS = ("find",)
@@ -175,8 +166,7 @@ class FindDone(DoneEvent):
     missing: int = 0
 
 
-@dataclass(frozen=True)
-class SplitDone(DoneEvent):
+class SplitDone(DoneEvent, frozen=True):
     """Ids of all selections of a project by what they are for, and of those locked as test takes."""
 
     VERBS = ("split",)
@@ -188,27 +178,24 @@ class SplitDone(DoneEvent):
     locked: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class CutDone(DoneEvent):
+class CutDone(DoneEvent, frozen=True):
     """Spans of each selection between its pauses, seconds."""
 
     VERBS = ("cut",)
 
-    takes: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    takes: Mapping[str, tuple[tuple[float, float], ...]] = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class CleanDone(DoneEvent):
+class CleanDone(DoneEvent, frozen=True):
     """The cleaned sound of each take, and the way it was cleaned, "" for as recorded."""
 
     VERBS = ("clean",)
 
-    takes: Mapping[str, str] = field(default_factory=dict)
+    takes: Mapping[str, str] = msgspec.field(default_factory=dict)
     way: str = ""
 
 
-@dataclass(frozen=True)
-class UnpackDone(DoneEvent):
+class UnpackDone(DoneEvent, frozen=True):
     """What was unpacked: a project with the number of files left out, or a run."""
 
     VERBS = ("unpack",)
@@ -219,8 +206,7 @@ class UnpackDone(DoneEvent):
     folder: str = ""
 
 
-@dataclass(frozen=True)
-class PieceEvent(ChildEvent):
+class PieceEvent(ChildEvent, frozen=True):
     """The next seconds of a motion are in a file, while the rest is made."""
 
     NAME = "piece"
@@ -230,8 +216,7 @@ class PieceEvent(ChildEvent):
     end: float = 0.0
 
 
-@dataclass(frozen=True)
-class QueueEvent(ChildEvent):
+class QueueEvent(ChildEvent, frozen=True):
     """Names of all files that are to be made."""
 
     NAME = "queue"
@@ -239,8 +224,7 @@ class QueueEvent(ChildEvent):
     names: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class EntryEvent(ChildEvent):
+class EntryEvent(ChildEvent, frozen=True):
     """The state of an entry of the queue changed.
 
     Args:
@@ -261,8 +245,7 @@ class EntryEvent(ChildEvent):
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class QueueProgressEvent(ProgressEvent):
+class QueueProgressEvent(ProgressEvent, frozen=True):
     """How far a queue is: `index` counts the entries from 0, `entry` is how far that one is."""
 
     VERBS = ("generate", "export")
@@ -271,8 +254,7 @@ class QueueProgressEvent(ProgressEvent):
     entry: float = 0.0
 
 
-@dataclass(frozen=True)
-class QueueFailure:
+class QueueFailure(msgspec.Struct, frozen=True):
     """An entry that came to nothing, and why."""
 
     name: str = ""
@@ -280,8 +262,7 @@ class QueueFailure:
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class FilesDone(DoneEvent):
+class FilesDone(DoneEvent, frozen=True):
     """Files that were made, entries that failed, and names of those that were cancelled.
 
     `note` says what their format leaves out, "" for nothing.
@@ -295,8 +276,7 @@ class FilesDone(DoneEvent):
     note: str = ""
 
 
-@dataclass(frozen=True)
-class GenerateDone(FilesDone):
+class GenerateDone(FilesDone, frozen=True):
     """Files of generated motion; of one sound how long it is, and how it was generated."""
 
     VERBS = ("generate",)
@@ -309,8 +289,7 @@ class GenerateDone(FilesDone):
     liveliness: float | None = None
 
 
-@dataclass(frozen=True)
-class CardDone(FilesDone):
+class CardDone(FilesDone, frozen=True):
     """The data card, and what it says in all."""
 
     VERBS = ("card",)
@@ -320,8 +299,7 @@ class CardDone(FilesDone):
     moving: int = 0
 
 
-@dataclass(frozen=True)
-class PlayStateEvent(ChildEvent):
+class PlayStateEvent(ChildEvent, frozen=True):
     """Position of playback, frames sent, and the status of each avatar program."""
 
     NAME = "state"
@@ -332,8 +310,7 @@ class PlayStateEvent(ChildEvent):
     lights: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class PlayDone(DoneEvent):
+class PlayDone(DoneEvent, frozen=True):
     """Frames that were sent and left out, and the position reached, seconds."""
 
     VERBS = ("play",)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
 from typing import Any
+
+import msgspec
 
 from studio.ipc.events.common import ChildEvent, DoneEvent, NoteEvent, ProgressEvent
 
@@ -13,8 +14,7 @@ Figures = Mapping[str, float | None]
 """Metrics by name; None where one does not apply."""
 
 
-@dataclass(frozen=True)
-class StartedEvent(ChildEvent):
+class StartedEvent(ChildEvent, frozen=True):
     """Training begins.
 
     Args:
@@ -44,15 +44,13 @@ class StartedEvent(ChildEvent):
     device: str = "cpu"
 
 
-@dataclass(frozen=True)
-class PreparingEvent(ChildEvent):
+class PreparingEvent(ChildEvent, frozen=True):
     """The takes are read."""
 
     NAME = "preparing"
 
 
-@dataclass(frozen=True)
-class CleaningEvent(ChildEvent):
+class CleaningEvent(ChildEvent, frozen=True):
     """Before training starts: the cleaned sound of a take is made, since that was chosen and it is not there.
 
     Args:
@@ -66,8 +64,7 @@ class CleaningEvent(ChildEvent):
     fraction: float = 0.0
 
 
-@dataclass(frozen=True)
-class ListeningEvent(ChildEvent):
+class ListeningEvent(ChildEvent, frozen=True):
     """Before training starts: what a take sounds like is worked out, slowly by a speech encoder.
 
     Args:
@@ -83,8 +80,7 @@ class ListeningEvent(ChildEvent):
     of: int = 0
 
 
-@dataclass(frozen=True)
-class EpochEvent(ChildEvent):
+class EpochEvent(ChildEvent, frozen=True):
     """One epoch is over.
 
     Args:
@@ -106,7 +102,7 @@ class EpochEvent(ChildEvent):
     of: int = 0
     train_loss: float = math.nan
     val_loss: float = math.nan
-    val: Figures = field(default_factory=dict)
+    val: Figures = msgspec.field(default_factory=dict)
     seconds: float = math.nan
     eta_s: float = math.nan
     best: bool = False
@@ -115,7 +111,7 @@ class EpochEvent(ChildEvent):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON values, numbers that are not finite as None; the line of metrics.jsonl."""
-        facts = asdict(self)
+        facts = msgspec.to_builtins(self)
         facts["val"] = {key: _finite(value) for key, value in self.val.items()}
         return {key: _finite(v) if isinstance(v, float) else v for key, v in facts.items()}
 
@@ -146,8 +142,7 @@ class EpochEvent(ChildEvent):
         )
 
 
-@dataclass(frozen=True)
-class StepEvent(ChildEvent):
+class StepEvent(ChildEvent, frozen=True):
     """An epoch takes long and goes on; told at most once a second, and kept nowhere.
 
     Args:
@@ -172,8 +167,7 @@ class StepEvent(ChildEvent):
     eta_s: float = math.nan
 
 
-@dataclass(frozen=True)
-class OutOfMemoryEvent(ChildEvent):
+class OutOfMemoryEvent(ChildEvent, frozen=True):
     """The memory was not enough; the failure itself is told as always.
 
     Args:
@@ -187,8 +181,7 @@ class OutOfMemoryEvent(ChildEvent):
     setting: str = ""
 
 
-@dataclass(frozen=True)
-class LookAheadsEvent(ChildEvent):
+class LookAheadsEvent(ChildEvent, frozen=True):
     """How well a run does at each look-ahead is measured: the one at work, and how many are done."""
 
     NAME = "look_aheads"
@@ -199,8 +192,7 @@ class LookAheadsEvent(ChildEvent):
     fraction: float = 0.0
 
 
-@dataclass(frozen=True)
-class RecipeEvent(ChildEvent):
+class RecipeEvent(ChildEvent, frozen=True):
     """A recipe there is, as training/recipe.py lists it."""
 
     NAME = "recipe"
@@ -213,8 +205,7 @@ class RecipeEvent(ChildEvent):
     forms: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ChosenEvent(ChildEvent):
+class ChosenEvent(ChildEvent, frozen=True):
     """The recipe whose settings follow."""
 
     NAME = "chosen"
@@ -222,8 +213,7 @@ class ChosenEvent(ChildEvent):
     recipe: str = ""
 
 
-@dataclass(frozen=True)
-class SettingEvent(ChildEvent):
+class SettingEvent(ChildEvent, frozen=True):
     """Something --set can change, and its value."""
 
     NAME = "setting"
@@ -232,8 +222,7 @@ class SettingEvent(ChildEvent):
     value: Any = None
 
 
-@dataclass(frozen=True)
-class TrainDone(DoneEvent):
+class TrainDone(DoneEvent, frozen=True):
     """The run that was trained.
 
     Args:
@@ -256,8 +245,7 @@ class TrainDone(DoneEvent):
     recipes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class MeasureProgressEvent(ProgressEvent):
+class MeasureProgressEvent(ProgressEvent, frozen=True):
     """How far measuring is: `run` is measured on `take`, and `done` of `of` takes are."""
 
     VERBS = ("evaluate", "compare")
@@ -268,8 +256,7 @@ class MeasureProgressEvent(ProgressEvent):
     of: int = 0
 
 
-@dataclass(frozen=True)
-class EvaluateDone(DoneEvent):
+class EvaluateDone(DoneEvent, frozen=True):
     """Figures of a run, in all, by take and by bone, and of the simple guesses it has to beat.
 
     Args:
@@ -288,20 +275,19 @@ class EvaluateDone(DoneEvent):
     run: str = ""
     seed: int | None = None
     style: str = ""
-    chance: Mapping[str, float] = field(default_factory=dict)
+    chance: Mapping[str, float] = msgspec.field(default_factory=dict)
     poses: str = ""
     split: str = ""
     takes: tuple[str, ...] = ()
     frames: int = 0
-    metrics: Figures = field(default_factory=dict)
-    per_take: Mapping[str, Figures] = field(default_factory=dict)
-    per_bone: Figures = field(default_factory=dict)
-    captured: Figures = field(default_factory=dict)
-    baselines: Mapping[str, Figures] = field(default_factory=dict)
+    metrics: Figures = msgspec.field(default_factory=dict)
+    per_take: Mapping[str, Figures] = msgspec.field(default_factory=dict)
+    per_bone: Figures = msgspec.field(default_factory=dict)
+    captured: Figures = msgspec.field(default_factory=dict)
+    baselines: Mapping[str, Figures] = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class MeasuredEvent(ChildEvent):
+class MeasuredEvent(ChildEvent, frozen=True):
     """A run (compare) or a selection (suggest) is measured."""
 
     NAME = "measured"
@@ -309,11 +295,10 @@ class MeasuredEvent(ChildEvent):
     run: str = ""
     take: str = ""
     fraction: float | None = None
-    metrics: Figures = field(default_factory=dict)
+    metrics: Figures = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class BaselinesEvent(ChildEvent):
+class BaselinesEvent(ChildEvent, frozen=True):
     """The simple guesses are being made: which, on which take, and how far that is."""
 
     NAME = "baselines"
@@ -325,8 +310,7 @@ class BaselinesEvent(ChildEvent):
     fraction: float = 0.0
 
 
-@dataclass(frozen=True)
-class CompareDone(DoneEvent):
+class CompareDone(DoneEvent, frozen=True):
     """Figures of runs and of simple guesses by their names, and of what was captured."""
 
     VERBS = ("compare",)
@@ -334,14 +318,13 @@ class CompareDone(DoneEvent):
     split: str = ""
     takes: tuple[str, ...] = ()
     frames: int = 0
-    seeds: Mapping[str, int | None] = field(default_factory=dict)
-    runs: Mapping[str, Figures] = field(default_factory=dict)
-    baselines: Mapping[str, Figures] = field(default_factory=dict)
-    captured: Figures = field(default_factory=dict)
+    seeds: Mapping[str, int | None] = msgspec.field(default_factory=dict)
+    runs: Mapping[str, Figures] = msgspec.field(default_factory=dict)
+    baselines: Mapping[str, Figures] = msgspec.field(default_factory=dict)
+    captured: Figures = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class CheckedEvent(ChildEvent):
+class CheckedEvent(ChildEvent, frozen=True):
     """A take is looked at, and how much of all is."""
 
     NAME = "checked"
@@ -350,8 +333,7 @@ class CheckedEvent(ChildEvent):
     fraction: float = 0.0
 
 
-@dataclass(frozen=True)
-class SuggestionEvent(ChildEvent):
+class SuggestionEvent(ChildEvent, frozen=True):
     """One thing worth a look, as dataset/suggest.py ranks it."""
 
     NAME = "suggestion"
@@ -364,8 +346,7 @@ class SuggestionEvent(ChildEvent):
     span: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True)
-class ErrorSpan:
+class ErrorSpan(msgspec.Struct, frozen=True):
     """Where a run errs much more than elsewhere, seconds, and by how many times."""
 
     start: float
@@ -373,19 +354,17 @@ class ErrorSpan:
     ratio: float
 
 
-@dataclass(frozen=True)
-class SuggestDone(DoneEvent):
+class SuggestDone(DoneEvent, frozen=True):
     """How many suggestions there are, and spans of large error by selection."""
 
     VERBS = ("suggest",)
 
     count: int = 0
     run: str | None = None
-    worst: Mapping[str, tuple[ErrorSpan, ...]] = field(default_factory=dict)
+    worst: Mapping[str, tuple[ErrorSpan, ...]] = msgspec.field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class ReadEvent(ChildEvent):
+class ReadEvent(ChildEvent, frozen=True):
     """The words of a data card are counted this far."""
 
     NAME = "read"
@@ -393,8 +372,7 @@ class ReadEvent(ChildEvent):
     fraction: float = 0.0
 
 
-@dataclass(frozen=True)
-class DownloadProgressEvent(ProgressEvent):
+class DownloadProgressEvent(ProgressEvent, frozen=True):
     """How much of a speech encoder is here: `bytes` of `of`, which is 0 where nobody knows."""
 
     VERBS = ("encoder",)
@@ -403,8 +381,7 @@ class DownloadProgressEvent(ProgressEvent):
     of: int = 0
 
 
-@dataclass(frozen=True)
-class EncoderEvent(ChildEvent):
+class EncoderEvent(ChildEvent, frozen=True):
     """A speech encoder, and whether it is here."""
 
     NAME = "encoder"
@@ -414,8 +391,7 @@ class EncoderEvent(ChildEvent):
     folder: str = ""
 
 
-@dataclass(frozen=True)
-class EncoderDone(DoneEvent):
+class EncoderDone(DoneEvent, frozen=True):
     """The encoder that was brought here with the digest of its weights, or the names of all that are here."""
 
     VERBS = ("encoder",)
