@@ -2,7 +2,7 @@
 neighbouring frames, one dense layer.
 
 The reports' notebook fed sequences of length 1 and let attention run over the batch; here both run over time.
-With several mixtures the dense layer becomes the mixture-density head the reports wished for.
+With several mixtures the dense layer becomes the mixture-density head the reports ask for.
 Source: K. J. Cui, SAIA progress reports 1 to 3, McGill University 2023.
 """
 

@@ -41,13 +41,13 @@ class Project:
         problems: (sentence, remedy) for what was found damaged while opening; nothing of it is lost.
     """
 
-    def __init__(self, folder: Path, held: lock.ProjectLock | None, wish_read_only: bool = False) -> None:
+    def __init__(self, folder: Path, held: lock.ProjectLock | None, read_only: bool = False) -> None:
         self.folder = folder
         self.name = folder.name
         self.defaults: dict[str, Any] = {}
         self.problems: list[tuple[str, str]] = []
         self._lock = held
-        self._requested_read_only = wish_read_only
+        self._requested_read_only = read_only
         self._takes: dict[str, Take] = {}
         self._seen: set[str] = set()
         self._history: History[Dataset] = History(Dataset())

@@ -386,7 +386,8 @@ class _Child(QObject):
         """Preparing it failed."""
         self._preparing = False
         self._remove_scratch()
-        self._end(error)
+        if shiboken6.isValid(self):  # else the window went meanwhile, and nobody is there to be told
+            self._end(error)
 
     def tell(self, command: Command) -> None:
         if self._alive():

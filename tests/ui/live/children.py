@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
+import msgspec
 from PySide6.QtCore import QObject, Signal
 
 from studio.ipc.commands import Command
@@ -74,7 +74,7 @@ def pose(shapes: int, bones: int) -> PoseEvent:
 
 def state(**how: Any) -> LiveStateEvent:
     """Its state: all switches of the moment off, gain and idling on, but for what is said."""
-    return replace(_USUAL, **how)
+    return msgspec.structs.replace(_USUAL, **how)
 
 
 _USUAL = LiveStateEvent(
