@@ -21,6 +21,8 @@ VOWELS = frozenset({"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh"})
 
 CLOSED_SHARE = 0.15
 """The mouth counts as closed within this share of the captured opening's range from its low end."""
+LEAST_OPENING = 0.02
+"""A mouth that opens less than this all the while has no closures to find."""
 SPEAKING_DB = 30.0
 """Sound counts as speech down to this far below the loudest hundredth of a take."""
 LONGEST_STOP = 0.2
@@ -59,7 +61,7 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
         # Percentiles, since one yawn would move the threshold for the whole take.
         low, high = np.percentile(captured, [5, 95])
         # A mouth that never opens has no closures to find.
-        if high - low < 0.02:
+        if high - low < LEAST_OPENING:
             continue
         # From the capture for both: with its own range a model that barely moves would close perfectly.
         limit = low + CLOSED_SHARE * (high - low)
@@ -75,14 +77,22 @@ def opening(motion: Motion) -> Array | None:
 
     None where no shape says so.
     """
-    low = {name.lower(): i for i, name in enumerate(motion.shape_names)}
-    jaw = next((low[name] for name in JAW_OPENS if name in low), None)
+    weights = opening_weights(motion.shape_names)
+    if not weights:
+        return None
+    columns = [motion.shape_names.index(name) for name in weights]
+    return np.clip(motion.shapes[:, columns] @ np.array(list(weights.values())), 0.0, None)
+
+
+def opening_weights(shape_names: Sequence[str]) -> dict[str, float]:
+    """What each shape adds to the mouth's opening; empty where none says so."""
+    named = {name.lower(): name for name in shape_names}
+    jaw = next((named[name] for name in JAW_OPENS if name in named), None)
     if jaw is not None:
-        sealed = motion.shapes[:, low[JAW_SEALED]] if JAW_SEALED in low else 0.0
-        return np.clip(motion.shapes[:, jaw] - sealed, 0.0, None)
+        sealed = {named[JAW_SEALED]: -1.0} if JAW_SEALED in named else {}
+        return {jaw: 1.0} | sealed
     # VRM faces have no jaw shape; their vowels open the mouth, one or several at a time.
-    vowels = [i for name, i in low.items() if name in VOWELS]
-    return motion.shapes[:, vowels].sum(axis=1) if vowels else None
+    return {name: 1.0 for low, name in named.items() if low in VOWELS}
 
 
 def speaking(pair: Pair) -> NDArray[np.bool_]:

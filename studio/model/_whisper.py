@@ -38,17 +38,28 @@ class TransformerBlock(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """(B, n, width) -> the same."""
         if self.norm_first:
-            x = x + self._attention(self.self_norm(x))
-            return x + self._feed_forward(self.ffn_norm(x))
-        x = self.self_norm(x + self._attention(x))
+            return self.attended(x, *self.projected(x))
+        x = self.self_norm(x + self._attention(*self._qkv(x)))
         normed: Tensor = self.ffn_norm(x + self._feed_forward(x))
         return normed
 
-    def _attention(self, x: Tensor) -> Tensor:
-        batch, count, width = x.shape
+    def projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Queries, keys and values (B, heads, n, width / heads) of tokens; norm_first only."""
+        return self._qkv(self.self_norm(x))
+
+    def attended(self, x: Tensor, query: Tensor, keys: Tensor, values: Tensor) -> Tensor:
+        """The block's tokens (B, n, width) with keys and values of these and others; norm_first only."""
+        x = x + self._attention(query, keys, values)
+        return x + self._feed_forward(self.ffn_norm(x))
+
+    def _qkv(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        batch, count, _ = x.shape
         qkv = self.self_qkv(x).view(batch, count, 3, self.heads, -1).permute(2, 0, 3, 1, 4)
-        attended = functional.scaled_dot_product_attention(qkv[0], qkv[1], qkv[2])
-        done: Tensor = self.self_out(attended.transpose(1, 2).reshape(batch, count, width))
+        return qkv[0], qkv[1], qkv[2]
+
+    def _attention(self, query: Tensor, keys: Tensor, values: Tensor) -> Tensor:
+        attended = functional.scaled_dot_product_attention(query, keys, values)
+        done: Tensor = self.self_out(attended.transpose(1, 2).flatten(2))
         return done
 
     def _feed_forward(self, x: Tensor) -> Tensor:

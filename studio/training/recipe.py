@@ -47,6 +47,8 @@ class LossSettings:
             small movements count too; 0 leaves them.
         body_velocity, body_balance: those of bones where they differ; below 0 the same as of shapes. A body
             sways more slowly than lips move: a high velocity weight keeps it from trembling.
+        closures: weight of how much further than captured the mouth is open where it should be closed
+            (metrics.face says where that is); errors alone leave lips ajar on every p, b and m.
         variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
     """
 
@@ -65,6 +67,7 @@ class LossSettings:
     body_velocity: float = -1.0
     body_balance: float = -1.0
     variance_over: str = "crop"
+    closures: float = 0.0
 
     def of_body(self, name: str) -> float:
         """The "velocity" or "balance" that holds for bones."""
