@@ -149,13 +149,22 @@ def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     from studio.training import recipe as recipes
 
     if resume is None:
-        return _settled(recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set))
+        return _settled(_chosen(args))
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
             f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
         )
     return _settled(kept.with_overrides(args.set))
+
+
+def _chosen(args: argparse.Namespace) -> Recipe:
+    """The recipe named, in its usual form unless another is asked for, with what was changed."""
+    from studio.training import recipe as recipes
+
+    asked = any(word.partition("=")[0].strip() == "form" for word in args.set)
+    load = recipes.load_recipe if asked else recipes.usual_recipe
+    return load(args.recipe or recipes.DEFAULT).with_overrides(args.set)
 
 
 def _settled(recipe: Recipe) -> Recipe:
@@ -172,7 +181,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
     from studio.training import recipe as recipes
 
-    chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+    chosen = _chosen(args)
     found = recipes.recipes()
     for info in found:
         text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"

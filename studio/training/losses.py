@@ -119,11 +119,15 @@ class Loss:
         return total
 
     def _ajar(self, opening: Opening, predicted: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
-        """How much further open the mouth is than captured, over the frames in which it should be closed."""
-        captured = opening.of(truth)
+        """How much further open than captured where the mouth should be closed, and closed where open."""
+        captured, found = opening.of(truth), opening.of(predicted)
         # A take that lacks one of the shapes says nothing of its mouth.
-        counts = weight[..., opening.weights != 0].amin(dim=-1) * (captured <= opening.closed)
-        return self._mean((opening.of(predicted) - captured).clamp(min=0.0), counts)
+        counts = weight[..., opening.weights != 0].amin(dim=-1)
+        shut = counts * (captured <= opening.closed)
+        ajar = (found - captured).clamp(min=0.0)
+        # The second, or the mouth would close by and by wherever that is the safer guess.
+        pressed = (opening.closed - found).clamp(min=0.0)
+        return self._mean(ajar, shut) + self._mean(pressed, counts - shut)
 
     def shared(self, averaged: Callable[[Tensor], Tensor]) -> Loss:
         """This loss for one of several processes, each with its own part of the crops.

@@ -105,7 +105,7 @@ def _must_be_rows(spec: AudioSpec) -> None:
     # The whole encoder sees windows of half a minute; there is no moment at which one is complete live.
     if not spec.streams:
         raise RequestError(
-            f"This run hears with {spec.kind}, which needs whole sentences.",
+            f"This run hears with {spec.encoder}, which needs whole sentences.",
             "Choose a run that was trained with the recipe balanced for live use.",
         )
 

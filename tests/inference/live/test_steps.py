@@ -29,13 +29,17 @@ def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
     layout = fit([Motion.build(t, ("A", "O", "Neutral"), shapes, ("Head",), None, turns)])
     small = ["width=16", "hearing=2"] if name == "faceformer" else ["units=8"]
     small += ["network.look_aheads="] if name in ("balanced", "best") else []
-    recipe = load_recipe(name).with_overrides([*small, *overrides])
+    speaks = name == "speech"  # balanced as it hears with a speech encoder
+    recipe = load_recipe("balanced" if speaks else name).with_overrides([*small, *overrides])
+    if speaks:
+        recipe = load_recipe("balanced").with_overrides(["form=speech", "units=8", *overrides])
     torch.manual_seed(1)
     network = checkpoint.build_network(recipe, layout, Fraction(fps)).eval()
     last = network.members[0].pose if hasattr(network, "members") else network.output
     torch.nn.init.normal_(last.weight)
-    network.row_mean.fill_(-60.0)
-    network.row_deviation.fill_(20.0)
+    if not speaks:
+        network.row_mean.fill_(-60.0)
+        network.row_deviation.fill_(20.0)
     return Model(network, recipe, layout, Fraction(fps))
 
 
@@ -64,6 +68,8 @@ EXACT = [
     ("best", "60"),
     ("audio2face", "30"),
     ("faceformer", "30"),
+    ("speech", "30"),
+    ("speech", "50"),
 ]
 
 
@@ -169,9 +175,8 @@ def test_a_window_that_hears_everything_is_near_the_whole() -> None:
 
 def test_features_that_need_whole_sentences_are_declined() -> None:
     model = untrained("balanced")
-    sound = replace(model.recipe.sound)
-    object.__setattr__(sound, "kind", "wav2vec2")
-    with pytest.raises(RequestError, match="hears with wav2vec2, which needs whole sentences"):
+    sound = replace(model.recipe.sound, kind="speech")
+    with pytest.raises(RequestError, match="hears with whisper, which needs whole sentences"):
         look_ahead_of(replace(model, recipe=replace(model.recipe, sound=sound)))
 
 
