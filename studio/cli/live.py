@@ -54,8 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"where an avatar program listens ({DEFAULT_TARGET}); may be repeated; none for nowhere",
     )  # fmt: skip
     parser.add_argument(
-        "--look-ahead", type=int, metavar="MS", help="how far it hears ahead (100, or the nearest)"
-    )
+        "--look-ahead", type=int, metavar="MS",
+        help="how far it hears ahead (100, or 500 for runs that read both ways; the nearest it offers)",
+    )  # fmt: skip
     parser.add_argument(
         "--voice-to", metavar="NAME",
         help="hand your voice on to this output, as late as the avatar; the word default: the system's",

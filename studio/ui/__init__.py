@@ -12,7 +12,6 @@ main_window        The frame around the five tabs: tabs, status, menus, keys, dr
 menus              The menus and their keys
 messages           The only place that shows an error: a sentence and what to do, over the strip beside the
                    tabs
-live/              The Live tab: a run performs from the microphone, now
 record/            The Record tab: capture, meters, health, takes of today
 review/            The Review tab: predicted and captured motion in time with sound, sending, exporting
 session            What the whole window shares: the open project, the settings, and word of what changed
