@@ -35,7 +35,7 @@ from studio.ui import messages, tabs, theme
 from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
 from studio.ui.session import Session
-from studio.ui.shortcuts import ShortcutsDialog, sequence
+from studio.ui.shortcuts import ShortcutsDialog, name_of, sequence, tip_of
 from studio.ui.status_strip import StatusStrip
 from studio.ui.tabs import Presenter
 from studio.ui.undo import UndoScope
@@ -290,8 +290,8 @@ class MainWindow(QMainWindow):
         button = QToolButton()
         button.setObjectName("main_menu")
         theme.set_icon(button, "mdi6.menu", "muted")
-        button.setAccessibleName(self.tr("Menu"))
-        button.setToolTip(self.tr("Menu ({0})").format(sequence("open_menu").toString()))
+        button.setAccessibleName(name_of("open_menu"))
+        button.setToolTip(tip_of("open_menu"))
         button.setShortcut(sequence("open_menu"))
         button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         button.setMenu(self.menus.all)

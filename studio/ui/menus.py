@@ -15,7 +15,7 @@ from studio import __version__, actions
 from studio.ui import messages, tabs, theme, undo
 from studio.ui.imports import PackTask
 from studio.ui.session import Session
-from studio.ui.shortcuts import translated
+from studio.ui.shortcuts import name_of, translated
 from studio.ui.undo import UndoScope
 from studio.ui.welcome_presenter import StartPresenter
 
@@ -149,8 +149,8 @@ class Menus(QObject):
         """Name what undo and redo would do in the tab shown; off where they would do nothing."""
         scope = self._commands.undo_scope
         for action, name, word in (
-            (self.undo, scope.undo_name if scope else "", translated(actions.ACTIONS["undo"].name)),
-            (self.redo, scope.redo_name if scope else "", translated(actions.ACTIONS["redo"].name)),
+            (self.undo, scope.undo_name if scope else "", name_of("undo")),
+            (self.redo, scope.redo_name if scope else "", name_of("redo")),
         ):
             action.setText(f"{word}: {name}" if name else word)
             action.setEnabled(bool(name))
@@ -180,7 +180,7 @@ class Menus(QObject):
 
     def _on_about(self) -> None:
         box = QMessageBox(self._window)
-        box.setWindowTitle(self.tr("About Saia Studio"))
+        box.setWindowTitle(name_of("about"))
         box.setIconPixmap(self._window.windowIcon().pixmap(64, 64))
         box.setText(f"Saia Studio {__version__}")
         box.setInformativeText(

@@ -13,7 +13,6 @@ from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
     QEnterEvent,
-    QKeySequence,
     QMouseEvent,
     QShortcut,
 )
@@ -29,9 +28,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.actions import ACTIONS
 from studio.errors import StudioError
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
 ERROR_MS = 20_000
@@ -41,8 +40,6 @@ TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
 PLACE = "message_place"
 """Name of the part of a window that messages may lie over: what it says can wait for some seconds."""
-KEY = ACTIONS["go_to_message"].keys[0]
-"""Goes to the message, for those who walk with the keyboard."""
 
 Action = tuple[str, Callable[[], None]]
 """A button of a message: its words and what it does."""
@@ -81,7 +78,7 @@ class Toast(QFrame):
         close.setObjectName("toast_close")
         theme.as_role(close, "quiet")
         theme.set_icon(close, "mdi6.close", "muted")
-        close.setAccessibleName(_tr("Dismiss message"))
+        close.setAccessibleName(name_of("dismiss_message"))
         close.clicked.connect(self.hide)
         texts = QVBoxLayout()
         texts.setSpacing(2)
@@ -97,10 +94,11 @@ class Toast(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
-        away = QShortcut(QKeySequence(ACTIONS["dismiss_message"].keys[0]), self, self.hide)
+        going, dismissing = sequence("go_to_message"), sequence("dismiss_message")
+        away = QShortcut(dismissing, self, self.hide)
         away.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)  # elsewhere Esc ends a countdown
-        QShortcut(QKeySequence(KEY), window, self._go_to)
-        close.setToolTip(_tr("Dismiss ({0}, Esc)").format(KEY))
+        QShortcut(going, window, self._go_to)
+        close.setToolTip(f"{_tr('Dismiss')} ({', '.join(one.toString() for one in (going, dismissing))})")
         self._close = close
         self.bad = False
         self._on_action: Callable[[], None] | None = None

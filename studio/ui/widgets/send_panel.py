@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.settings import Settings
 from studio.ui import theme
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 from studio.vmc import MARIONETTE_PORT
 from studio.vmc.encode import SendOptions
@@ -249,7 +250,7 @@ class TargetRow(QFrame):
         self.port.setKeyboardTracking(False)  # a half-typed port is none
         self.port.setFont(theme.figures_font())
         self.port.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.send = QPushButton(self.tr("Send"))
+        self.send = QPushButton(name_of("send"))
         self.send.setObjectName(f"send_{number}" if number else "send_button")
         self.send.setCheckable(True)
         theme.set_icon(self.send, "mdi6.broadcast", "muted", "accent")
@@ -316,7 +317,7 @@ class TargetRow(QFrame):
 
     def _show_send(self, sending: bool) -> None:
         """The button says what it would do."""
-        self.send.setText(self.tr("Stop sending") if sending else self.tr("Send"))
+        self.send.setText(self.tr("Stop sending") if sending else name_of("send"))
         theme.set_icon(self.send, "mdi6.stop" if sending else "mdi6.broadcast", "muted", "accent")
         self.sending_shown.emit()
 
