@@ -8,8 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio import settings
 from studio.cli._live_targets import NAME_SETS, Targets
-from studio.cli._output import DEFAULT_TARGET, Output, address
+from studio.cli._output import Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from studio.project import Project, Run
     from studio.vmc.sender import Destination
 
-EXAMPLE = f"saia live MyProject balanced_001 --to {DEFAULT_TARGET}"
+EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39540"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="NAME", help="where --file is heard; none for nowhere")
     parser.add_argument(
         "--to", action="append", metavar="HOST:PORT",
-        help=f"where an avatar program listens ({DEFAULT_TARGET}); may be repeated; none for nowhere",
+        help="where an avatar program listens (the first in the settings); may be repeated; none for nowhere",
     )  # fmt: skip
     parser.add_argument(
         "--look-ahead", type=int, metavar="MS",
@@ -270,7 +271,7 @@ def _addresses(args: argparse.Namespace) -> list[str]:
         raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
     if args.to == [NOWHERE]:
         return []
-    requested = args.to or [DEFAULT_TARGET]
+    requested = args.to or [settings.load().targets[0].where]
     for one in requested:
         address(one)
     return list(requested)
