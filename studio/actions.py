@@ -70,6 +70,7 @@ _ALL = (
     _action("pack_project", _tr("Pack the project…"), needs="project"),
     _action("unpack_project", _tr("Open a packed project…")),
     _action("show_project_folder", _tr("Show the project's folder"), needs="project"),
+    _action("settings", _tr("Settings…"), "Ctrl+,", listed=_tr("Settings")),
     _action("close_project", _tr("Close the project"), "Ctrl+W", needs="project",
             listed=_tr("Close the project, quit")),
     _action("quit", _tr("Quit"), "Ctrl+Q", listed=WITH),

@@ -58,6 +58,7 @@ VERBS = {
     "encoder": "list the speech encoders on this computer, or bring one here",
     "find": "find missing sound, motion or takes in a folder, and put them back",
     "pack": "put a whole project, or one run, into one file",
+    "settings": "list what is set, here and in the window, or change it",
     "suggest": "list what to look at first: takes and spans that are most likely bad",
     "unpack": "make a project folder of a packed zip, or bring a packed run into a project",
 }

@@ -15,6 +15,8 @@ messages           The only place that shows an error: a sentence and what to do
 record/            The Record tab: capture, meters, health, takes of today
 review/            The Review tab: predicted and captured motion in time with sound, sending, exporting
 session            What the whole window shares: the open project, the settings, and word of what changed
+settings_dialog    The Settings dialog: every preference of `studio.settings` that has a label, changed and
+                   kept at once
 shortcuts          Keys of the actions as Qt knows them, and the dialog that lists every key
 status_strip       The facts at the right of the tab bar: motion, sound, room on the disk, work going on
 tabs               The five tabs: which there are, and how each is built when it is first needed

@@ -136,6 +136,14 @@ class MainWindow(QMainWindow):
         """What Undo and Redo act on now: the shown room's own, None on the welcome page."""
         return self.rooms[self._active][1].undo_scope if self._active else None
 
+    def show_settings(self) -> None:
+        """Show every setting. Not modal: what is changed shows in the window at once."""
+        from studio.ui.settings_dialog import SettingsDialog
+
+        dialog = SettingsDialog(self.session, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.show()
+
     def show_shortcuts(self) -> None:
         """List every key. Not modal: a recording goes on and can be stopped."""
         dialog = ShortcutsDialog(self)

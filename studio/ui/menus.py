@@ -46,6 +46,9 @@ class MenuCommands(Protocol):
     def show_room(self, name: str) -> None:
         """Show a tab."""
 
+    def show_settings(self) -> None:
+        """Show every setting."""
+
     def show_shortcuts(self) -> None:
         """List every key."""
 
@@ -66,6 +69,7 @@ class Menus(QObject):
         self._build_edit(edit)
         self._build_view(view)
         self._build_help(help_)
+        commands.session.settings_changed.connect(self._on_settings)
         for menu in (self.file, edit, view, help_):
             self.all.addMenu(menu)
             if sys.platform == "darwin":
@@ -94,6 +98,8 @@ class Menus(QObject):
         menu.addSeparator()
         self._add(menu, "show_project_folder", commands.show_project_folder)
         self._add(menu, "close_project", commands.close_project)
+        menu.addSeparator()
+        self._add(menu, "settings", commands.show_settings, "mdi6.cog-outline")
         self._quit = self._add(menu, "quit", self._window.close)
         menu.removeAction(self._quit)  # it comes at the end of the whole menu, and its key works all the same
 
@@ -165,11 +171,15 @@ class Menus(QObject):
             self.light.setChecked(not self.light.isChecked())
             messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
             return
-        name = "light" if self.light.isChecked() else "dark"
-        app = QApplication.instance()
-        assert isinstance(app, QApplication)
-        theme.apply(app, name)
-        self._commands.session.change_settings(theme=name)
+        self._commands.session.change_settings(theme="light" if self.light.isChecked() else "dark")
+
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        if "theme" in changed:
+            name = self._commands.session.settings.theme
+            app = QApplication.instance()
+            assert isinstance(app, QApplication)
+            theme.apply(app, name)
+            self.light.setChecked(name == "light")
 
     def _on_full_screen(self) -> None:
         window = self._window
