@@ -1,9 +1,9 @@
 """Which process may change a project, whether a process lives, and when it began.
 
 The lock is one that the system itself drops when its holder dies. filelock would do for that, but its lock on
-Windows covers the first byte of the file, where others read which process holds it, and where earlier versions
-lock nothing. psutil tells whether a process lives, but when it began by the time of day: once the clock is set,
-a living process would pass for a dead one, and what it is writing be removed.
+Windows covers the first byte of the file, where others read which process holds it, and not the one that
+earlier versions lock. psutil tells whether a process lives, but when it began by the time of day: once the
+clock is set, a living process would pass for a dead one, and what it is writing be removed.
 """
 
 from __future__ import annotations
