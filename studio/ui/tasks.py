@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 import tempfile
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -196,6 +197,8 @@ class ChildTask(QObject):
     Args:
         parent: as everywhere in Qt.
         command: the program and its arguments, for arguments of `saia`; tests give one of their own.
+        hears_terminate: children hear when they are to end; on Windows they do not, and are told on their
+            standard input.
 
     Signals:
         told: what the child says while it runs, an event of studio.ipc.
@@ -212,10 +215,14 @@ class ChildTask(QObject):
     ended = Signal()
 
     def __init__(
-        self, parent: QObject | None = None, command: Callable[[list[str]], Sequence[str]] = _studio
+        self,
+        parent: QObject | None = None,
+        command: Callable[[list[str]], Sequence[str]] = _studio,
+        hears_terminate: bool = sys.platform != "win32",
     ) -> None:
         super().__init__(parent)
         self._command = command
+        self._hears_terminate = hears_terminate
         self._child: _Child | None = None
         self._dropped: set[_Child] = set()
         self._log = ""
@@ -272,7 +279,7 @@ class ChildTask(QObject):
             self._child.tell(command)
 
     def cancel(self) -> None:
-        """End the child now: terminate, then kill."""
+        """End the child now: ask it to, then kill it."""
         if self._child is not None:
             self._child.cancel()
 
@@ -297,7 +304,7 @@ class ChildTask(QObject):
 
     def _new_child(self, scratch: Path | None) -> _Child:
         self.drop()
-        child = self._child = _Child(self, self._command, scratch)
+        child = self._child = _Child(self, self._command, scratch, self._hears_terminate)
         # Methods, since Qt would hold a lambda, and with it this object, until the child is deleted: then the
         # child's end would delete its own parent.
         child.told.connect(self._on_told)
@@ -336,10 +343,15 @@ class _Child(QObject):
     ended = Signal(object, object)
 
     def __init__(
-        self, parent: QObject, command: Callable[[list[str]], Sequence[str]], scratch: Path | None
+        self,
+        parent: QObject,
+        command: Callable[[list[str]], Sequence[str]],
+        scratch: Path | None,
+        hears_terminate: bool,
     ) -> None:
         super().__init__(parent)
         self._command = command
+        self._hears_terminate = hears_terminate
         self._process = QProcess(self)
         self._process.readyReadStandardOutput.connect(self._on_output)
         self._process.readyReadStandardError.connect(self._on_stderr)
@@ -396,6 +408,8 @@ class _Child(QObject):
     def cancel(self) -> None:
         self.cancelling = True
         if self._alive():
+            if not self._hears_terminate:
+                self.tell(STOP)
             self._process.terminate()
             self._kill_timer.start()
         else:
