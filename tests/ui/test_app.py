@@ -69,7 +69,7 @@ def test_nothing_heavy_is_loaded_to_open_the_window(project_folder: Path) -> Non
 
 
 def test_the_welcome_page_waits_for_nothing_that_opens_projects() -> None:
-    """What reads takes and avatars is most of all that is imported; who starts the studio waits for it later."""
+    """What reads takes and avatars is most of all that is imported: it comes when a project is opened."""
     late = ("numpy", "studio.project", "studio.dataset", "studio.formats")
     code = (
         "import sys\nfrom studio.ui import app\n_, window = app.build([])\nwindow.show()\n"
