@@ -68,9 +68,6 @@ def test_a_key_of_the_window_is_one_and_has_something_to_do(window: MainWindow, 
         owners = [one.objectName() for one in window.findChildren(QAction) if wanted in one.shortcuts()]
         owners += [one.objectName() for one in window.findChildren(QToolButton) if one.shortcut() == wanted]
         owners += ["shortcut" for one in window.findChildren(QShortcut) if one.key() == wanted]
-        if action == "go_to_message":  # comes with the first message
-            messages.show_note(window, "Here.")
-            owners += ["shortcut" for one in window.findChildren(QShortcut) if one.key() == wanted]
         assert len(owners) == 1, (key, owners)
 
 
