@@ -85,7 +85,7 @@ class Settings:
     send_targets: tuple[str, ...] = _setting(
         (USUAL.text,),
         "Send to",
-        "Avatar programs that Live and Review send to; saia live and saia play send to the first.",
+        "Avatar programs to send to, as program=host:port; saia live and saia play send to the first.",
         form="program=host:port",
         is_valid=lambda text: Address.parse(text) is not None,
     )
