@@ -230,9 +230,10 @@ class SoundFile:
 
     def __init__(self, path: Path, ahead: float, device: str | None = None) -> None:
         self._path, self._ahead = path, ahead
-        self._rate = sound_info(path).sample_rate
+        info = sound_info(path)
+        self._rate = info.sample_rate
         silent = device == "none"
-        self._player = Player(None if silent else path, sound_info(path).duration, device)
+        self._player = Player(None if silent else path, info.duration, device)
         quiet = np.zeros(round((ahead + TAIL_S) * self._rate), dtype=np.float32)
         self._stream = chain(sound_blocks(path, None, 1.0), [quiet])  # for the last poses
         self._rest = np.zeros(0, dtype=np.float32)
