@@ -370,6 +370,11 @@ class SoundSource:
         """Seconds."""
         return self.frames / self.sample_rate
 
+    @property
+    def decoded(self) -> bool:
+        """Whether it is a copy that took decoding all of the file, and that holds the file no longer."""
+        return self._scratch is not None
+
     def read(self, start: int, count: int) -> Samples:
         """Frames (count, 2) from a frame of the file; silence before its start and after its end."""
         import soundfile

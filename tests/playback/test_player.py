@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 import soundfile
@@ -142,6 +143,24 @@ def test_an_empty_sound_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StudioError) as caught:
         Player(tmp_path / "empty.wav")
     assert str(caught.value) == "The sound empty.wav is empty. Choose a sound that holds something."
+
+
+def test_a_sound_that_has_to_be_decoded_is_so_before_it_is_played(
+    virtual_audio: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    soundfile.write(tmp_path / "a.mp3", np.full(RATE, 0.1, np.float32), RATE)
+    opened: list[object] = []
+    av_open = av.open
+    monkeypatch.setattr(av, "open", lambda *args: opened.append(args) or av_open(*args))
+    player = Player(tmp_path / "a.mp3", device=virtual_audio)
+    before = len(opened)
+    try:
+        player.play()
+        _until(lambda: player.position > 0.1)
+        assert player.problem is None
+        assert len(opened) == before
+    finally:
+        player.close()
 
 
 def test_an_unknown_device_is_said_and_the_clock_leads(virtual_audio: str, clicks: Path) -> None:
