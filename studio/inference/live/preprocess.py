@@ -202,12 +202,6 @@ class AudioPreprocessor:
         self.muted = False
 
     @property
-    def late(self) -> float:
-        """Seconds that sound comes out later than it goes in, by filters alone."""
-        filters = (self._voice, self._resampler)
-        return sum(one.delay for one in filters if one is not None)
-
-    @property
     def drift_ppm(self) -> float:
         """How much longer the device's second is than the computer's."""
         return self._clock.drift_ppm if self._clock is not None else 0.0
@@ -266,11 +260,6 @@ class _VoiceAlone:
     def behind(self) -> float:
         """Seconds the voice lies behind the sound it was in."""
         return RNNOISE_LATE / RNNOISE_RATE
-
-    @property
-    def delay(self) -> float:
-        """Seconds it costs at most."""
-        return self._there.delay + (RNNOISE_LATE + RNNOISE_FRAME) / RNNOISE_RATE
 
     def feed(self, samples: Floats) -> Floats:
         self._rest = np.concatenate([self._rest, self._there.feed(samples)])
