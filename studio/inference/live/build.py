@@ -8,8 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from studio.errors import RequestError
 from studio.inference.live.audio_source import LEAD_S, AudioSource, Microphone, SoundFile
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
@@ -221,7 +219,6 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     Raises:
         StudioError: the run has no weights, or cannot be performed live as wanted.
     """
-    torch.set_num_threads(1)
     model = load_model(run_folder / BEST)
     style = model.style_index(options.style, run_folder.name)
     sampling = sampling_of(options.seed, options.liveliness)
