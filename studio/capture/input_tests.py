@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, Skeleton
+from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
 from studio.motion.lag import RATE, Alignment, curve_offset, speech_level, voice_offset
 from studio.sound.sound_file import Sound
-from studio.vmc.assemble import Sender
+from studio.take.alignment import hand_distance
+from studio.vmc.stream import Sender
 
 LEVEL_SECONDS = 5.0
 LOUD_DBFS, QUIET_DBFS, SILENT_DBFS = -3.0, -20.0, -50.0
@@ -156,12 +157,7 @@ def _by_hands(level: Array, motion: Motion) -> Alignment:
     times = np.arange(len(level)) / RATE
     if not set(_HANDS) <= set(motion.bone_names) or len(motion) < 2:
         return curve_offset(level, np.zeros(len(level)))
-    skeleton = Skeleton.humanoid(motion.bone_names)
-    left, right = (motion.bone_names.index(name) for name in _HANDS)
-    near = np.empty(len(motion))
-    for k in range(len(motion)):
-        places, _ = skeleton.forward(motion.positions[k], motion.rotations[k])
-        near[k] = -float(np.linalg.norm(places[left] - places[right]))
-    if np.ptp(near) < _LEAST_MOVE:
+    distance = hand_distance(motion)
+    if distance is None or np.ptp(distance) < _LEAST_MOVE:
         return curve_offset(level, np.zeros(len(level)))
-    return curve_offset(level, np.interp(times, motion.times, near))
+    return curve_offset(level, np.interp(times, motion.times, -distance))
