@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from studio import clock
-from studio.vmc.assemble import Frame, FrameAssembler, Sender
+from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.rows import Packer, RowBlock
 from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
+from studio.vmc.stream import Sender
 from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
 from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
 

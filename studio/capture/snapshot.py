@@ -16,8 +16,8 @@ from studio.capture.receiver import ReceiverStats
 from studio.capture.roll import Roll
 from studio.motion import Motion, Pose
 from studio.sound.sound_file import Sound
-from studio.vmc.assemble import Sender
 from studio.vmc.rows import RowBlock, motion_of
+from studio.vmc.stream import Sender
 
 
 class RecorderState(StrEnum):

@@ -8,10 +8,8 @@ from collections.abc import Callable
 from studio.cli._output import address
 from studio.errors import RequestError, StudioError
 from studio.ipc.events import LiveTarget
-from studio.vmc.encode import SendOptions
+from studio.vmc.encode import NAME_SETS, SendOptions
 from studio.vmc.sender import Destination, PoseSource, TargetStatus, VmcTarget
-
-NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
 
 
 class Targets:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._live_targets import NAME_SETS, Targets
+from studio.cli._live_targets import Targets
 from studio.cli._output import DEFAULT_TARGET, Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
@@ -27,6 +27,7 @@ from studio.ipc.events import (
     VoiceEvent,
     WaveEvent,
 )
+from studio.vmc.encode import NAME_SETS
 
 if TYPE_CHECKING:
     from studio.inference.live.build import LivePerformance

@@ -11,8 +11,6 @@ from studio.vmc import decode, osc
 from studio.vmc.decode import Decoder, Placed
 from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
 
-__all__ = ["Frame", "FrameAssembler", "Sender"]
-
 # Seconds; a body that pauses longer gives the lead to a face, so that recording goes on with what there is.
 _LEADER_SILENT = 0.25
 # Seconds since its last message within which a sender counts as sending.

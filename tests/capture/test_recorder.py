@@ -17,7 +17,9 @@ import numpy as np
 import pytest
 
 from studio import virtual_devices
-from studio.capture.recorder import Recorder, RecorderState, recover
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import recover
+from studio.capture.snapshot import RecorderState
 from studio.errors import StudioError
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
