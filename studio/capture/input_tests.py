@@ -73,6 +73,8 @@ _SURE = 0.6
 _HANDS = ("LeftHand", "RightHand")
 # No tracker is later; what fits there fits by chance.
 _FARTHEST_MS = 400.0
+# Pairs of a microphone and a sender that are remembered.
+_MOST_PAIRS = 50
 # Metres that the hands' distance has to change by to count as clapping.
 _LEAST_MOVE = 0.05
 
@@ -146,10 +148,10 @@ def remembered(kept: Iterable[str], device: str, sender: str) -> float | None:
     return None
 
 
-def with_pair(kept: Iterable[str], device: str, sender: str, ms: float, most: int = 50) -> tuple[str, ...]:
+def with_pair(kept: Iterable[str], device: str, sender: str, ms: float) -> tuple[str, ...]:
     """Pairs as texts, with this one first."""
     others = [text for text in kept if remembered([text], device, sender) is None]
-    return (json.dumps([device, sender, ms], ensure_ascii=False), *others)[:most]
+    return (json.dumps([device, sender, ms], ensure_ascii=False), *others)[:_MOST_PAIRS]
 
 
 def _by_hands(level: Array, motion: Motion) -> Alignment:

@@ -37,13 +37,6 @@ class TrainingMaterial:
     duration: float
     excluded: tuple[tuple[float, float], ...] = ()
 
-    def used(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which moments (seconds from the in point) are not left out."""
-        keep = np.ones(len(times), dtype=bool)
-        for start, end in self.excluded:
-            keep &= ~((times >= start) & (times < end))
-        return keep
-
 
 def load_material(
     selection: Selection,

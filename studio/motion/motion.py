@@ -156,14 +156,12 @@ class Motion:
             rotation.slerp(self.root_rotation[left], self.root_rotation[right], amount),
         )
 
-    def resampled(self, fps: float, start: float | None = None, end: float | None = None) -> Motion:
-        """This motion on an even grid from start to end (seconds; its own ends where None)."""
-        if not len(self) and (start is None or end is None):
+    def resampled(self, fps: float) -> Motion:
+        """This motion on an even grid from its first frame to its last."""
+        if not len(self):
             return self
-        start = float(self.times[0]) if start is None else start
-        end = float(self.times[-1]) if end is None else end
-        count = int(np.floor((end - start) * fps + 1e-6)) + 1
-        return self.at(start + np.arange(max(count, 0)) / fps)
+        count = int(np.floor(self.duration * fps + 1e-6)) + 1
+        return self.at(self.times[0] + np.arange(count) / fps)
 
     def between(self, start: float, end: float) -> Motion:
         """The frames with start <= t < end, times unchanged."""

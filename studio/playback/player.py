@@ -157,13 +157,6 @@ class Player:
             self._settle()
             return self._problem
 
-    @property
-    def sound_leads(self) -> bool:
-        """Whether a sound device sets the pace (else the monotonic clock)."""
-        with self._lock:
-            self._settle()
-            return self._output is not None
-
     def play(self) -> None:
         """Roll from where it stands; from the start after the end."""
         with self._lock:

@@ -185,12 +185,6 @@ class VmcTarget:
         """Send a greeting of a few seconds instead of the source, once."""
         self._wave_start = time.monotonic()
 
-    @property
-    def waving(self) -> bool:
-        """Whether the greeting is going on."""
-        start = self._wave_start
-        return start is not None and time.monotonic() - start < WAVE_SECONDS
-
     def stop(self, fade: bool = True, wait: bool = True) -> None:
         """Stop sending.
 

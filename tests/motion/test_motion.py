@@ -146,11 +146,6 @@ def test_resampling_at_the_same_rate_changes_nothing() -> None:
     assert np.allclose(motion.resampled(60.0).shapes, motion.shapes, atol=1e-5)
 
 
-def test_resampled_between_given_ends() -> None:
-    even = swinging().resampled(10.0, 0.25, 0.75)
-    assert np.allclose(even.times, [0.25, 0.35, 0.45, 0.55, 0.65, 0.75])
-
-
 def test_between_takes_its_start_and_not_its_end() -> None:
     part = swinging(11, 10.0).between(0.2, 0.5)
     assert np.allclose(part.times, [0.2, 0.3, 0.4])

@@ -13,6 +13,7 @@ from pythonosc.osc_packet import OscPacket
 
 from studio.errors import StudioError
 from studio.motion import Motion, rotation
+from studio.motion.neutral import WAVE_SECONDS
 from studio.playback.player import Player
 from studio.vmc.sender import PRESETS, Destination, PoseSource, TargetState, TargetStatus, VmcTarget
 from tests.patience import PATIENCE, nearest, until
@@ -241,7 +242,8 @@ def test_the_wave_needs_no_motion(listener: _Listener, target: VmcTarget) -> Non
 
     for _ in range(5):  # a machine that is stopped for the length of a wave misses it
         target.wave()
-        listener.listen(lambda: not target.waving)
+        over = time.monotonic() + WAVE_SECONDS
+        listener.listen(lambda over=over: time.monotonic() > over)
         if swing() > 40:
             break
     assert swing() > 40

@@ -177,7 +177,7 @@ class Performance:
     @property
     def facts(self) -> Facts:
         """Levels, latency and counters at this moment."""
-        sound, gate = self.sound, self.sound.gate
+        sound = self.sound
         lost = self._last_sound_at is not None and self._now() - self._last_sound_at > LOST_S
         # The meter keeps its last level when blocks stop coming, and would show a voice that is not there.
         deaf = lost or sound.muted
@@ -186,7 +186,7 @@ class Performance:
             FLOOR_DBFS if deaf else self._meter.rms_dbfs,
             self._meter.clipped,
             sound.speaking and not deaf,
-            gate.speech_probability if gate is not None else 1.0,
+            sound.gate.speech_probability,
             sound.gain.db,
             1000.0 * self._delay.value,
             self._late,

@@ -23,11 +23,10 @@ class PoseLayers:
 
     Args:
         rest: a motion of one frame: how the avatar rests while nobody speaks.
-        tuning: the person's own.
         idles: whether silence lets it idle.
     """
 
-    def __init__(self, rest: Motion, tuning: Tuning | None = None, idles: bool = True) -> None:
+    def __init__(self, rest: Motion, idles: bool = True) -> None:
         self.shape_names, self.bone_names = rest.shape_names, rest.bone_names
         self.rest = rest.pose(0.0)
         self._reference = Reference.of(rest)
@@ -42,12 +41,7 @@ class PoseLayers:
         self.neutral = False
         self.names: ChannelNames = (), ()
         """Shapes and bones of the poses that go out."""
-        self.retune(tuning or Tuning())
-
-    @property
-    def tuning(self) -> Tuning:
-        """The person's own layers."""
-        return self._tuner.tuning
+        self.retune(Tuning())
 
     @property
     def idling(self) -> float:

@@ -185,11 +185,11 @@ class AudioPreprocessor:
     Args:
         rate: the model's samples a second.
         gain: the automatic gain.
-        gate: the voice gate; None for none.
+        gate: the voice gate.
         suppress: whether noise is taken out, which costs 30 ms.
     """
 
-    def __init__(self, rate: int, gain: Gain, gate: Gate | None, suppress: bool = False) -> None:
+    def __init__(self, rate: int, gain: Gain, gate: Gate, suppress: bool = False) -> None:
         self.rate, self.gain, self.gate = rate, gain, gate
         self._suppressing = suppress
         self._samples_out = 0  # samples at the model's rate
@@ -208,8 +208,8 @@ class AudioPreprocessor:
 
     @property
     def speaking(self) -> bool:
-        """Whether somebody speaks; always where there is no gate."""
-        return self.gate is None or self.gate.open
+        """Whether somebody speaks."""
+        return self.gate.open
 
     def moment(self, t: float) -> float:
         """When the sound at a time of the model's stream (seconds) was captured, on the computer's clock."""
@@ -231,8 +231,7 @@ class AudioPreprocessor:
             samples = self._voice.feed(samples)
         out = self._resampler.feed(samples)
         self._samples_out += len(out)
-        if self.gate is not None:
-            self.gate.feed(out if self._to_gate is None else self._to_gate.feed(out))
+        self.gate.feed(out if self._to_gate is None else self._to_gate.feed(out))
         # After the gate: noise between sentences must not teach the gain.
         return self.gain.feed(out, self.speaking and not self.muted), gap
 

@@ -67,7 +67,7 @@ def performing(
 ) -> tuple[Performance, Now, Given]:
     model, now = untrained(name), Now()
     source = Given(now, sound)
-    fit = AudioPreprocessor(16_000, Gain(-26.0, 16_000, on=False), Gate(ask) if ask else None)
+    fit = AudioPreprocessor(16_000, Gain(-26.0, 16_000, on=False), Gate(ask or (lambda samples: 1.0)))
     layers = PoseLayers(rest_motion(model), idles=ask is not None)
     made = Performance(
         model, look_ahead_of(model), source, fit, layers, now=lambda: now.t, awake=lambda: now.t + now.awake
