@@ -177,14 +177,6 @@ class Motion:
         """This motion with every time later by some seconds."""
         return replace(self, times=self.times + seconds)
 
-    def world(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-        """World positions (T, J, 3) and rotations (T, J, 4) of all bones, the root applied."""
-        p: NDArray[np.floating]
-        p, q = self.skeleton.forward(self.positions, self.rotations)
-        root = self.root_rotation[:, None, :]
-        p = rotation.rotate(np.broadcast_to(root, (*p.shape[:2], 4)), p) + self.root_position[:, None, :]
-        return p, rotation.multiply(np.broadcast_to(root, q.shape), q)
-
     def at_rows(self, rows: slice | NDArray[np.intp]) -> Motion:
         """Some of the frames, by their numbers."""
         return replace(
