@@ -115,11 +115,7 @@ class _Stage:
         self._began, self._measured = time.monotonic(), False
         self._voice: str | None = None
         self._commands: dict[str, Callable[[Command], None]] = {
-            "mute": lambda command: self._switch(command, live.set_muted, live.muted),
-            "freeze": lambda command: self._switch(command, live.set_frozen, live.frozen),
-            "neutral": lambda command: self._switch(command, live.set_neutral, live.neutral),
-            "gain": lambda command: self._switch(command, live.set_gain, live.gain_on),
-            "gate": lambda command: self._switch(command, live.set_idles, live.idles),
+            **dict.fromkeys(live.switches, self._switch),
             "look-ahead": lambda command: self._look_ahead(command.argument),
             "voice-to": lambda command: self._voice_to(command.argument),
             "tune": lambda command: self._tune(command.argument),
@@ -176,9 +172,9 @@ class _Stage:
         except StudioError as error:
             self._say(error)
 
-    def _switch(self, command: Command, turn: Callable[[bool], None], now: bool) -> None:
-        on = command.switched_to(now)
-        turn(on)
+    def _switch(self, command: Command) -> None:
+        on = command.switched_to(self._live.is_on(command.word))
+        self._live.switch(command.word, on)
         self._out.emit(SwitchEvent(command.word, on), f"{command.word} is {'on' if on else 'off'}.")
 
     def _wave(self, name: str) -> None:

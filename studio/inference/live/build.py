@@ -57,57 +57,28 @@ class LivePerformance:
         run: the run's name.
         performance: ready to start.
         style: the style in use.
+
+    Attributes:
+        switches: by the word that asks for it, whose attribute each is.
     """
 
     def __init__(self, run: str, performance: Performance, style: str) -> None:
         self.run, self.performance, self.style = run, performance, style
-        self._sound, self._layers = performance.sound, performance.layers
+        sound, layers = performance.sound, performance.layers
+        self._layers = layers
+        self.switches: dict[str, tuple[object, str]] = {
+            "mute": (sound, "muted"), "freeze": (layers, "frozen"), "neutral": (layers, "neutral"),
+            "gain": (sound.gain, "on"), "gate": (layers, "idles"),
+        }  # fmt: skip
         self._output: DelayedVoiceOutput | None = None
 
-    @property
-    def muted(self) -> bool:
-        """Whether the microphone is not listened to."""
-        return self._sound.muted
+    def is_on(self, word: str) -> bool:
+        """Whether one of its `switches` is on."""
+        return bool(getattr(*self.switches[word]))
 
-    @property
-    def frozen(self) -> bool:
-        """Whether the avatar holds still."""
-        return self._layers.frozen
-
-    @property
-    def neutral(self) -> bool:
-        """Whether the avatar stands in its neutral pose, whatever is said."""
-        return self._layers.neutral
-
-    @property
-    def gain_on(self) -> bool:
-        """Whether the level follows the training takes'."""
-        return self._sound.gain.on
-
-    @property
-    def idles(self) -> bool:
-        """Whether silence lets the avatar idle."""
-        return self._layers.idles
-
-    def set_muted(self, on: bool) -> None:
-        """Listen to the microphone, or not."""
-        self._sound.muted = on
-
-    def set_frozen(self, on: bool) -> None:
-        """Hold still, or move."""
-        self._layers.frozen = on
-
-    def set_neutral(self, on: bool) -> None:
-        """Go to the neutral pose and stay there, or come back."""
-        self._layers.neutral = on
-
-    def set_gain(self, on: bool) -> None:
-        """Let the level follow, or leave it."""
-        self._sound.gain.on = on
-
-    def set_idles(self, on: bool) -> None:
-        """Idle while nobody speaks, or let the model move in silence too."""
-        self._layers.idles = on
+    def switch(self, word: str, on: bool) -> None:
+        """Turn one of its `switches` on or off."""
+        setattr(*self.switches[word], on)
 
     def set_look_ahead(self, ms: int) -> LookAhead:
         """Hear further ahead, or less far; the nearest the run offers."""
@@ -177,8 +148,8 @@ class LivePerformance:
         late = self.performance.facts.latency_ms
         return {
             **{name: round(value, 3) if isinstance(value, float) else value for name, value in facts.items()},
-            "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
-            "gain_on": self.gain_on, "idles": self.idles,
+            "muted": self.is_on("mute"), "frozen": self.is_on("freeze"), "neutral": self.is_on("neutral"),
+            "gain_on": self.is_on("gain"), "idles": self.is_on("gate"),
             "idling": round(self._layers.idling, 2),
             "look_ahead_ms": self.performance.look_ahead.look_ahead_ms,
             "seen": str(sync_perception(late)), "sound_delay_ms": sound_delay_ms(late),
@@ -198,10 +169,10 @@ class LivePerformance:
     def words(self) -> str:
         """Level, state and latency in one line for a terminal."""
         facts = self.performance.facts
-        what = "speaking" if facts.speaking else "idle" if self.idles else "silent"
+        what = "speaking" if facts.speaking else "idle" if self.is_on("gate") else "silent"
         what = "no sound comes" if facts.lost else what
-        switches = [name for name in ("muted", "frozen", "neutral") if getattr(self, name)]
-        what = ", ".join(switches) or what
+        held = {"mute": "muted", "freeze": "frozen", "neutral": "neutral"}
+        what = ", ".join(name for word, name in held.items() if self.is_on(word)) or what
         return (
             f"{facts.peak_dbfs:5.0f} dBFS  {what}  avatar {facts.latency_ms:.0f} ms after the voice"
             f"  (OBS: delay the microphone by {sound_delay_ms(facts.latency_ms)} ms)"
