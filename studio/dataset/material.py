@@ -37,6 +37,10 @@ class TrainingMaterial:
     duration: float
     excluded: tuple[tuple[float, float], ...] = ()
 
+    def heard_at(self, sample_rate: int) -> NDArray[np.float32]:
+        """The samples at another rate, Hz: a take's own need not be the one that a model learnt at."""
+        return Sound(self.samples[:, None], self.sample_rate).resampled(sample_rate).mono()
+
 
 def load_material(
     selection: Selection,
