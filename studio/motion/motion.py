@@ -125,9 +125,12 @@ class Motion:
 
     def pose(self, t: float) -> Pose:
         """The pose at a moment, between frames by slerp; held before the first and after the last."""
-        one = self.at(np.array([t]))
+        return self.at([t]).row(0)
+
+    def row(self, i: int) -> Pose:
+        """The pose of a frame."""
         return Pose(
-            one.shapes[0], one.positions[0], one.rotations[0], one.root_position[0], one.root_rotation[0]
+            self.shapes[i], self.positions[i], self.rotations[i], self.root_position[i], self.root_rotation[i]
         )
 
     def at(self, times: ArrayLike) -> Motion:

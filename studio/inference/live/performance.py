@@ -281,15 +281,8 @@ class Performance:
         # All frames of a block at once: rotations from 6D cost nearly the same for one as for ten.
         motion = self.model.layout.motion(values, times)
         now, speaking = self._now(), self.sound.speaking and not self.sound.muted
-        parts = (
-            motion.shapes,
-            motion.positions,
-            motion.rotations,
-            motion.root_position,
-            motion.root_rotation,
-        )
         for i, t in enumerate(times):
-            self._add(self.sound.moment(float(t)), Pose(*(part[i] for part in parts)), speaking, now)
+            self._add(self.sound.moment(float(t)), motion.row(i), speaking, now)
 
     def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
         self._frames += 1

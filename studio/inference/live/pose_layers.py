@@ -8,6 +8,7 @@ from dataclasses import replace
 from studio.motion import Motion, Pose
 from studio.motion.neutral import between, neutral_pose
 from studio.playback.layers import Reference, Tuner, Tuning
+from studio.playback.layers.idle import smooth_step
 
 FADE_S = 0.35
 PANIC_S = 0.25
@@ -111,18 +112,14 @@ class PoseLayers:
         pose = made if made is not None else self.rest
         if self._idle_share > 0:
             idle = self._idler.pose(t, self.rest)
-            pose = idle if self._idle_share == 1 else between(pose, idle, _smooth(self._idle_share))
+            share = float(smooth_step(self._idle_share))
+            pose = idle if share == 1 else between(pose, idle, share)
         # After idling, so that a person's own tuning holds while nobody speaks.
         pose = self._tuner.pose(t, pose)
         if self._neutral_share > 0:  # over everything: a panic key is no matter of taste
-            pose = between(pose, self._neutral, _smooth(self._neutral_share))
+            pose = between(pose, self._neutral, float(smooth_step(self._neutral_share)))
         return pose
 
 
 def _towards(value: float, goal: float, most: float) -> float:
     return min(goal, value + most) if goal > value else max(goal, value - most)
-
-
-def _smooth(x: float) -> float:
-    # Smoothstep: no jolt where a fade begins and ends.
-    return x * x * (3.0 - 2.0 * x)
