@@ -109,7 +109,7 @@ class _Stage:
         self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
     ) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
-        self._targets = Targets(live.pose_source, _usual(args))
+        self._targets = Targets(live.pose_source(), _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._reported_at = self._shown = 0.0
         self._began, self._measured = time.monotonic(), False
@@ -205,7 +205,6 @@ class _Stage:
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
-        self._targets.show()
         self._out.emit(ChannelsEvent(**self._live.channel_facts()))
 
     def _say(self, error: StudioError) -> None:

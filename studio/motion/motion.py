@@ -127,6 +127,10 @@ class Motion:
         """The pose at a moment, between frames by slerp; held before the first and after the last."""
         return self.at([t]).row(0)
 
+    def named_pose(self, t: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
+        """The pose at a moment with the names of its shapes and of its bones."""
+        return self.pose(t), self.shape_names, self.bone_names
+
     def row(self, i: int) -> Pose:
         """The pose of a frame."""
         return Pose(

@@ -16,7 +16,6 @@ from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
 from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
 from studio.inference.offline import sampling_of
-from studio.motion import Pose
 from studio.playback.layers import Tuning, presets
 from studio.playback.sound_output import sound_delay_ms, sync_perception
 from studio.training.checkpoint import BEST, load_model
@@ -122,7 +121,7 @@ class LivePerformance:
 
     def pose_source(self) -> PoseSource:
         """Poses for a target to send."""
-        return named_source(self._layers, self.performance)
+        return PoseSource(self.performance.named_pose_at, self.performance.position)
 
     def ready_facts(self) -> dict[str, Any]:
         """What a display needs to know once."""
@@ -201,24 +200,6 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     layers = PoseLayers(rest_motion(model, style), idles=options.gate)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
     return LivePerformance(run_folder.name, performance, model.style_name(style))
-
-
-def named_source(layers: PoseLayers, performance: Performance) -> PoseSource:
-    """What a target sends: poses of the channels the stand has now, never of others.
-
-    While layers change, the last pose of these channels is sent again until the target is shown the new ones.
-    """
-    names = layers.names
-    last: Pose | None = None
-
-    def pose_at(moment: float) -> Pose:
-        nonlocal last
-        pose, its = performance.named_pose_at(moment)
-        if its == names:
-            last = pose
-        return last if last is not None else layers.rest_pose(names)
-
-    return PoseSource(*names, pose_at, performance.position)
 
 
 def _source(options: LiveOptions, look_ahead: LookAhead) -> AudioSource:

@@ -16,7 +16,7 @@ from studio.errors import StudioError
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
-from studio.inference.live.pose_layers import ChannelNames, PoseLayers
+from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
 from studio.inference.live.steps import LiveSteps, LookAhead, silent_pose
 from studio.inference.live.timing import Delay, PoseLine
@@ -216,7 +216,7 @@ class Performance:
         """The pose of a moment, everything laid over it. From any thread."""
         return self.named_pose_at(moment)[0]
 
-    def named_pose_at(self, moment: float) -> tuple[Pose, ChannelNames]:
+    def named_pose_at(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose of a moment with the names of its shapes and bones. From any thread."""
         return self.layers.named_pose(moment, *self._line.at(moment))
 

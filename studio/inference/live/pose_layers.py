@@ -14,7 +14,6 @@ FADE_S = 0.35
 PANIC_S = 0.25
 IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
 """What an avatar does while nobody speaks."""
-ChannelNames = tuple[tuple[str, ...], tuple[str, ...]]
 _SAME_S = 0.003
 """Poses asked for so close together are one: several senders get the same."""
 
@@ -40,7 +39,7 @@ class PoseLayers:
         self._last: Pose | None = None
         self.frozen = False
         self.neutral = False
-        self.names: ChannelNames = (), ()
+        self.names: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
         """Shapes and bones of the poses that go out."""
         self.retune(Tuning())
 
@@ -65,7 +64,8 @@ class PoseLayers:
             before, self.names = self.names, (self._tuner.shape_names, self._tuner.bone_names)
             if self.names != before:  # a pose of other channels must not be held on to
                 self._last = None
-            self._neutral = self.rest_pose(self.names)
+            kept = [self.bone_names.index(name) for name in self.names[1]]
+            self._neutral = neutral_pose(*self.names, self.rest.positions[kept])
             self._at = None
 
     def pose(self, moment: float, made: Pose | None, speaking: bool) -> Pose:
@@ -90,18 +90,15 @@ class PoseLayers:
             self._last = self._eased(moment, made, speaking, step)
             return self._last
 
-    def named_pose(self, moment: float, made: Pose | None, speaking: bool) -> tuple[Pose, ChannelNames]:
+    def named_pose(
+        self, moment: float, made: Pose | None, speaking: bool
+    ) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose to send with the names of its channels, which another tuning may just have changed.
 
         Arguments are those of `pose`.
         """
         with self._lock:
-            return self.pose(moment, made, speaking), self.names
-
-    def rest_pose(self, names: ChannelNames) -> Pose:
-        """The neutral pose of some of its channels, with the proportions of its rest."""
-        kept = [self.bone_names.index(name) for name in names[1]]
-        return neutral_pose(*names, self.rest.positions[kept])
+            return self.pose(moment, made, speaking), *self.names
 
     def _eased(self, moment: float, made: Pose | None, speaking: bool, step: float) -> Pose:
         # Before the first pose the avatar idles, too: a statue looks broken.
