@@ -215,11 +215,6 @@ class Tuner:
         self.retune(tuning)
 
     @property
-    def tuning(self) -> Tuning:
-        """What is laid over the poses."""
-        return self._tuning
-
-    @property
     def shape_names(self) -> tuple[str, ...]:
         """Channels of the poses that go out."""
         return tuple(self._names[0][i] for i in self._columns[0])
