@@ -76,9 +76,9 @@ def doctor() -> None:
 
 
 def microphones() -> None:
-    from studio.cli.tour import _has_microphone
+    from studio.cli.tour import has_microphone
 
-    _has_microphone()
+    has_microphone()
 
 
 def screen() -> None:

@@ -86,8 +86,6 @@ def _one(
     render_options = render_options_of(args)
     cache, generated = ClipCache(), partial(_generated, generator, audio, args.pieces, out)
     job = SourceJob(ExportSource(audio.stem, 1.0, generated), cache, export_range, render_options)
-    # Only now: a request that was refused makes no folder.
-    target.absolute().parent.mkdir(parents=True, exist_ok=True)
     files = run_one(entry_of(job, writer, target.absolute()), out)
     motion = job.clip(lambda fraction: None).motion
     assert motion is not None

@@ -176,7 +176,10 @@ class Motion:
         return self.at_rows(slice(int(first), int(last)))
 
     def cut(self, start: float, end: float) -> Motion:
-        """The frames from start to end, both included, with times from start."""
+        """The frames from start to end, both included, times from start; none of a span without length."""
+        # A take of one frame ends where it begins, at 0, and still has it.
+        if start >= end > 0:
+            return self.at_rows(slice(0, 0))
         # A take ends with its last frame, so the one at the very end belongs to it.
         return self.between(start, float(np.nextafter(end, np.inf))).shifted(-start)
 

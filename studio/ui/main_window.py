@@ -279,7 +279,7 @@ class MainWindow(QMainWindow):
     def _build_place(self) -> QWidget:
         """The room between the tabs and the menu: facts at its right, and messages over it for a while."""
         place = QWidget()
-        place.setObjectName(messages.PLACE)
+        messages.Toast(self, place)
         row = QHBoxLayout(place)
         row.setContentsMargins(0, 0, 0, 0)
         row.addStretch(1)

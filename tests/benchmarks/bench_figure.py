@@ -30,10 +30,9 @@ def run() -> dict[str, Any]:
         if not virtual_devices.has_screen():
             os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
         os.environ |= stack.enter_context(virtual_devices.virtual_sound())
-        import sounddevice
+        from studio.capture.microphone import input_devices
 
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         return {"load_1_min": os.getloadavg()[0]} | _measure(folder)
 

@@ -40,12 +40,12 @@ def _measure(folder: Path, environment: dict[str, str]) -> dict[str, Any]:
     import sounddevice
     import soundfile
 
-    sounddevice._terminate()
-    sounddevice._initialize()
+    from studio.capture.microphone import input_devices
     from studio.playback.player import Player
     from studio.playback.sound_output import StreamClock
     from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
+    input_devices(refresh=True)
     samples = np.zeros(int(SECONDS * RATE), dtype=np.float32)
     samples[RATE // 2 :: RATE] = 0.9
     soundfile.write(folder / "clicks.wav", samples, RATE)

@@ -151,6 +151,14 @@ def test_between_takes_its_start_and_not_its_end() -> None:
     assert len(part.shapes) == len(part.rotations) == len(part.root_position) == 3
 
 
+def test_a_cut_takes_both_ends_and_nothing_of_a_span_without_length() -> None:
+    """A selection whose in point lies behind the end of its take has such a span."""
+    motion = swinging(11, 10.0)
+    assert np.allclose(motion.cut(0.2, 0.5).times, [0.0, 0.1, 0.2, 0.3])
+    assert len(motion.cut(1.0, 1.0)) == 0
+    assert len(swinging(1, 10.0).cut(0.0, 0.0)) == 1, "a take of one frame has no length either"
+
+
 def test_shifted_moves_only_the_times() -> None:
     motion = swinging()
     later = motion.shifted(1.5)

@@ -300,9 +300,9 @@ class Driver:
 
     def message(self) -> str:
         """The message over the window, "" where it shows none."""
-        from studio.ui.messages import Toast
+        from studio.ui.messages import toast_of
 
-        toast = self.window.findChild(Toast)
+        toast = toast_of(self.window)
         if toast is None or not toast.isVisible():
             return ""
         return f"{toast.text.text()} {toast.remedy.text()}".strip()
