@@ -288,7 +288,7 @@ MAY: dict[str, set[str]] = {
     "launch": {"sys.executable", "sys.path"},
     "features.encoders": {"sys.executable"},  # printed for a person, with -P
     "ui.child_process": {"QProcess"},
-    **{name: {"subprocess"} for name in OURS if name != "ui.tasks"},
+    **{name: {"subprocess"} for name in OURS if name != "ui.child_process"},
 }
 
 

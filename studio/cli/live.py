@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio import settings
-from studio.cli._live_targets import NAME_SETS, Targets
+from studio.cli._live_targets import Targets
 from studio.cli._output import Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
@@ -28,6 +28,7 @@ from studio.ipc.events import (
     VoiceEvent,
     WaveEvent,
 )
+from studio.vmc.encode import NAME_SETS
 
 if TYPE_CHECKING:
     from studio.inference.live.build import LivePerformance
@@ -110,17 +111,13 @@ class _Stage:
         self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
     ) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
-        self._targets = Targets(live.pose_source, _usual(args))
+        self._targets = Targets(live.pose_source(), _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._reported_at = self._shown = 0.0
         self._began, self._measured = time.monotonic(), False
         self._voice: str | None = None
         self._commands: dict[str, Callable[[Command], None]] = {
-            "mute": lambda command: self._switch(command, live.set_muted, live.muted),
-            "freeze": lambda command: self._switch(command, live.set_frozen, live.frozen),
-            "neutral": lambda command: self._switch(command, live.set_neutral, live.neutral),
-            "gain": lambda command: self._switch(command, live.set_gain, live.gain_on),
-            "gate": lambda command: self._switch(command, live.set_idles, live.idles),
+            **dict.fromkeys(live.switches, self._switch),
             "look-ahead": lambda command: self._look_ahead(command.argument),
             "voice-to": lambda command: self._voice_to(command.argument),
             "tune": lambda command: self._tune(command.argument),
@@ -177,9 +174,9 @@ class _Stage:
         except StudioError as error:
             self._say(error)
 
-    def _switch(self, command: Command, turn: Callable[[bool], None], now: bool) -> None:
-        on = command.switched_to(now)
-        turn(on)
+    def _switch(self, command: Command) -> None:
+        on = command.switched_to(self._live.is_on(command.word))
+        self._live.switch(command.word, on)
         self._out.emit(SwitchEvent(command.word, on), f"{command.word} is {'on' if on else 'off'}.")
 
     def _wave(self, name: str) -> None:
@@ -210,7 +207,6 @@ class _Stage:
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
-        self._targets.show()
         self._out.emit(ChannelsEvent(**self._live.channel_facts()))
 
     def _say(self, error: StudioError) -> None:

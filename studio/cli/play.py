@@ -96,7 +96,7 @@ def _start_targets(
     from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
     options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
-    source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
+    source = PoseSource(motion.named_pose, lambda: player.position)
     targets = []
     for host, port in addresses:
         target = VmcTarget()

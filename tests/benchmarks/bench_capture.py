@@ -26,8 +26,8 @@ from pythonosc.osc_packet import OscPacket
 
 from studio import virtual_devices
 from studio.capture.microphone import SoundBlock, input_devices
-from studio.capture.recorder import Recorder, recover
-from studio.capture.recovery import complete
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import complete, recover
 from studio.capture.roll import Roll
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES

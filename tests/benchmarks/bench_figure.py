@@ -43,6 +43,7 @@ def _measure(folder: Path) -> dict[str, Any]:
 
     from studio.motion.channels import ARKIT_SHAPES
     from studio.motion.skeleton import Skeleton
+    from studio.render.world_pose import WorldPose
     from studio.ui import theme
     from studio.ui.widgets.figure.figure import StickFigure
     from studio.ui.widgets.meters import ShapeMeters
@@ -59,7 +60,7 @@ def _measure(folder: Path) -> dict[str, Any]:
     world, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
 
     def draw(step: int) -> None:
-        figure.show_pose(skeleton, world + 0.05 * np.sin(step / 10))
+        figure.show_stance(WorldPose(skeleton, world + 0.05 * np.sin(step / 10)))
         figure._draw_picture()
         figure.repaint()
 

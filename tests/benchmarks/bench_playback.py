@@ -60,7 +60,7 @@ def _measure(folder: Path, environment: dict[str, str]) -> dict[str, Any]:
     frames = _Frames()
     target = VmcTarget()
     player = Player(folder / "clicks.wav", device="default")
-    source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
+    source = PoseSource(motion.named_pose, lambda: player.position)
     cpu = time.process_time()
     with sounddevice.InputStream(samplerate=RATE, channels=1, device="default", latency=0.06, callback=hear):
         time.sleep(0.3)

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 from studio import cli
-from studio.capture.recorder import Recorder, RecorderState
+from studio.capture.recorder import Recorder
+from studio.capture.snapshot import RecorderState
 from studio.cli import record
 from studio.cli._output import Output
 from studio.motion import Pose, Skeleton

@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.errors import StudioError
-from studio.vmc.encode import FrameAssembler
+from studio.vmc.assemble import FrameAssembler
 
 if TYPE_CHECKING:
     from studio.project import Project
