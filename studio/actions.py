@@ -1,12 +1,12 @@
 """What can be done in the program, each declared once: its name, its keys, where it works, what it needs.
 
-Menus, tabs and the list of keys read this table, and so can whatever triggers actions from outside. A new
-key goes here and nowhere else: tests find keys that are declared elsewhere, and keys that clash.
+Menus, buttons, their tips and the list of keys read this table, and so can whatever triggers actions from
+outside. A new key goes here and nowhere else: tests find keys, names and tips that are written elsewhere, and
+keys that clash.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 TABS = ("record", "curate", "train", "review", "live")
@@ -14,6 +14,10 @@ FIGURE, MESSAGE, LIST = "figure", "message", "list"
 """Parts of the window with keys of their own while they have the keyboard, so that they may share a tab's."""
 NEEDS = ("project", "take", "run", "training", "live")
 """What an action may need: an open project, a chosen take or run, a training or a performance under way."""
+GROUPS = ("", *TABS[:1], "curate review", *TABS[1:], FIGURE)
+"""Of the list of keys, in the order shown: places as `Action.places` has them, "" for the whole window."""
+WITH = "+"
+"""Stands for `Action.listed` of an action that is told of in the line of the one above it."""
 CONTEXT = "Actions"
 """Where translations of this file's texts are looked up."""
 
@@ -29,6 +33,9 @@ class Action:
         places: of TABS, or FIGURE, MESSAGE or LIST; empty for the whole window.
         needs: of NEEDS.
         help: one sentence, "" where the name says it all.
+        listed: what the list of keys says; "" for the name, WITH for the line of the action above.
+        group: of GROUPS, where the list of keys has it elsewhere than its places say.
+        gesture: what the mouse or a key held down does instead.
     """
 
     id: str
@@ -37,6 +44,9 @@ class Action:
     places: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     help: str = ""
+    listed: str = ""
+    group: str = ""
+    gesture: str = ""
 
 
 def _tr(text: str) -> str:
@@ -44,66 +54,87 @@ def _tr(text: str) -> str:
     return text
 
 
-def _action(id: str, name: str, *keys: str, at: str = "", needs: str = "", help: str = "") -> Action:
+def _action(id: str, name: str, *keys: str, at: str = "", needs: str = "", **texts: str) -> Action:
     """One line of the table; `at` and `needs` are words with blanks between them."""
-    return Action(id, name, keys, tuple(at.split()), tuple(needs.split()), help)
+    return Action(id, name, keys, tuple(at.split()), tuple(needs.split()), **texts)
 
 
 _ALL = (
     # -- the whole window
-    _action("new_project", _tr("New project…"), "Ctrl+N"),
-    _action("open_project", _tr("Open a project…"), "Ctrl+O"),
+    _action("new_project", _tr("New project…"), "Ctrl+N", listed=_tr("New project, open a project")),
+    _action("open_project", _tr("Open a project…"), "Ctrl+O", listed=WITH),
     _action("open_sample", _tr("Open the sample project")),
-    _action("import_files", _tr("Import files…"), "Ctrl+I", needs="project"),
+    _action("import_files", _tr("Import files…"), "Ctrl+I", needs="project",
+            listed=_tr("Import sound and motion")),
     _action("import_folder", _tr("Import a folder…"), needs="project"),
     _action("pack_project", _tr("Pack the project…"), needs="project"),
     _action("unpack_project", _tr("Open a packed project…")),
     _action("show_project_folder", _tr("Show the project's folder"), needs="project"),
-    _action("close_project", _tr("Close the project"), "Ctrl+W", needs="project"),
-    _action("quit", _tr("Quit"), "Ctrl+Q"),
-    _action("undo", _tr("Undo"), "Ctrl+Z", needs="project"),
+    _action("settings", _tr("Settings…"), "Ctrl+,", listed=_tr("Settings")),
+    _action("close_project", _tr("Close the project"), "Ctrl+W", needs="project",
+            listed=_tr("Close the project, quit")),
+    _action("quit", _tr("Quit"), "Ctrl+Q", listed=WITH),
+    _action("undo", _tr("Undo"), "Ctrl+Z", needs="project", listed=_tr("Undo, redo (or Ctrl+Y) in this tab")),
     # Both are usual, on different systems; the menu shows the first.
-    _action("redo", _tr("Redo"), "Ctrl+Shift+Z", "Ctrl+Y", needs="project"),
-    _action("show_record", _tr("Record"), "Ctrl+1", needs="project"),
-    _action("show_curate", _tr("Curate"), "Ctrl+2", needs="project"),
-    _action("show_train", _tr("Train"), "Ctrl+3", needs="project"),
-    _action("show_review", _tr("Review"), "Ctrl+4", needs="project"),
-    _action("show_live", _tr("Live"), "Ctrl+5", needs="project"),
+    _action("redo", _tr("Redo"), "Ctrl+Shift+Z", "Ctrl+Y", needs="project", listed=WITH),
+    _action("show_record", _tr("Record"), "Ctrl+1", needs="project",
+            listed=_tr("Record, Curate, Train, Review, Live")),
+    _action("show_curate", _tr("Curate"), "Ctrl+2", needs="project", listed=WITH),
+    _action("show_train", _tr("Train"), "Ctrl+3", needs="project", listed=WITH),
+    _action("show_review", _tr("Review"), "Ctrl+4", needs="project", listed=WITH),
+    _action("show_live", _tr("Live"), "Ctrl+5", needs="project", listed=WITH),
     _action("light_colours", _tr("Light colours")),
     _action("full_screen", _tr("Full screen"), "F11"),
     _action("open_menu", _tr("Menu"), "F10"),
-    _action("list_keys", _tr("List of keys"), "Ctrl+/"),
+    _action("list_keys", _tr("List of keys"), "Ctrl+/", listed=_tr("This list")),
     _action("copy_diagnostics", _tr("Copy diagnostics")),
     _action("about", _tr("About Saia Studio")),
-    _action("go_to_message", _tr("Go to the message"), "F6"),
-    _action("dismiss_message", _tr("Dismiss message"), "Esc", at=MESSAGE),
+    _action("go_to_message", _tr("Go to the message"), "F6", listed=_tr("Go to a message, take it away")),
+    _action("dismiss_message", _tr("Dismiss message"), "Esc", at=MESSAGE, listed=WITH),
     # -- Record
     # F1 works from every tab: whoever wears a suit must not look for the tab first.
-    _action("record", _tr("Start and stop recording"), "F1", needs="project"),
-    _action("record_here", _tr("Start and stop recording"), "Space", at="record", needs="project"),
+    _action("record", _tr("Start and stop recording"), "F1", needs="project", group="record"),
+    _action("record_here", _tr("Start and stop recording"), "Space", at="record", needs="project",
+            listed=WITH),
     _action("cancel_countdown", _tr("Cancel the countdown"), "Esc", at="record", needs="project"),
     # -- Curate and Review
     _action("play", _tr("Play and pause"), "Space", at="curate review", needs="take"),
-    _action("step_back", _tr("One frame back"), "Left", at="curate review", needs="take"),
-    _action("step_forward", _tr("One frame on"), "Right", at="curate review", needs="take"),
-    _action("first_frame", _tr("First frame"), "Home", at="curate review", needs="take"),
-    _action("last_frame", _tr("Last frame"), "End", at="curate review", needs="take"),
-    _action("loop", _tr("Loop"), "L", at="curate review", needs="take"),
+    _action("step_back", _tr("One frame back"), "Left", at="curate review", needs="take",
+            listed=_tr("One frame; with Ctrl 4, with Ctrl+Alt 100")),
+    _action("step_forward", _tr("One frame on"), "Right", at="curate review", needs="take", listed=WITH),
+    _action("first_frame", _tr("First frame"), "Home", at="curate review", needs="take",
+            help=_tr("Go to the start"), listed=_tr("First and last frame")),
+    _action("last_frame", _tr("Last frame"), "End", at="curate review", needs="take",
+            help=_tr("Go to the end"), listed=WITH),
+    _action("loop", _tr("Loop"), "L", at="curate review", needs="take",
+            help=_tr("Repeat the selected span, or everything")),
     # -- Curate
-    _action("in_point", _tr("In point"), "I", at="curate", needs="take"),
-    _action("out_point", _tr("Out point"), "O", at="curate", needs="take"),
+    _action("in_point", _tr("In point"), "I", at="curate", needs="take", listed=_tr("In point, out point")),
+    _action("out_point", _tr("Out point"), "O", at="curate", needs="take", listed=WITH),
+    _action("select_span", _tr("with ← → Home End: select a span"), at="curate", gesture=_tr("Shift")),
     # Tens of takes are labelled in a sitting: a word of the vocabulary is one key.
-    *(_action(f"label_{n}", _tr("Label {0}"), str(n), at="curate", needs="take") for n in range(1, 10)),
-    _action("exclude", _tr("Exclude the span"), "X", at="curate", needs="take"),
-    _action("remove_marked", _tr("Remove the label"), "Del", "Backspace", at="curate", needs="take"),
+    *(_action(f"label_{n}", _tr("Label {0}"), str(n), at="curate", needs="take",
+              listed=WITH if n > 1 else _tr("Label; hold while playing to label a span"))
+      for n in range(1, 10)),
+    _action("exclude", _tr("Exclude"), "X", at="curate", needs="take",
+            help=_tr("Leave the selected span out of training, or use it again"),
+            listed=_tr("Exclude the span, remove the label")),
+    _action("remove_marked", _tr("Remove the label"), "Del", "Backspace", at="curate", needs="take",
+            listed=WITH),
     # Without Shift the plus of most keyboards is an equals sign.
-    _action("zoom_in", _tr("Closer"), "+", "=", at="curate", needs="take"),
-    _action("zoom_out", _tr("Wider"), "-", at="curate", needs="take"),
-    _action("zoom_fit", _tr("Whole take"), "F", at="curate", needs="take"),
-    _action("sound_picture", _tr("Waveform or spectrogram"), "P", at="curate", needs="take"),
+    _action("zoom_in", _tr("Closer"), "+", "=", at="curate", needs="take",
+            help=_tr("Look closer, also with the wheel"), listed=_tr("Closer, wider, whole take")),
+    _action("zoom_out", _tr("Wider"), "-", at="curate", needs="take",
+            help=_tr("Show more, also with the wheel"), listed=WITH),
+    _action("zoom_fit", _tr("Whole take"), "F", at="curate", needs="take", help=_tr("Show the whole take"),
+            listed=WITH),
+    _action("sound_picture", _tr("Waveform or spectrogram"), "P", at="curate", needs="take",
+            help=_tr("Show which pitches sound in place of the waveform")),
     _action("compare_cleaning", _tr("Before and after cleaning the sound"), "B", at="curate", needs="take"),
-    _action("select_all", _tr("All takes"), "Ctrl+A", at="curate", needs="project"),
-    _action("edit_cell", _tr("Change what the table's row says"), "F2", at="curate", needs="take"),
+    _action("select_all", _tr("All takes"), "Ctrl+A", at="curate", needs="project",
+            listed=_tr("All takes; change what the table's row says")),
+    _action("edit_cell", _tr("Change what the table's row says"), "F2", at="curate", needs="take",
+            listed=WITH),
     _action("split_takes", _tr("Split for me"), at="curate", needs="project",
             help=_tr("Divide the takes among train, val and test, balanced by length, performer and label")),
     _action("align", _tr("Align"), at="curate", needs="take",
@@ -127,25 +158,35 @@ _ALL = (
             help=_tr("A run exported on another computer needs no takes here")),
     _action("delete_run", _tr("Delete"), at="train", needs="run"),
     # -- Review
-    _action("ghost", _tr("Captured figure over the predicted one"), "G", at="review", needs="run"),
-    _action("other_run", _tr("Switch between A and B"), "B", at="review", needs="run"),
-    _action("remove_sound", _tr("Remove a dropped sound from the list"), "Del", at=LIST, needs="project"),
+    _action("ghost", _tr("Ghost"), "G", at="review", needs="run",
+            help=_tr("Lay the captured figure over the predicted one"),
+            listed=_tr("Captured figure over the predicted one")),
+    _action("other_run", _tr("Switch between A and B"), "B", at="review", needs="run",
+            help=_tr("Switch at once, while it plays"), listed=_tr("Switch between A and B")),
+    _action("remove_sound", _tr("Remove a dropped sound from the list"), "Del", at=LIST, needs="project",
+            group="review"),
     _action("export", _tr("Export"), at="review", needs="take"),
     _action("send", _tr("Send"), at="review", needs="take"),
     # -- Live
-    _action("start_live", _tr("Go live"), at="live", needs="run"),
-    _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("The microphone is not listened to")),
+    _action("start_live", _tr("Go live"), at="live", needs="run",
+            help=_tr("Move the avatar with your voice")),
+    _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("The microphone is not listened to"),
+            listed=_tr("Mute the microphone")),
     _action("freeze", _tr("Freeze"), "F", at="live", needs="live",
-            help=_tr("The avatar holds still as it is")),
+            help=_tr("The avatar holds still as it is"), listed=_tr("Freeze the avatar")),
     _action("neutral", _tr("Neutral"), "N", at="live", needs="live",
-            help=_tr("Panic key: the avatar goes to its neutral pose and stays there")),
+            help=_tr("Panic key: the avatar goes to its neutral pose and stays there"),
+            listed=_tr("Neutral pose, the panic key")),
     # -- the figure
-    _action("turn_left", _tr("Turn left"), "Left", at=FIGURE),
-    _action("turn_right", _tr("Turn right"), "Right", at=FIGURE),
-    _action("turn_up", _tr("Turn up"), "Up", at=FIGURE),
-    _action("turn_down", _tr("Turn down"), "Down", at=FIGURE),
-    _action("figure_closer", _tr("Closer"), "+", "=", at=FIGURE),
-    _action("figure_further", _tr("Further away"), "-", at=FIGURE),
+    _action("turn_left", _tr("Turn left"), "Left", at=FIGURE, listed=_tr("Turn around the figure"),
+            gesture=_tr("Drag")),
+    _action("turn_right", _tr("Turn right"), "Right", at=FIGURE, listed=WITH),
+    _action("turn_up", _tr("Turn up"), "Up", at=FIGURE, listed=WITH),
+    _action("turn_down", _tr("Turn down"), "Down", at=FIGURE, listed=WITH),
+    _action("figure_closer", _tr("Closer"), "+", "=", at=FIGURE, listed=_tr("Closer, further away"),
+            gesture=_tr("Wheel")),
+    _action("figure_further", _tr("Further away"), "-", at=FIGURE, listed=WITH),
+    _action("first_view", _tr("Back to the first view"), at=FIGURE, gesture=_tr("Double-click")),
 )  # fmt: skip
 
 ACTIONS = {action.id: action for action in _ALL}
@@ -162,107 +203,36 @@ def keys_of(place: str) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class KeyRow:
-    """One line of the list of keys: some actions that are told of together.
-
-    Args:
-        text: what they do.
-        actions: their ids.
-        gesture: what the mouse does instead, "" for nothing.
-        keys: what to show where the first keys of the actions do not say it, "" for those.
-    """
+    """One line of the list of keys: some actions that are told of together."""
 
     text: str
-    actions: tuple[str, ...] = ()
-    gesture: str = ""
-    keys: str = ""
+    actions: tuple[Action, ...]
 
+    @property
+    def keys(self) -> str:
+        """The first keys of the actions as people read them: "F1, Space", "← →" or "Ctrl+1 … 5"."""
+        keys = [one.keys[0] for one in self.actions if one.keys]
+        if len(keys) >= _RANGE and all(key[-1].isdigit() for key in keys):
+            return f"{keys[0]} … {keys[-1][-1]}"
+        symbols = [_SYMBOLS.get(key, key) for key in keys]
+        return (", " if symbols == keys else " ").join(symbols)
 
-def _row(text: str, actions: str = "", gesture: str = "", keys: str = "") -> KeyRow:
-    return KeyRow(text, tuple(actions.split()), gesture, keys)
-
-
-KEY_LIST: tuple[tuple[str, tuple[KeyRow, ...]], ...] = (
-    (
-        _tr("Everywhere"),
-        (
-            _row(_tr("Record, Curate, Train, Review, Live"),
-                 "show_record show_curate show_train show_review show_live"),
-            _row(_tr("New project, open a project"), "new_project open_project"),
-            _row(_tr("Import sound and motion"), "import_files"),
-            _row(_tr("Undo, redo (or Ctrl+Shift+Z) in this tab"), "undo redo", keys="Ctrl+Z, Ctrl+Y"),
-            _row(_tr("Close the project, quit"), "close_project quit"),
-            _row(_tr("Go to a message, take it away"), "go_to_message dismiss_message"),
-            _row(_tr("Menu"), "open_menu"),
-            _row(_tr("Full screen"), "full_screen"),
-            _row(_tr("This list"), "list_keys"),
-        ),
-    ),
-    (
-        _tr("Record"),
-        (
-            _row(_tr("Start and stop recording"), "record record_here"),
-            _row(_tr("Cancel the countdown"), "cancel_countdown"),
-        ),
-    ),
-    (
-        _tr("Curate and Review"),
-        (
-            _row(_tr("Play and pause"), "play"),
-            _row(_tr("One frame; with Ctrl 4, with Ctrl+Alt 100"), "step_back step_forward"),
-            _row(_tr("First and last frame"), "first_frame last_frame"),
-            _row(_tr("Loop"), "loop"),
-        ),
-    ),
-    (
-        _tr("Curate"),
-        (
-            _row(_tr("In point, out point"), "in_point out_point"),
-            _row(_tr("with ← → Home End: select a span"), keys="Shift"),
-            _row(_tr("Label; hold while playing to label a span"),
-                 "label_1 label_2 label_3 label_4 label_5 label_6 label_7 label_8 label_9"),
-            _row(_tr("Exclude the span, remove the label"), "exclude remove_marked"),
-            _row(_tr("Closer, wider, whole take"), "zoom_in zoom_out zoom_fit"),
-            _row(_tr("Waveform or spectrogram"), "sound_picture"),
-            _row(_tr("Before and after cleaning the sound"), "compare_cleaning"),
-            _row(_tr("All takes; change what the table's row says"), "select_all edit_cell"),
-        ),
-    ),
-    (
-        _tr("Review"),
-        (
-            _row(_tr("Captured figure over the predicted one"), "ghost"),
-            _row(_tr("Switch between A and B"), "other_run"),
-            _row(_tr("Remove a dropped sound from the list"), "remove_sound"),
-        ),
-    ),
-    (
-        _tr("Live"),
-        (
-            _row(_tr("Mute the microphone"), "mute"),
-            _row(_tr("Freeze the avatar"), "freeze"),
-            _row(_tr("Neutral pose, the panic key"), "neutral"),
-        ),
-    ),
-    (
-        _tr("Figure"),
-        (
-            _row(_tr("Turn around the figure"), "turn_left turn_right turn_up turn_down", _tr("Drag")),
-            _row(_tr("Closer, further away"), "figure_closer figure_further", _tr("Wheel")),
-            _row(_tr("Back to the first view"), gesture=_tr("Double-click")),
-        ),
-    ),
-)  # fmt: skip
-"""(title, rows) of each group, in the order shown."""
 
 _SYMBOLS = {"Left": "←", "Right": "→", "Up": "↑", "Down": "↓", "+": "+", "-": "−"}
 _RANGE = 5
 """Keys that end in as many digits running are shown as the first and the last."""
 
 
-def shown_keys(actions: Sequence[str]) -> str:
-    """The first keys of some actions as people read them: "F1, Space", "← →" or "Ctrl+1 … 5"."""
-    keys = [ACTIONS[one].keys[0] for one in actions]
-    if len(keys) >= _RANGE and all(key[-1].isdigit() for key in keys):
-        return f"{keys[0]} … {keys[-1][-1]}"
-    symbols = [_SYMBOLS.get(key, key) for key in keys]
-    return (", " if symbols == keys else " ").join(symbols)
+def key_rows() -> dict[str, list[KeyRow]]:
+    """The lines of the list of keys by their group, both in the order shown."""
+    found: dict[str, list[KeyRow]] = {group: [] for group in GROUPS}
+    rows = found[""]
+    for one in ACTIONS.values():
+        if not (one.keys or one.gesture):
+            continue
+        if one.listed == WITH:
+            rows[-1] = KeyRow(rows[-1].text, (*rows[-1].actions, one))
+        else:
+            rows = found[one.group or " ".join(one.places)]
+            rows.append(KeyRow(one.listed or one.name, (one,)))
+    return found

@@ -1,15 +1,21 @@
-"""Preferences, each one line: default, label, help, limits and unit. Saved as JSON in the user's folder."""
+"""Preferences, each one line: default, label, help, limits and unit. Saved as JSON in the user's folder.
+
+The Settings dialog draws the table and `saia settings` reads it: a setting that is added here is in both.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
-from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
+from studio.vmc import MARIONETTE_PORT
+from studio.vmc.address import USUAL, Address
 
 FORMAT_VERSION = 1
 FILE = "settings.json"
@@ -26,8 +32,10 @@ class SettingInfo:
         title: its label; "" for one that the program sets by itself, which no window shows.
         help: one sentence.
         low, high: limits of a number.
-        unit: "ms", "port", ... shown behind a number.
-        choices: the values a text may have; empty for any.
+        unit: "ms", "Hz", ... shown behind a number.
+        choices: the values a text may have, each with what a person calls it; empty for any.
+        form: how one of several texts is written, where not all texts are allowed.
+        is_valid: whether one of them is written like that.
     """
 
     title: str
@@ -35,7 +43,9 @@ class SettingInfo:
     low: float | None = None
     high: float | None = None
     unit: str = ""
-    choices: tuple[str, ...] = ()
+    choices: Mapping[str, str] = field(default_factory=dict)
+    form: str = ""
+    is_valid: Callable[[str], bool] = bool
 
 
 def _setting(default: Any, title: str, help: str, **limits: Any) -> Any:
@@ -46,9 +56,11 @@ def _setting(default: Any, title: str, help: str, **limits: Any) -> Any:
 class Settings:
     """All preferences of one person; frozen, so change one with `changed`."""
 
-    theme: str = _setting("dark", "Theme", "The colours of the window.", choices=("dark", "light"))
+    theme: str = _setting(
+        "dark", "Theme", "The colours of the window.", choices={"dark": "Dark", "light": "Light"}
+    )
     vmc_port: int = _setting(
-        MARIONETTE_PORT, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535, unit="port"
+        MARIONETTE_PORT, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535
     )
     vmc_host: str = _setting(
         "127.0.0.1", "Motion address", "Address listened on; 0.0.0.0 hears other computers too."
@@ -70,17 +82,22 @@ class Settings:
         1.0, "Pre-roll", "Time before the start that is kept too.", low=0, high=10, unit="s"
     )
     slate: str = _setting("Take", "Slate", "Name given to new takes.")
-    send_host: str = _setting("127.0.0.1", "Send to", "Address that motion is sent to.")
-    send_port: int = _setting(
-        PERFORMER_PORT, "Send to port", "UDP port that motion is sent to.", low=1, high=65535, unit="port"
-    )
     send_targets: tuple[str, ...] = _setting(
-        (), "", "All programs that motion is sent to, as program=host:port; empty for the one above alone."
+        (USUAL.text,),
+        "Send to",
+        "Avatar programs to send to, as program=host:port; saia live and saia play send to the first.",
+        form="program=host:port",
+        is_valid=lambda text: Address.parse(text) is not None,
     )
     send_fps: float = _setting(60.0, "Send rate", "Frames sent each second.", low=1, high=240, unit="fps")
     send_names: str = _setting(
-        "vrm0", "Shape names", "Names that shapes are sent under.", choices=("vrm0", "vrm1", "arkit", "as_is")
-    )
+        "vrm0",
+        "Shape names",
+        "Names that shapes are sent under.",
+        choices={
+            "vrm0": "VRM 0 (usual)", "vrm1": "VRM 1", "arkit": "ARKit (Perfect Sync)", "as_is": "As they are",
+        },
+    )  # fmt: skip
     export_fps: float = _setting(
         0.0, "Export rate", "Frame rate of exports; 0 keeps the motion's own.", low=0, high=240, unit="fps"
     )
@@ -102,10 +119,20 @@ class Settings:
     sound_picture: str = _setting("waveform", "", "How Curate draws sound, waveform or spectrogram.")
     label_words: tuple[str, ...] = _setting((), "", "The person's own words to label with, as tier=word.")
 
+    @property
+    def targets(self) -> tuple[Address, ...]:
+        """Where motion is sent, the first one first; never empty."""
+        return tuple(one for text in self.send_targets if (one := Address.parse(text))) or (USUAL,)
+
     @classmethod
     def info(cls) -> dict[str, SettingInfo]:
         """What is known of each setting, by its name."""
         return {f.name: f.metadata["info"] for f in fields(cls)}
+
+    @classmethod
+    def shown(cls) -> dict[str, SettingInfo]:
+        """What a person may change: those that have a label."""
+        return {name: about for name, about in cls.info().items() if about.title}
 
     def changed(self, **values: Any) -> Settings:
         """With other values.
@@ -116,9 +143,7 @@ class Settings:
         known = {f.name: f.default for f in fields(self)}
         for name, value in values.items():
             if name not in known:
-                raise RequestError(
-                    f"There is no setting called {name}.", f"Choose one of: {', '.join(known)}."
-                )
+                raise unknown(name)
             values[name] = _checked(name, value, known[name])
         return replace(self, **values)
 
@@ -162,6 +187,10 @@ def load() -> Settings:
         atomic.set_aside(path)
         return Settings()
     settings = Settings()
+    if not content.get("send_targets") and ("send_host" in content or "send_port" in content):
+        # Before there were several targets, one was kept in parts.
+        host, port = content.get("send_host", USUAL.host), content.get("send_port", USUAL.port)
+        content = {**content, "send_targets": [f"={host}:{port}"]}
     for name, value in content.items():
         try:
             settings = settings.changed(**{name: value})
@@ -169,6 +198,45 @@ def load() -> Settings:
             # A setting of another version, or one edited by hand.
             continue
     return settings
+
+
+def change(**values: Any) -> None:
+    """Change some settings and leave the rest as another window or command keeps it.
+
+    Raises:
+        RequestError: as `Settings.changed`.
+        StudioError: they cannot be written.
+    """
+    save(load().changed(**values))
+
+
+def text_of(value: Any) -> str:
+    """A setting's value as a person writes it."""
+    if isinstance(value, tuple):
+        return ", ".join(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def value_of(name: str, text: str) -> Any:
+    """What a person wrote as a setting's value; one that makes no sense is refused by `Settings.changed`."""
+    default = getattr(Settings(), name)
+    if isinstance(default, tuple):
+        return tuple(part.strip() for part in text.split(",") if part.strip())
+    if isinstance(default, bool):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    if isinstance(default, int | float):
+        with suppress(ValueError):
+            return type(default)(text)
+    return text
+
+
+def unknown(name: str) -> RequestError:
+    """What is said of a setting that is none, or that the program sets by itself."""
+    return RequestError(
+        f"There is no setting called {name}.", f"Choose one of: {', '.join(Settings.shown())}."
+    )
 
 
 def save(settings: Settings) -> None:
@@ -182,6 +250,8 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     if isinstance(default, tuple):
         if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
             raise _wrong(name, about, "a list of texts")
+        if about.form and not (value and all(map(about.is_valid, value))):
+            raise _wrong(name, about, f"written as {about.form}, with commas between several")
         return tuple(value)
     if isinstance(default, str):
         if not isinstance(value, str) or (about.choices and value not in about.choices):

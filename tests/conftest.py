@@ -245,17 +245,15 @@ def virtual_audio() -> Iterator[str]:
     """
     if not virtual_devices.sound_available():
         pytest.skip("pulseaudio is not installed")
-    import sounddevice
+    from studio.capture.microphone import input_devices
 
     with virtual_devices.virtual_sound() as environment, pytest.MonkeyPatch.context() as patch:
         for name, value in environment.items():
             patch.setenv(name, value)
         # PortAudio lists the devices once, when it starts.
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
         yield "default"
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
 
 
 @pytest.fixture

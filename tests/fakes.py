@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from studio.ipc.commands import STOP, Command
 from studio.ipc.events import ChildEvent, DoneEvent
@@ -12,41 +11,6 @@ from studio.ui.tasks import ChildTask
 
 
 class FakeChildTask(ChildTask):
-    """A child that is never started: it records what it is asked, and says what the test makes it say.
-
-    Attributes:
-        started: the arguments of each start.
-        commands: what it was told on its standard input.
-        cancels: how often it was cancelled.
-    """
-
-    def __init__(self, parent: Any = None) -> None:
-        super().__init__(parent)
-        self.started: list[list[str]] = []
-        self.commands: list[Command] = []
-        self.cancels = 0
-
-    def start(self, arguments: list[str]) -> None:
-        self.started.append(arguments)
-
-    def tell(self, command: Command) -> None:
-        self.commands.append(command)
-
-    def cancel(self) -> None:
-        self.cancels += 1
-
-    @property
-    def stops(self) -> int:
-        """How often it was asked to end well."""
-        return self.commands.count(STOP)
-
-    def end(self, signal: Any, *values: Any) -> None:
-        """Come to an end by one of its signals: done, failed or cancelled."""
-        signal.emit(*values)
-        self.ended.emit()
-
-
-class ScriptedChildTask(ChildTask):
     """A child task that starts nothing: a test says what the child says, and how it ends.
 
     Args:
@@ -55,16 +19,18 @@ class ScriptedChildTask(ChildTask):
     Attributes:
         started: the arguments of each child, in order.
         commands: what was said to the children.
+        cancels: how often one was cancelled; it ends slowly, `end` says when.
         dropped: how many requests were given up.
         closed: the window has closed.
     """
 
-    def __init__(self, scratch: Path) -> None:
+    def __init__(self, scratch: Path | None = None) -> None:
         super().__init__()
         self._scratch = scratch
         self._running = False
         self.started: list[list[str]] = []
         self.commands: list[Command] = []
+        self.cancels = 0
         self.dropped = 0
         self.closed = False
 
@@ -72,18 +38,24 @@ class ScriptedChildTask(ChildTask):
     def running(self) -> bool:
         return self._running
 
+    @property
+    def stops(self) -> int:
+        """How often it was asked to end well."""
+        return self.commands.count(STOP)
+
     def start(self, arguments: list[str]) -> None:
         self.started.append(arguments)
         self._running = True
 
     def prepare_and_start(self, prepare: Callable[[Path], list[str]], purpose: str = "child") -> None:
+        assert self._scratch is not None
         self.start(prepare(self._scratch))
 
     def tell(self, command: Command) -> None:
         self.commands.append(command)
 
     def cancel(self) -> None:
-        """As a child that ends slowly: `end` says when."""
+        self.cancels += 1
 
     def drop(self) -> None:
         self.dropped += self._running

@@ -261,7 +261,9 @@ READERS: dict[str, Reader] = {
     "take.json": Reader(_project_file("take.json"), open_project),
     "motion.arrow": Reader(_project_file("motion.arrow"), open_project),
     "audio.wav": Reader(_project_file("audio.wav"), open_project),
-    "peaks (NPZ)": Reader(_kept(peaks, ".*.npz"), lambda path: peaks(_sound_of(path)).columns(0.0, 0.6, 10)),
+    "peaks (NPZ)": Reader(
+        _kept(peaks, "peaks*.npz"), lambda path: peaks(_sound_of(path)).columns(0.0, 0.6, 10)
+    ),
     "spectrum (NPY)": Reader(
         _kept(spectrogram, "spectrum*.npy"), lambda path: spectrogram(_sound_of(path)).part(0.0, 0.6, 10)
     ),

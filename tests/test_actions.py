@@ -8,13 +8,14 @@ from collections import Counter
 from pathlib import Path
 
 from studio import actions
-from studio.actions import ACTIONS, FIGURE, KEY_LIST, LIST, MESSAGE, NEEDS, TABS, shown_keys
+from studio.actions import ACTIONS, FIGURE, GROUPS, LIST, MESSAGE, NEEDS, TABS, WITH, key_rows
 
 UI = Path(actions.__file__).parent / "ui"
 OF_CONTROLS = {
     "Up", "Down", "PageUp", "PageDown", "Menu", "Tab", "Backtab", "Return", "Enter", "Escape",
 }  # fmt: skip
 """What any list, field or dialog does with its own keys is no action of the program."""
+KEY_IN_TIP = re.compile(r"\((?:Space|Home|End|Esc|Del|F\d+|[A-Z]|Ctrl\+.+)\)")
 
 
 def test_every_action_is_declared_once_and_whole() -> None:
@@ -35,20 +36,37 @@ def test_no_two_actions_of_a_tab_share_a_key() -> None:
 
 
 def test_the_list_of_keys_has_every_key_and_no_other() -> None:
-    listed = [row for _, rows in KEY_LIST for row in rows]
-    assert {one for row in listed for one in row.actions} == {a.id for a in ACTIONS.values() if a.keys}
-    for row in listed:
-        if row.keys and row.actions:
-            known = {key for one in row.actions for key in ACTIONS[one].keys}
-            assert set(row.keys.split(", ")) <= known, row.text
+    listed = [one for rows in key_rows().values() for row in rows for one in row.actions]
+    assert {one.id for one in listed} == {one.id for one in ACTIONS.values() if one.keys or one.gesture}
+    assert len(listed) == len(set(listed))
+    assert tuple(key_rows()) == GROUPS
+    # A line begins with an action that says it, and those that join it have no words of their own.
+    assert not [row.text for rows in key_rows().values() for row in rows if row.text == WITH]
 
 
 def test_keys_are_shown_as_people_read_them() -> None:
-    assert shown_keys(["record", "record_here"]) == "F1, Space"
-    assert shown_keys(["step_back", "step_forward"]) == "← →"
-    assert shown_keys(["zoom_in", "zoom_out", "zoom_fit"]) == "+ − F"
-    assert shown_keys([f"show_{tab}" for tab in TABS]) == "Ctrl+1 … 5"
-    assert shown_keys([f"label_{n}" for n in range(1, 10)]) == "1 … 9"
+    shown = {row.actions[0].id: row.keys for rows in key_rows().values() for row in rows}
+    assert shown["record"] == "F1, Space"
+    assert shown["step_back"] == "← →"
+    assert shown["zoom_in"] == "+ − F"
+    assert shown["show_record"] == "Ctrl+1 … 5"
+    assert shown["label_1"] == "1 … 9"
+    assert shown["select_span"] == ""
+
+
+def test_no_view_writes_an_action_s_words_again() -> None:
+    """Else a name or tip that is changed in the table stays as it was on a button."""
+    # One word alone is said of other things too: Cancel, Folder, Record.
+    names = {one.name for one in ACTIONS.values() if " " in one.name and "{" not in one.name}
+    said = names | {one.help for one in ACTIONS.values() if one.help}
+    found = []
+    for path in sorted(UI.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        literals = re.findall(r"tr\(\s*\"(.+?)\"\s*\)", text)
+        found += [f"{path.relative_to(UI)}: {one}" for one in literals if one in said]
+        # A tip that names its key by hand.
+        found += [f"{path.relative_to(UI)}: {one}" for one in literals if KEY_IN_TIP.search(one)]
+    assert not found, "\n".join(found)
 
 
 def test_no_key_is_declared_elsewhere() -> None:

@@ -76,9 +76,9 @@ def doctor() -> None:
 
 
 def microphones() -> None:
-    from studio.cli.tour import _has_microphone
+    from studio.cli.tour import has_microphone
 
-    _has_microphone()
+    has_microphone()
 
 
 def screen() -> None:
@@ -287,8 +287,8 @@ BUILT_IN = {"exec", "eval", "__import__"}
 MAY: dict[str, set[str]] = {
     "launch": {"sys.executable", "sys.path"},
     "features.encoders": {"sys.executable"},  # printed for a person, with -P
-    "ui.tasks": {"QProcess"},
-    **{name: {"subprocess"} for name in OURS if name != "ui.tasks"},
+    "ui.child_process": {"QProcess"},
+    **{name: {"subprocess"} for name in OURS if name != "ui.child_process"},
 }
 
 

@@ -3,8 +3,8 @@
 Motion flows from `listener` (a process of its own, around `receiver`) through `inputs` to the `recorder`,
 which hands it and the microphone's blocks to a `roll`; `recovery` makes a take of it.
 
-cut_off           Takes that ended early by a fault: how a lost folder is noticed, the cause, and what could
-                  be saved
+cut_off           Saves every roll that ended, and notices takes that ended early by a fault: how a lost
+                  folder is noticed, the cause, and what could be saved
 health            Problems of a running capture as sentences, each with a remedy. Pure
 input_tests       Tests before a recording: the microphone's level, and the offset between voice and motion.
                   Pure

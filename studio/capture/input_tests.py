@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, Skeleton
+from studio.motion import Motion
 from studio.motion.channels import is_mouth_shape
 from studio.motion.lag import RATE, Alignment, curve_offset, speech_level, voice_offset
 from studio.sound.sound_file import Sound
-from studio.vmc.assemble import Sender
+from studio.take.alignment import hand_distance
+from studio.vmc.stream import Sender
 
 LEVEL_SECONDS = 5.0
 LOUD_DBFS, QUIET_DBFS, SILENT_DBFS = -3.0, -20.0, -50.0
@@ -72,6 +73,8 @@ _SURE = 0.6
 _HANDS = ("LeftHand", "RightHand")
 # No tracker is later; what fits there fits by chance.
 _FARTHEST_MS = 400.0
+# Pairs of a microphone and a sender that are remembered.
+_MOST_PAIRS = 50
 # Metres that the hands' distance has to change by to count as clapping.
 _LEAST_MOVE = 0.05
 
@@ -145,10 +148,10 @@ def remembered(kept: Iterable[str], device: str, sender: str) -> float | None:
     return None
 
 
-def with_pair(kept: Iterable[str], device: str, sender: str, ms: float, most: int = 50) -> tuple[str, ...]:
+def with_pair(kept: Iterable[str], device: str, sender: str, ms: float) -> tuple[str, ...]:
     """Pairs as texts, with this one first."""
     others = [text for text in kept if remembered([text], device, sender) is None]
-    return (json.dumps([device, sender, ms], ensure_ascii=False), *others)[:most]
+    return (json.dumps([device, sender, ms], ensure_ascii=False), *others)[:_MOST_PAIRS]
 
 
 def _by_hands(level: Array, motion: Motion) -> Alignment:
@@ -156,12 +159,7 @@ def _by_hands(level: Array, motion: Motion) -> Alignment:
     times = np.arange(len(level)) / RATE
     if not set(_HANDS) <= set(motion.bone_names) or len(motion) < 2:
         return curve_offset(level, np.zeros(len(level)))
-    skeleton = Skeleton.humanoid(motion.bone_names)
-    left, right = (motion.bone_names.index(name) for name in _HANDS)
-    near = np.empty(len(motion))
-    for k in range(len(motion)):
-        places, _ = skeleton.forward(motion.positions[k], motion.rotations[k])
-        near[k] = -float(np.linalg.norm(places[left] - places[right]))
-    if np.ptp(near) < _LEAST_MOVE:
+    distance = hand_distance(motion)
+    if distance is None or np.ptp(distance) < _LEAST_MOVE:
         return curve_offset(level, np.zeros(len(level)))
-    return curve_offset(level, np.interp(times, motion.times, near))
+    return curve_offset(level, np.interp(times, motion.times, -distance))

@@ -27,7 +27,6 @@ from studio import clock
 from studio.capture.receiver import Receiver
 from studio.vmc.rows import ChannelLayout, RowBlock
 
-_HIGH_PRIORITY = 0x80
 _NICER = -10
 
 
@@ -38,10 +37,10 @@ def raise_priority(before_all: bool = False) -> None:
         before_all: in real time where the system allows it; for one that mostly waits.
     """
     if sys.platform == "win32":
-        import ctypes
+        import psutil
 
-        kernel = ctypes.windll.kernel32
-        kernel.SetPriorityClass(kernel.GetCurrentProcess(), _HIGH_PRIORITY)
+        with contextlib.suppress(psutil.Error):
+            psutil.Process().nice(psutil.HIGH_PRIORITY_CLASS)
         return
     with contextlib.suppress(OSError):
         # Negative values need a right that most users lack; where it is refused, all goes on as before.

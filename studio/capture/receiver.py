@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from studio import clock
-from studio.vmc.assemble import Frame, FrameAssembler, Sender
+from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.rows import Packer, RowBlock
 from studio.vmc.senders import NO_FLOOD, Flood, SenderQueues
+from studio.vmc.stream import Sender
 from studio.vmc.udp import AT_ONCE, Datagram, DatagramInput
 from studio.vmc.watch import FrameLimit, FrameWatch, RateWatch
 
@@ -77,7 +78,7 @@ class Receiver:
     """
 
     def __init__(self, sockets: Sequence[socket.socket]) -> None:
-        self._inputs = [DatagramInput(0, opened=opened) for opened in sockets]
+        self._inputs = [DatagramInput(opened) for opened in sockets]
         self._wall = clock.WallClock()
         self._assembler = FrameAssembler()
         self._watch = FrameWatch()
@@ -88,8 +89,6 @@ class Receiver:
         self._unsent = 0
         self._queues = SenderQueues()
         self._present = self._read_until = -math.inf
-        for port in self._inputs:
-            port.start()
         # Datagrams of one socket that another socket may still have something before.
         self._early: list[tuple[Datagram, int]] = []
 
@@ -97,11 +96,6 @@ class Receiver:
     def ports(self) -> tuple[int, ...]:
         """Those listened to."""
         return tuple(dict.fromkeys(port.port for port in self._inputs))
-
-    @property
-    def messages(self) -> int:
-        """Messages read so far, which is what decoding costs."""
-        return self._assembler.messages
 
     @property
     def stamped(self) -> bool:

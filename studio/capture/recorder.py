@@ -14,7 +14,6 @@ from studio.capture.cut_off import CutOff, FolderWatch
 from studio.capture.health import Problem
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock, SoundWatch
-from studio.capture.recovery import recover
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.errors import StudioError
 from studio.files import atomic
@@ -25,8 +24,6 @@ from studio.take.folder import next_number
 from studio.take.take import Take
 from studio.vmc import MARIONETTE_PORT
 from studio.vmc.rows import RowBlock
-
-__all__ = ["MAX_PRE_ROLL", "Recorder", "RecorderState", "Snapshot", "recover"]
 
 MAX_PRE_ROLL = 10.0
 """Seconds kept of what was heard and seen before a take."""
@@ -251,7 +248,7 @@ class Recorder:
 
         Raises:
             StudioError: nothing rolls, nothing came in, or the take cannot be written (what was recorded
-                stays on the disk, and `recover` finds it).
+                stays on the disk, and `recovery.recover` finds it).
         """
         with self._asking:
             ended = self._end_roll()

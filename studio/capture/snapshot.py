@@ -16,8 +16,8 @@ from studio.capture.receiver import ReceiverStats
 from studio.capture.roll import Roll
 from studio.motion import Motion, Pose
 from studio.sound.sound_file import Sound
-from studio.vmc.assemble import Sender
 from studio.vmc.rows import RowBlock, motion_of
+from studio.vmc.stream import Sender
 
 
 class RecorderState(StrEnum):
@@ -51,11 +51,10 @@ class Snapshot:
         peak_dbfs, rms_dbfs, hold_dbfs, clipped: the level meter; clipped stays until `clear_clip`.
         audio_seconds: sound kept in this take, or heard since the device was opened.
         motion_alive, audio_alive: frames / blocks come in right now.
-        sender: who leads the motion, "127.0.0.1:53211"; "" before any came.
-        senders: everyone heard lately.
+        senders: everyone heard lately, "127.0.0.1:53211".
         sources: every sender that gives anything, with the channels it gives.
         port: the first motion port. ports: all of them.
-        avatar: title of the avatar, "" where unsent. tracking: numbers of the last /VMC/Ext/OK.
+        avatar: title of the avatar, "" where unsent.
         offset_ms: how much later sound is handed over than it was captured, which the clock takes out; None
             without sound.
         drift_ppm: how much faster the computer's clock runs than the sound device's.
@@ -89,17 +88,14 @@ class Snapshot:
     audio_seconds: float = 0.0
     motion_alive: bool = False
     audio_alive: bool = False
-    sender: str = ""
     senders: tuple[str, ...] = ()
     sources: tuple[Sender, ...] = ()
     avatar: str = ""
-    tracking: tuple[int, ...] = ()
     port: int | None = None
     ports: tuple[int, ...] = ()
     host: str = ""
     device: str | None = None
     sample_rate: int = 0
-    audio_channels: int = 0
     offset_ms: float | None = None
     drift_ppm: float = 0.0
     disk_free_bytes: int = 0
@@ -250,11 +246,9 @@ def _motion_facts(now: float, motion: MotionInput) -> dict[str, Any]:
         "frames_per_s": stats.frames_per_s,
         "jitter_ms": stats.jitter_ms,
         "motion_alive": now - stats.last_arrival < _ALIVE_S,
-        "sender": stats.sender,
         "senders": stats.senders,
         "sources": stats.sources,
         "avatar": _title(stats),
-        "tracking": stats.ok,
         "port": motion.port,
         "ports": motion.ports,
         "host": motion.host,
@@ -281,7 +275,6 @@ def _sound_facts(sound: SoundInput, roll: Roll | None) -> dict[str, Any]:
         "audio_alive": not sound.audio.stalled,
         "device": sound.name,
         "sample_rate": sound.audio.sample_rate,
-        "audio_channels": sound.audio.channels,
         "offset_ms": sound.delay_ms,
         "drift_ppm": sound.fit.drift_ppm if sound.fit else 0.0,
     }

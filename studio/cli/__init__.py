@@ -4,7 +4,8 @@ One file per verb in this package offers `add_arguments(parser)` and `run(args, 
 example says more; `run` reports through `out` (studio.cli._output.Output), raises StudioError or
 RequestError, and may give another exit code than 0.
 
-_export        What commands that write motion share: their arguments, and how an export is reported
+_export        What commands that write motion share: their arguments, how an export is reported, and the
+               sentence where all failed
 _live_targets  The VMC targets of a live performance: started, stopped and reported by name while it runs
 _measure       What `saia evaluate`, `compare` and `train` share: runs and simple guesses measured, and their
                table
@@ -57,6 +58,7 @@ VERBS = {
     "encoder": "list the speech encoders on this computer, or bring one here",
     "find": "find missing sound, motion or takes in a folder, and put them back",
     "pack": "put a whole project, or one run, into one file",
+    "settings": "list what is set, here and in the window, or change it",
     "suggest": "list what to look at first: takes and spans that are most likely bad",
     "unpack": "make a project folder of a packed zip, or bring a packed run into a project",
 }

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 from studio.cli._output import address
 from studio.errors import RequestError, StudioError
 from studio.ipc.events import LiveTarget
-from studio.vmc.encode import SendOptions
+from studio.vmc.encode import NAME_SETS, SendOptions
 from studio.vmc.sender import Destination, PoseSource, TargetStatus, VmcTarget
-
-NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
 
 
 class Targets:
     """All targets of a performance.
 
     Args:
-        source: gives what to send.
+        source: what to send.
         usual: how it is sent where a request does not say.
     """
 
-    def __init__(self, source: Callable[[], PoseSource], usual: Destination) -> None:
+    def __init__(self, source: PoseSource, usual: Destination) -> None:
         self._source, self._usual = source, usual
         self._targets: dict[str, VmcTarget] = {}
         self._statuses: dict[str, TargetStatus] = {}
@@ -36,7 +33,7 @@ class Targets:
         name, destination = self._read(command)
         # The same target is started again: two would send to one avatar in turns.
         target = self._targets.get(name) or VmcTarget()
-        target.start(destination, self._source())
+        target.start(destination, self._source)
         self._targets[name] = target
 
     def unsend(self, name: str) -> None:
@@ -52,11 +49,6 @@ class Targets:
         target = self._targets.get(name)
         if target is not None:
             target.wave()
-
-    def show(self) -> None:
-        """Tell all what to send: their channels changed."""
-        for target in self._targets.values():
-            target.show(self._source())
 
     def states(self) -> tuple[LiveTarget, ...]:
         """The state of each, for a display."""

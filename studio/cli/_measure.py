@@ -82,7 +82,6 @@ def measure(
     """
     from studio.evaluation.evaluation_set import evaluate
     from studio.inference.offline import load_predictor, sampling_of
-    from studio.sound.sound_file import Sound
 
     # Once for all takes: loading weights takes longer than generating a short take.
     predictor, sampling = load_predictor(chosen.folder), sampling_of(seed, liveliness)
@@ -92,9 +91,7 @@ def measure(
         done, of, take = next(waiting), len(evaluation_set.material), material.selection.id
         text = f"{chosen.id} listens to {take} ({done + 1} of {of})"
         out.pass_by(MeasureProgressEvent(done / of, run=chosen.id, take=take, done=done, of=of), text)
-        # A take's own rate need not be the one the model learnt at.
-        sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
-        return predictor.generate_samples(sound.mono(), style, sampling)
+        return predictor.generate_samples(material.heard_at(rate), style, sampling)
 
     return evaluate(predict, evaluation_set.material)
 

@@ -16,8 +16,8 @@ from studio.files.atomic import plain
 from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
 from studio.vmc import MARIONETTE_PORT
 
-DEFAULT_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
-"""Where motion is sent where nobody says: an avatar program on this computer."""
+EXAMPLE_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
+"""An address as it is written, in helps and complaints; where motion goes is in the settings."""
 
 
 def counted(number: int, thing: str) -> str:
@@ -34,7 +34,7 @@ def address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     # isdigit alone takes digits of other scripts, which int reads and sockets do not.
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {DEFAULT_TARGET}.")
+        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {EXAMPLE_TARGET}.")
     # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)
 

@@ -24,7 +24,7 @@ LEAST_FREE_BYTES = 2 * 2**30
 """An hour of stereo sound at 48 kHz with motion is about 1.5 GB."""
 
 # A picture is drawn and looked at: drivers exist that make a context and draw nothing.
-_OPENGL = """
+OPENGL_PROBE = """
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
 plotter.add_mesh(pyvista.Sphere())
@@ -35,7 +35,7 @@ assert image.std() > 1, "the picture is empty"
 print(facts.get("opengl version string", "?"), "|", facts.get("opengl renderer string", "an unknown device"))
 """
 # Multiplied for real: importing alone does not use the processor's own instructions.
-_TORCH = """
+TORCH_PROBE = """
 import torch
 x = torch.ones(64, 64) @ torch.ones(64, 64)
 assert float(x[0, 0]) == 64.0
@@ -138,9 +138,9 @@ def check_screen() -> SystemCheckEvent:
     return SystemCheckEvent("screen", False, "There is no screen.", "Start the studio in a desktop session.")
 
 
-def check_opengl() -> SystemCheckEvent:
+def check_opengl(probe: str = OPENGL_PROBE) -> SystemCheckEvent:
     """Whether the stick figure can be drawn, tried in a process of its own: a bad driver crashes."""
-    ok, answer = _probe(_OPENGL)
+    ok, answer = _probe(probe)
     if not ok:
         remedy = "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
         return SystemCheckEvent("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
@@ -167,9 +167,9 @@ def check_port(port: int) -> SystemCheckEvent:
     return SystemCheckEvent("motion", True, f"Port {port} is free for motion.")
 
 
-def check_torch() -> SystemCheckEvent:
+def check_torch(probe: str = TORCH_PROBE, timeout_s: float = PROBE_TIMEOUT) -> SystemCheckEvent:
     """Whether networks can be trained, and on what."""
-    ok, answer = _probe(_TORCH)
+    ok, answer = _probe(probe, timeout_s)
     if not ok:
         return SystemCheckEvent(
             "PyTorch", False, f"PyTorch does not work: {answer}.", "Run the set-up again (make setup)."
@@ -198,19 +198,19 @@ def check_speech() -> SystemCheckEvent:
     return SystemCheckEvent("speech", True, words)
 
 
-def check_disk() -> SystemCheckEvent:
+def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:
     """Whether an hour of recording fits on the disk of the current folder."""
     from studio.files.atomic import size_text
 
     # The current folder's disk: no project is named, and most are made where people stand.
     free = shutil.disk_usage(Path.cwd()).free
     room = f"{size_text(free)} are free here"
-    if free < LEAST_FREE_BYTES:
+    if free < least_bytes:
         return SystemCheckEvent("disk", False, f"Only {room}.", "Free some space before recording.")
     return SystemCheckEvent("disk", True, f"{room}.")
 
 
-def _probe(code: str) -> tuple[bool, str]:
+def _probe(code: str, timeout_s: float = PROBE_TIMEOUT) -> tuple[bool, str]:
     """Run some Python in a child; whether it ended well, and its last line of output or complaint."""
     try:
         done = subprocess.run(
@@ -219,11 +219,11 @@ def _probe(code: str) -> tuple[bool, str]:
             text=True,
             stdin=subprocess.DEVNULL,
             env=launch.environment(),
-            timeout=PROBE_TIMEOUT,
+            timeout=timeout_s,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return False, f"it did not answer within {PROBE_TIMEOUT:.0f} s"
+        return False, f"it did not answer within {timeout_s:.0f} s"
     if done.returncode == 0:
         return True, (done.stdout.strip().splitlines() or [""])[-1]
     last = (done.stderr.strip().splitlines() or [f"it crashed with code {done.returncode}"])[-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from studio.cli._export import (
 from studio.cli._output import Output
 from studio.cli._project import check_sound, opened, trim_cache
 from studio.cli._stdin import ends_clean
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError
 from studio.export.clip import ExportClip, ExportSource, Generator, Report, sound_files
 from studio.export.range import ExportRange
 from studio.ipc.events import GenerateDone, NoteEvent, PieceEvent
@@ -85,8 +86,6 @@ def _one(
     render_options = render_options_of(args)
     cache, generated = ClipCache(), partial(_generated, generator, audio, args.pieces, out)
     job = SourceJob(ExportSource(audio.stem, 1.0, generated), cache, export_range, render_options)
-    # Only now: a request that was refused makes no folder.
-    target.absolute().parent.mkdir(parents=True, exist_ok=True)
     files = run_one(entry_of(job, writer, target.absolute()), out)
     motion = job.clip(lambda fraction: None).motion
     assert motion is not None
@@ -133,19 +132,13 @@ def _generated(
     """The motion of a sound; each piece is also written into a folder as soon as it is there."""
     if pieces is None:
         return ExportClip(generator.motion(audio, report), audio)
-    from studio.motion.motion import concatenate
-    from studio.sound.sound_file import sound_info
     from studio.take.motion_file import write_motion
 
-    seconds = sound_info(audio).duration
-    parts: list[Motion] = []
-    for part in generator.pieces(audio):
-        file = pieces.absolute() / f"piece_{len(parts):05d}.arrow"
-        write_motion(file, part)
-        parts.append(part)
-        end = float(part.times[-1])
-        out.emit(PieceEvent(str(file), float(part.times[0]), end))
-        report(min(1.0, end / seconds) if seconds > 0 else 1.0)
-    if not parts:
-        raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
-    return ExportClip(concatenate(parts), audio)
+    written = count()
+
+    def write(piece: Motion) -> None:
+        file = pieces.absolute() / f"piece_{next(written):05d}.arrow"
+        write_motion(file, piece)
+        out.emit(PieceEvent(str(file), float(piece.times[0]), float(piece.times[-1])))
+
+    return ExportClip(generator.motion(audio, report, write), audio)

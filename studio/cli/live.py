@@ -8,8 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._live_targets import NAME_SETS, Targets
-from studio.cli._output import DEFAULT_TARGET, Output, address
+from studio import settings
+from studio.cli._live_targets import Targets
+from studio.cli._output import Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
 from studio.errors import RequestError, StudioError
@@ -27,13 +28,14 @@ from studio.ipc.events import (
     VoiceEvent,
     WaveEvent,
 )
+from studio.vmc.encode import NAME_SETS
 
 if TYPE_CHECKING:
     from studio.inference.live.build import LivePerformance
     from studio.project import Project, Run
     from studio.vmc.sender import Destination
 
-EXAMPLE = f"saia live MyProject balanced_001 --to {DEFAULT_TARGET}"
+EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39540"
 NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
@@ -51,11 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="NAME", help="where --file is heard; none for nowhere")
     parser.add_argument(
         "--to", action="append", metavar="HOST:PORT",
-        help=f"where an avatar program listens ({DEFAULT_TARGET}); may be repeated; none for nowhere",
+        help="where an avatar program listens (the first in the settings); may be repeated; none for nowhere",
     )  # fmt: skip
     parser.add_argument(
-        "--look-ahead", type=int, metavar="MS", help="how far it hears ahead (100, or the nearest)"
-    )
+        "--look-ahead", type=int, metavar="MS",
+        help="how far it hears ahead (100, or 500 for runs that read both ways; the nearest it offers)",
+    )  # fmt: skip
     parser.add_argument(
         "--voice-to", metavar="NAME",
         help="hand your voice on to this output, as late as the avatar; the word default: the system's",
@@ -108,17 +111,13 @@ class _Stage:
         self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
     ) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
-        self._targets = Targets(live.pose_source, _usual(args))
+        self._targets = Targets(live.pose_source(), _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._reported_at = self._shown = 0.0
         self._began, self._measured = time.monotonic(), False
         self._voice: str | None = None
         self._commands: dict[str, Callable[[Command], None]] = {
-            "mute": lambda command: self._switch(command, live.set_muted, live.muted),
-            "freeze": lambda command: self._switch(command, live.set_frozen, live.frozen),
-            "neutral": lambda command: self._switch(command, live.set_neutral, live.neutral),
-            "gain": lambda command: self._switch(command, live.set_gain, live.gain_on),
-            "gate": lambda command: self._switch(command, live.set_idles, live.idles),
+            **dict.fromkeys(live.switches, self._switch),
             "look-ahead": lambda command: self._look_ahead(command.argument),
             "voice-to": lambda command: self._voice_to(command.argument),
             "tune": lambda command: self._tune(command.argument),
@@ -175,9 +174,9 @@ class _Stage:
         except StudioError as error:
             self._say(error)
 
-    def _switch(self, command: Command, turn: Callable[[bool], None], now: bool) -> None:
-        on = command.switched_to(now)
-        turn(on)
+    def _switch(self, command: Command) -> None:
+        on = command.switched_to(self._live.is_on(command.word))
+        self._live.switch(command.word, on)
         self._out.emit(SwitchEvent(command.word, on), f"{command.word} is {'on' if on else 'off'}.")
 
     def _wave(self, name: str) -> None:
@@ -208,7 +207,6 @@ class _Stage:
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)
-        self._targets.show()
         self._out.emit(ChannelsEvent(**self._live.channel_facts()))
 
     def _say(self, error: StudioError) -> None:
@@ -269,7 +267,7 @@ def _addresses(args: argparse.Namespace) -> list[str]:
         raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
     if args.to == [NOWHERE]:
         return []
-    requested = args.to or [DEFAULT_TARGET]
+    requested = args.to or [settings.load().targets[0].where]
     for one in requested:
         address(one)
     return list(requested)

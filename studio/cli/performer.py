@@ -6,12 +6,12 @@ import argparse
 import queue
 from pathlib import Path
 
-from studio.cli._output import DEFAULT_TARGET, Output, address, counted
+from studio.cli._output import EXAMPLE_TARGET, Output, address, counted
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError
 from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
 
-EXAMPLE = f"saia performer --to {DEFAULT_TARGET} --seconds 30"
+EXAMPLE = f"saia performer --to {EXAMPLE_TARGET} --seconds 30"
 _LOOK_S = 0.1
 
 
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command's words."""
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--to", metavar="HOST:PORT", help=f"perform live and send VMC there, such as {DEFAULT_TARGET}"
+        "--to", metavar="HOST:PORT", help=f"perform live and send VMC there, such as {EXAMPLE_TARGET}"
     )
     what.add_argument("--sample", metavar="FOLDER", type=Path, help="make the sample project in a new folder")
     what.add_argument(

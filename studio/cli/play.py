@@ -7,8 +7,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio import settings
 from studio.cli._export import add_tune, tuning_of
-from studio.cli._output import DEFAULT_TARGET, Output, address, as_request, counted
+from studio.cli._output import Output, address, as_request, counted
 from studio.cli._project import check_sound, recover_takes
 from studio.errors import RequestError
 from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--to",
         action="append",
         metavar="HOST:PORT",
-        help=f"where it listens ({DEFAULT_TARGET}); may be repeated",
+        help="where it listens (the first target in the settings); may be repeated",
     )
     parser.add_argument("--fps", type=float, default=60.0, help="frames per second (60)")
     parser.add_argument(
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if not 1.0 <= args.fps <= 240.0:
         raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
     # Read before anything is opened: a typing error costs no second of waiting.
-    addresses = [address(text) for text in args.to or [DEFAULT_TARGET]]
+    addresses = [address(text) for text in args.to or [settings.load().targets[0].where]]
     if args.audio is not None:
         check_sound(args.audio)
     project = _project_of(args.motion)
@@ -95,7 +96,7 @@ def _start_targets(
     from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
     options = SendOptions(names=args.names, bundle=not args.no_bundle, rotations_only=args.rotations_only)
-    source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
+    source = PoseSource(motion.named_pose, lambda: player.position)
     targets = []
     for host, port in addresses:
         target = VmcTarget()

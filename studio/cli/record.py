@@ -76,11 +76,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with opened_or_made(args.project, out) as project:
         recorder = Recorder(project.takes_folder)
         try:
-            take, last = _record(recorder, args, port, out)
+            take, last = record_take(recorder, args, port, out)
         finally:
             recorder.close()
         project.refresh()
-    _report(take, last, args.seconds, recorder.cut_off, out)
+    tell_outcome(take, last, args.seconds, recorder.cut_off, out)
     return 1 if recorder.cut_off is not None else 0
 
 
@@ -92,9 +92,14 @@ def _port(text: str) -> int | None:
     return int(text)
 
 
-def _record(
+def record_take(
     recorder: Recorder, args: argparse.Namespace, port: int | None, out: Output
 ) -> tuple[Take, Snapshot]:
+    """Record until the end that was asked for; the take, and the last look at the recorder before it.
+
+    Raises:
+        StudioError: the port or the sound device cannot be opened, or the folder cannot be written.
+    """
     if port is not None:
         # Motion first: a port in use is refused before the microphone's light goes on.
         recorder.open_motion(port, args.host)
@@ -125,7 +130,7 @@ def _follow(recorder: Recorder, seconds: float | None, stop: threading.Event, ou
         ended = now.state != "rolling"
         if ended or now.elapsed - reported_at >= _TELL_S:
             reported_at = now.elapsed
-            _tell(now, reported, out)
+            tell_state(now, reported, out)
         if ended:
             return
 
@@ -137,7 +142,8 @@ def _wait_for_sound(recorder: Recorder) -> None:
         time.sleep(0.01)
 
 
-def _tell(now: Snapshot, reported: set[str], out: Output) -> None:
+def tell_state(now: Snapshot, reported: set[str], out: Output) -> None:
+    """Say how the recording goes; each kind of problem once, and then also in `reported`."""
     state = RecordStateEvent(
         state=now.state,
         elapsed=round(now.elapsed, 3),
@@ -174,7 +180,7 @@ def _not_in_it(take: Take, last: Snapshot, asked: float | None) -> str:
     return "".join(f" {sentence}" for sentence in found)
 
 
-def _report(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None, out: Output) -> None:
+def tell_outcome(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None, out: Output) -> None:
     """The last sentence; a recording that was cut off did not get to what was asked for."""
     from studio.capture.health import counter
 

@@ -54,7 +54,6 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     from studio.evaluation.evaluation_set import choose_evaluation_set, pair
     from studio.inference.offline import load_predictor
     from studio.metrics.scores import frame_errors
-    from studio.sound.sound_file import Sound
 
     # What is used for nothing spoils nothing.
     used = [s.id for s, _ in project.selected() if s.split]
@@ -63,8 +62,7 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     rate = predictor.model.recipe.sound.sample_rate
     pairs = {}
     for count, material in enumerate(evaluation_set.material, 1):
-        sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
-        pairs[material.selection.id] = pair(predictor.generate_samples(sound.mono()), material)
+        pairs[material.selection.id] = pair(predictor.generate_samples(material.heard_at(rate)), material)
         fraction = count / len(evaluation_set.material)
         out.emit(MeasuredEvent(take=material.selection.id, fraction=fraction))
     start = {

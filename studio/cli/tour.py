@@ -65,7 +65,7 @@ def _screen(out: Output) -> Iterator[None]:
 @contextlib.contextmanager
 def _sound(out: Output) -> Iterator[None]:
     """A sound device that hears what it plays: the real one, else a virtual one where there can be one."""
-    if _has_microphone():
+    if has_microphone():
         yield
         return
     if not virtual_devices.sound_available():
@@ -90,7 +90,7 @@ def _let_devices_go() -> None:
     sounddevice._terminate()
 
 
-def _has_microphone() -> bool:
+def has_microphone() -> bool:
     """Whether PortAudio lists an input, asked in a process of its own: it lists devices once."""
     import subprocess
 

@@ -37,12 +37,9 @@ class TrainingMaterial:
     duration: float
     excluded: tuple[tuple[float, float], ...] = ()
 
-    def used(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which moments (seconds from the in point) are not left out."""
-        keep = np.ones(len(times), dtype=bool)
-        for start, end in self.excluded:
-            keep &= ~((times >= start) & (times < end))
-        return keep
+    def heard_at(self, sample_rate: int) -> NDArray[np.float32]:
+        """The samples at another rate, Hz: a take's own need not be the one that a model learnt at."""
+        return Sound(self.samples[:, None], self.sample_rate).resampled(sample_rate).mono()
 
 
 def load_material(

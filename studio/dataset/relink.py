@@ -16,8 +16,8 @@ from pathlib import Path
 from studio.dataset.dataset import Dataset
 from studio.dataset.history import is_inside
 from studio.errors import StudioError
-from studio.files import atomic, leftovers
-from studio.files.cache import read_arrays
+from studio.files import atomic, cache, leftovers
+from studio.sound.peaks import CACHE_NAME
 from studio.sound.sound_file import sound_info
 from studio.take.folder import INFO_FILE, SOUND_SUFFIXES, TRASH_FOLDER, load_take
 from studio.take.motion_file import SUFFIX as MOTION_SUFFIX
@@ -216,8 +216,8 @@ def _is_whole(folder: Path) -> bool:
 
 def _is_sound_of(file: Path, take: Take) -> bool:
     # The cheapest look first; most sounds of another take differ in size already.
-    size = _size_seen(take)
-    if size is not None and file.stat().st_size != size:
+    sizes = _sizes_seen(take)
+    if sizes and file.stat().st_size not in sizes:
         return False
     try:
         info = sound_info(file)
@@ -227,14 +227,12 @@ def _is_sound_of(file: Path, take: Take) -> bool:
     return same and abs(info.duration - take.info.audio_seconds) <= AS_LONG
 
 
-def _size_seen(take: Take) -> int | None:
-    """Bytes of the sound file when its picture was made; None where none was kept."""
+def _sizes_seen(take: Take) -> set[int]:
+    """Bytes of the sound file when its picture was made; none where none was kept."""
     assert take.audio_path is not None
-    kept = take.audio_path.with_name(f".{take.audio_path.name}.peaks.npz")
-    try:
-        return int(read_arrays(kept)["size"])
-    except (KeyError, TypeError, ValueError):
-        return None
+    found = [cache.read_arrays(place) for place in cache.kept_beside(take.audio_path, CACHE_NAME)]
+    # A damaged one tells nothing.
+    return {int(one["size"]) for one in found if "size" in one and one["size"].size == 1}
 
 
 def _is_motion_of(file: Path, take: Take) -> bool:

@@ -34,7 +34,6 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
     """
     from studio.inference.live.steps import look_ahead_of
     from studio.inference.offline import load_predictor
-    from studio.sound.sound_file import Sound
 
     predictor = load_predictor(chosen.folder)
     network, rate = predictor.model.network, predictor.model.recipe.sound.sample_rate
@@ -47,8 +46,7 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
 
         def predict(material: TrainingMaterial, ms: int = ms) -> Motion:
             on_step(ms, next(begun), of)
-            sound = Sound(material.samples[:, None], material.sample_rate).resampled(rate)
-            return predictor.generate_samples(sound.mono())
+            return predictor.generate_samples(material.heard_at(rate))
 
         figures = evaluate(predict, evaluation_set.material).metrics
         reach = round(look_ahead_of(predictor.model, ms).reach_ms, 2)

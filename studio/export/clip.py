@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -79,25 +79,18 @@ class Generator:
         """The style it moves in."""
         return self.options.style or self._predictor.style
 
-    def motion(self, audio: Path, report: Report) -> Motion:
-        """Generate the motion of a whole sound."""
+    def motion(
+        self, audio: Path, report: Report, on_piece: Callable[[Motion], None] = lambda piece: None
+    ) -> Motion:
+        """Generate the motion of a whole sound; each piece is also given as soon as it is made."""
         from studio.inference.offline import sampling_of
 
         # Before the weights are loaded: an impossible liveliness is to be refused at once.
         sampling = sampling_of(self.options.seed, self.options.liveliness)
         motion: Motion = self._predictor.generate(
-            audio, on_progress=report, style=self.options.style, sampling=sampling
+            audio, report, on_piece, style=self.options.style, sampling=sampling
         )
         return motion
-
-    def pieces(self, audio: Path) -> Iterator[Motion]:
-        """Generate the motion of a sound in pieces, each given as soon as it is made."""
-        from studio.inference.offline import BLOCK_SECONDS, sampling_of
-        from studio.sound.sound_file import sound_blocks
-
-        sampling = sampling_of(self.options.seed, self.options.liveliness)
-        blocks = sound_blocks(audio, self._predictor.model.recipe.sound.sample_rate, BLOCK_SECONDS)
-        yield from self._predictor.stream(blocks, style=self.options.style, sampling=sampling)
 
     @cached_property
     def _predictor(self) -> Predictor:

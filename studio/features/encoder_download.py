@@ -1,5 +1,7 @@
 """A wav2vec 2.0 from Hugging Face's hub: gone on with after a break, checked, and never executed.
 
+huggingface_hub (2.4) is no help here: it keeps nothing of a broken download for the next run, and over HTTP
+takes whatever has the right length for what was offered.
 The environment variable HF_ENDPOINT names a mirror, as it does for Hugging Face's own programs.
 Source: the hub's answers to HEAD, https://huggingface.co/docs/huggingface_hub/package_reference/file_download.
 """

@@ -208,7 +208,13 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
     shape_rows = [_stack(motions, name, face=True) for name in shape_names]
     bone_rows = [_stack(motions, name, face=False) for name in bone_names]
     learnt_shapes = tuple(i for i, rows in enumerate(shape_rows) if np.ptp(rows) >= STATIC_SHAPE)
-    learnt_bones = tuple(i for i, rows in enumerate(bone_rows) if _turn(rows) >= STATIC_ANGLE)
+    rest_turns, learnt_bones, bone_columns = [], [], []
+    for i, rows in enumerate(bone_rows):
+        six = rotation.to_6d(rows)
+        rest_turns.append(_mean_turn(six))
+        if len(rows) and rotation.angle_between(rest_turns[i], rows).max() >= STATIC_ANGLE:
+            learnt_bones.append(i)
+            bone_columns.append(six)
     # Of all bones only the hips move in place; the others' positions are the skeleton's.
     hips = _hips(motions) if "Hips" in bone_names else np.zeros((0, 3))
     learns_hips = bool(len(hips)) and bool(np.ptp(hips, axis=0).max() >= STATIC_METRES)
@@ -218,8 +224,7 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
             "Check that the tracker was sending while they were recorded.",
         )
     columns = [shape_rows[i][:, None] for i in learnt_shapes]
-    columns += [rotation.to_6d(bone_rows[i]) for i in learnt_bones]
-    columns += [hips] if learns_hips else []
+    columns += [*bone_columns, *([hips] if learns_hips else [])]
     counts = (len(learnt_shapes), 6 * len(learnt_bones), 3 * learns_hips)
     # One scale for each group and not for each column: a still brow would be scaled up to noise.
     offset, scale = _scales(columns, np.repeat(np.array([FACE, BODY, HIPS]), counts), scaling)
@@ -229,7 +234,7 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
         shape_names,
         bone_names,
         learnt_shapes,
-        learnt_bones,
+        tuple(learnt_bones),
         learns_hips,
         # The median: a shape that is stuck for a while must not set where it rests.
         rest_shapes=np.array([np.median(rows) for rows in shape_rows]),
@@ -237,9 +242,9 @@ def fit(motions: Sequence[Motion], scaling: str = "group") -> Layout:
             -1, 2
         ),
         rest_positions=_rest_positions(motions, bone_names),
-        rest_rotations=np.array([_mean_turn(rows) for rows in bone_rows]).reshape(-1, 4),
+        rest_rotations=np.array(rest_turns).reshape(-1, 4),
         root_position=np.median(roots, axis=0).astype(np.float64),
-        root_rotation=_mean_turn(root_turns),
+        root_rotation=_mean_turn(rotation.to_6d(root_turns)),
         mean=np.concatenate([part.mean(axis=0) for part in columns]).astype(np.float64),
         offset=offset,
         scale=scale,
@@ -275,16 +280,9 @@ def _stack(motions: Sequence[Motion], name: str, *, face: bool) -> Array:
     return np.concatenate(parts)
 
 
-def _turn(rotations: Array) -> float:
-    """The largest angle (radians) of any frame from the mean rotation."""
-    return float(rotation.angle_between(_mean_turn(rotations), rotations).max()) if len(rotations) else 0.0
-
-
-def _mean_turn(rotations: Array) -> Array:
-    if not len(rotations):
-        return rotation.IDENTITY.copy()
-    # In 6D, where a mean exists; of quaternions q and -q are one rotation and would cancel.
-    return rotation.from_6d(rotation.to_6d(rotations).mean(axis=0))
+def _mean_turn(six: Array) -> Array:
+    """The mean of rotations in 6D (T, 6); of quaternions q and -q are one rotation and would cancel."""
+    return rotation.from_6d(six.mean(axis=0)) if len(six) else rotation.IDENTITY.copy()
 
 
 def _hips(motions: Sequence[Motion]) -> Array:

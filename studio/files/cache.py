@@ -123,6 +123,12 @@ def find(sound: Path, name: str) -> Path | None:
     return next((place for place in places if place.is_file()), None)
 
 
+def kept_beside(sound: Path, name: str) -> list[Path]:
+    """What is kept beside a sound under a name, of any content it ever had; it may be gone itself."""
+    stem, _, suffix = name.rpartition(".")
+    return list((sound.parent / CACHE_FOLDER).glob(f"{stem}-*.{suffix}"))
+
+
 @contextmanager
 def keeping(sound: Path, name: str) -> Iterator[Path]:
     """A file to write what is to be kept under a name; it is found once the block ends well.

@@ -1,9 +1,9 @@
 """Which process may change a project, whether a process lives, and when it began.
 
 The lock is one that the system itself drops when its holder dies. filelock would do for that, but its lock on
-Windows covers the first byte of the file, where others read which process holds it. psutil tells when a
-process began by the time of day: once the clock is set, a living process would pass for a dead one, and what
-it is writing be removed.
+Windows covers the first byte of the file, where others read which process holds it, and not the one that
+earlier versions lock. psutil tells whether a process lives, but when it began by the time of day: once the
+clock is set, a living process would pass for a dead one, and what it is writing be removed.
 """
 
 from __future__ import annotations
@@ -81,36 +81,15 @@ def holder(folder: Path) -> int | None:
         return None
 
 
-if sys.platform == "win32":
+def is_alive(pid: int) -> bool:
+    """Whether a process of this computer lives, whoever's it is."""
+    # Loaded when asked: most commands never meet what another process left.
+    import psutil
 
-    def is_alive(pid: int) -> bool:
-        """Whether a process of this computer lives."""
-        import ctypes
-
-        # os.kill would end it here. 0x100000 is SYNCHRONIZE, 258 WAIT_TIMEOUT: still going on.
-        kernel = ctypes.windll.kernel32
-        process = kernel.OpenProcess(0x100000, False, pid)
-        if not process:
-            return False
-        waiting = bool(kernel.WaitForSingleObject(process, 0) == 258)
-        kernel.CloseHandle(process)
-        return waiting
-
-else:
-
-    def is_alive(pid: int) -> bool:
-        """Whether a process of this computer lives."""
-        try:
-            os.kill(pid, 0)
-        except ProcessLookupError:
-            return False
-        except OverflowError:
-            # Larger than any process number can be.
-            return False
-        except PermissionError:
-            # It lives and is another user's.
-            return True
-        return True
+    with suppress(OverflowError):
+        return bool(psutil.pid_exists(pid))
+    # Larger than any process number can be.
+    return False
 
 
 def began(pid: int) -> int:

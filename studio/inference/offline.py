@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from studio.errors import Cancelled, RequestError, StudioError
+from studio.errors import RequestError, StudioError
 from studio.features.audio import rows, span
 from studio.features.audio_spec import Floats
 from studio.model._network import Network, SamplingOptions, State
@@ -55,7 +55,7 @@ class Predictor:
         self,
         audio: Path,
         on_progress: Callable[[float], None] = lambda fraction: None,
-        cancelled: Callable[[], bool] = lambda: False,
+        on_piece: Callable[[Motion], None] = lambda piece: None,
         style: str | None = None,
         sampling: SamplingOptions = AS_LEARNT,
     ) -> Motion:
@@ -64,21 +64,20 @@ class Predictor:
         Args:
             audio: any sound or video file.
             on_progress: told after every piece which fraction is done.
-            cancelled: asked before every piece.
+            on_piece: given every piece as soon as it is made.
             style: one of `styles`; None takes the run's default.
             sampling: the seed and how lively the motion is; the same gives the same motion.
 
         Raises:
-            StudioError: the style is not known, the sound cannot be read or is empty; Cancelled.
+            StudioError: the style is not known, the sound cannot be read or is empty.
         """
         seconds = sound_info(audio).duration
         parts: list[Motion] = []
         blocks = sound_blocks(audio, self.model.recipe.sound.sample_rate, BLOCK_SECONDS)
         for part in self.stream(blocks, style=style, sampling=sampling):
             parts.append(part)
+            on_piece(part)
             on_progress(min(1.0, float(part.times[-1]) / seconds) if seconds > 0 else 1.0)
-            if cancelled():
-                raise Cancelled("Generating was cancelled.")
         if not parts:
             raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
         return concatenate(parts)

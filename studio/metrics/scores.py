@@ -135,9 +135,9 @@ def part_figures(p: Array, t: Array) -> Figures:
 
 
 def rmse(p: Array, t: Array) -> float | None:
-    """Root mean square error, sqrt(mean (p - t)^2), over all frames and columns (T, C).
+    """Root mean square error, sqrt(mean (p - t)^2), over all frames and columns (T, C) it is given.
 
-    Source: Tian et al. 2019, eq. 9.
+    Review gives it the face alone. Source: Tian et al. 2019, eq. 9.
     """
     return _root(np.square(p - t))
 

@@ -15,6 +15,6 @@ audio2face        Audio2Face: two bidirectional LSTM layers over a window of MFC
 faceformer        FaceFormer: an autoregressive transformer; each pose follows from the sound and the poses
                   before it
 recurrent         Our own network: whole sentences through a short convolution and LSTM layers
-saia              The SAIA reports' network, mended: bidirectional LSTM layers over the sequence of frames,
-                  attention over
+saia              The SAIA reports' network, mended: bidirectional LSTM layers, attention over nearby
+                  frames, a dense layer
 """

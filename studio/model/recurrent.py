@@ -341,6 +341,8 @@ def build(
 ) -> Network:
     """The network.
 
+    Defaults are for recipes that leave a value out; balanced's are in resources/recipes/balanced.toml.
+
     Args:
         sizes: what it must fit.
         units: of the convolution and each LSTM layer.

@@ -1,5 +1,4 @@
-"""The SAIA reports' network, mended: bidirectional LSTM layers over the sequence of frames, attention over
-neighbouring frames, one dense layer.
+"""The SAIA reports' network, mended: bidirectional LSTM layers, attention over nearby frames, a dense layer.
 
 The reports' notebook fed sequences of length 1 and let attention run over the batch; here both run over time.
 With several mixtures the dense layer becomes the mixture-density head the reports ask for.

@@ -125,9 +125,16 @@ class Motion:
 
     def pose(self, t: float) -> Pose:
         """The pose at a moment, between frames by slerp; held before the first and after the last."""
-        one = self.at(np.array([t]))
+        return self.at([t]).row(0)
+
+    def named_pose(self, t: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
+        """The pose at a moment with the names of its shapes and of its bones."""
+        return self.pose(t), self.shape_names, self.bone_names
+
+    def row(self, i: int) -> Pose:
+        """The pose of a frame."""
         return Pose(
-            one.shapes[0], one.positions[0], one.rotations[0], one.root_position[0], one.root_rotation[0]
+            self.shapes[i], self.positions[i], self.rotations[i], self.root_position[i], self.root_rotation[i]
         )
 
     def at(self, times: ArrayLike) -> Motion:
@@ -156,14 +163,12 @@ class Motion:
             rotation.slerp(self.root_rotation[left], self.root_rotation[right], amount),
         )
 
-    def resampled(self, fps: float, start: float | None = None, end: float | None = None) -> Motion:
-        """This motion on an even grid from start to end (seconds; its own ends where None)."""
-        if not len(self) and (start is None or end is None):
+    def resampled(self, fps: float) -> Motion:
+        """This motion on an even grid from its first frame to its last."""
+        if not len(self):
             return self
-        start = float(self.times[0]) if start is None else start
-        end = float(self.times[-1]) if end is None else end
-        count = int(np.floor((end - start) * fps + 1e-6)) + 1
-        return self.at(start + np.arange(max(count, 0)) / fps)
+        count = int(np.floor(self.duration * fps + 1e-6)) + 1
+        return self.at(self.times[0] + np.arange(count) / fps)
 
     def between(self, start: float, end: float) -> Motion:
         """The frames with start <= t < end, times unchanged."""
@@ -171,21 +176,16 @@ class Motion:
         return self.at_rows(slice(int(first), int(last)))
 
     def cut(self, start: float, end: float) -> Motion:
-        """The frames from start to end, both included, with times from start."""
+        """The frames from start to end, both included, times from start; none of a span without length."""
+        # A take of one frame ends where it begins, at 0, and still has it.
+        if start >= end > 0:
+            return self.at_rows(slice(0, 0))
         # A take ends with its last frame, so the one at the very end belongs to it.
         return self.between(start, float(np.nextafter(end, np.inf))).shifted(-start)
 
     def shifted(self, seconds: float) -> Motion:
         """This motion with every time later by some seconds."""
         return replace(self, times=self.times + seconds)
-
-    def world(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-        """World positions (T, J, 3) and rotations (T, J, 4) of all bones, the root applied."""
-        p: NDArray[np.floating]
-        p, q = self.skeleton.forward(self.positions, self.rotations)
-        root = self.root_rotation[:, None, :]
-        p = rotation.rotate(np.broadcast_to(root, (*p.shape[:2], 4)), p) + self.root_position[:, None, :]
-        return p, rotation.multiply(np.broadcast_to(root, q.shape), q)
 
     def at_rows(self, rows: slice | NDArray[np.intp]) -> Motion:
         """Some of the frames, by their numbers."""

@@ -22,6 +22,13 @@ def normalised(q: ArrayLike) -> Array:
     return _unit(np.where(finite, q, 0.0), IDENTITY)
 
 
+def towards(a: Array, b: Array, share: float) -> Array:
+    """Unit quaternions (..., 4) a share (0 to 1) of the way, along the chord, to others that are close."""
+    # q and -q are one rotation: the nearer of the two, or the mean would turn the long way round.
+    nearer = np.where((a * b).sum(axis=-1, keepdims=True) < 0, -b, b)
+    return normalised(a + (nearer - a) * share)
+
+
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """The rotation b followed by a, as quaternions (..., 4)."""
     a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)

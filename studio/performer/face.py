@@ -37,7 +37,7 @@ def shapes(times: Curve, lines: Sequence[Line], style: Style, gaze: tuple[Curve,
         VRM0 name -> weights 0..1 (n,).
     """
     found = dict(zip(MOUTH, mouth(times, lines, style).T, strict=True))
-    found |= _lids(times, lines, style)
+    found |= lids(times, lines, style)
     found |= _moods(times, lines, style)
     yaw, pitch = gaze
     found["LookRight"], found["LookLeft"] = np.maximum(yaw, 0), np.maximum(-yaw, 0)
@@ -98,7 +98,7 @@ def _loudness_effort(times: Curve, lines: Sequence[Line], style: Style) -> Curve
     return 0.7 + 0.5 * smoothed(loud, 0.06)
 
 
-def _lids(times: Curve, lines: Sequence[Line], style: Style) -> dict[str, Curve]:
+def lids(times: Curve, lines: Sequence[Line], style: Style) -> dict[str, Curve]:
     """Blink shuts both; Blink_L and Blink_R add what one lid does beyond the other."""
     left, right = np.zeros(len(times)), np.zeros(len(times))
     for line in lines:

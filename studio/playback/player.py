@@ -108,15 +108,17 @@ class Player:
         self._output: SoundOutput | None = None
         self._clock_start = 0.0
         self._problem: StudioError | None = None
-        # Opened once and closed again, only for its length and so that a bad file is an error here and not at
-        # play.
+        # Opened for its length, and so that a bad file is an error here and not at play.
         source = SoundSource(sound) if sound is not None else None
         if duration is None:
             if source is None:
                 raise StudioError("There is nothing to play.", "Choose a sound or a motion.")
             duration = source.duration
         self.duration = duration
-        if source is not None:
+        # Kept for the first play where it was decoded, which takes long. A file is not held open until then:
+        # on Windows it could not be moved.
+        self._decoded = source if source is not None and source.decoded else None
+        if source is not None and self._decoded is None:
             source.close()
 
     @property
@@ -154,13 +156,6 @@ class Player:
         with self._lock:
             self._settle()
             return self._problem
-
-    @property
-    def sound_leads(self) -> bool:
-        """Whether a sound device sets the pace (else the monotonic clock)."""
-        with self._lock:
-            self._settle()
-            return self._output is not None
 
     def play(self) -> None:
         """Roll from where it stands; from the start after the end."""
@@ -226,8 +221,10 @@ class Player:
         with self._lock:
             self._state = after(self._state, Event.CLOSE)
             output, self._output = self._output, None
-        if output is not None:
-            output.close()
+            decoded, self._decoded = self._decoded, None
+        for one in (output, decoded):
+            if one is not None:
+                one.close()
 
     def _open_output(self) -> None:
         """Find a device, unless one is open; without one the clock leads."""
@@ -238,7 +235,7 @@ class Player:
             self._output = None
         if self._output is None:
             try:
-                source = SoundSource(self._path)
+                source, self._decoded = self._decoded or SoundSource(self._path), None
                 self._output = SoundOutput(source, self.duration, self._device)
                 self._problem = None
             except StudioError as error:

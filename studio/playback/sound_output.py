@@ -185,7 +185,7 @@ class SoundOutput:
     """Plays a sound file through the default (or a named) device.
 
     Args:
-        source: the sound; this closes it.
+        source: the sound; this closes it, also where no device can play it.
         duration: seconds to play; silence after the sound where it is shorter.
         device: a PortAudio name or index; the system's default where None.
 
@@ -204,7 +204,11 @@ class SoundOutput:
         self._closing = threading.Event()
         self._wake = threading.Event()
         self._finished = False
-        self._stream, self.sample_rate = _open_stream(device, source.sample_rate, self)
+        try:
+            self._stream, self.sample_rate = _open_stream(device, source.sample_rate, self)
+        except StudioError:
+            source.close()
+            raise
         self._clock = StreamClock(self.sample_rate)
         fade = max(int(FADE_SECONDS * self.sample_rate), 1)
         self._ramp = np.linspace(1.0, 0.0, fade, dtype=np.float32)[:, None]

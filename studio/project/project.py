@@ -36,7 +36,7 @@ class Project:
     Attributes:
         folder: where it lies.
         name: what people call it.
-        defaults: values for new takes, as in project.json.
+        defaults: values for new takes, as in project.json: {} as the studio makes it, and no key is read yet.
         read_only: another window holds it, or the folder cannot be written; choices cannot change.
         problems: (sentence, remedy) for what was found damaged while opening; nothing of it is lost.
     """

@@ -67,7 +67,6 @@ def trash_sound(project: Project, sound: Path) -> Path:
             number += 1
             target = trash / f"{sound.stem}_{number}{sound.suffix}"
         sound.replace(target)
-        sound.with_name(f".{sound.name}.peaks.npz").unlink(missing_ok=True)
     except OSError as error:
         raise atomic.cannot_write(target, error) from error
     return target

@@ -106,11 +106,6 @@ class Painter:
         if self._scene is not None:
             self._scene.close()
 
-    @property
-    def knows_empty_room(self) -> bool:
-        """Whether only the middle of further pictures is drawn anew."""
-        return self._empty is not None
-
     def picture(self, t: float) -> Pixels:
         """The picture at a moment of the motion (seconds): RGBA, (height, width, 4), the first row on top."""
         pose = WorldPose.of(self._motion, t)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    # The theme reads the colours when the window comes up, which needs no numpy yet: a fifth of its start.
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -27,16 +30,22 @@ LIGHT = Palette("light", "#D0D5DD", "#5C9AD2", "#F7F9FB", "#C98300", "#F6F8FA", 
 
 def rgb(value: str) -> NDArray[np.uint8]:
     """ "#RRGGBB" as three numbers."""
+    import numpy as np
+
     return np.array([int(value[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.uint8)
 
 
 def rgba(value: str, alpha: NDArray[np.floating]) -> NDArray[np.uint8]:
     """ "#RRGGBB" with alphas 0..1 (N,) as (N, 4)."""
+    import numpy as np
+
     colour = np.tile(rgb(value), (len(alpha), 1))
     return np.column_stack([colour, (alpha * 255).astype(np.uint8)]).astype(np.uint8)
 
 
 def mixed(under: str, over: str, amount: float) -> tuple[int, int, int]:
     """Two "#RRGGBB" laid over each other: red, green and blue of `over` seen by a share of 0 to 1."""
-    red, green, blue = np.round(rgb(under) * (1 - amount) + rgb(over) * amount).astype(int).tolist()
+    red, green, blue = (
+        round(int(under[i : i + 2], 16) * (1 - amount) + int(over[i : i + 2], 16) * amount) for i in (1, 3, 5)
+    )
     return red, green, blue

@@ -3,8 +3,8 @@
 decode          Sound through FFmpeg: MP3, M4A, the sound of videos, and whatever libsndfile cannot read to
                 its end
 level           A level meter: peak, loudness, hold and a clip latch in dBFS. Pure
-peaks           How loud a sound is, at any zoom: a pyramid of smallest and largest samples, kept beside the
-                sound
+peaks           How loud a sound is, at any zoom: a pyramid of smallest and largest samples, kept once
+                made
 resample        Sound at another rate or tempo, block by block: a short symmetric filter, and FFmpeg's
                 atempo
 sound_file      Sound files: WAV, FLAC and OGG by libsndfile, anything else (MP3, M4A, video) by FFmpeg;

@@ -1,4 +1,4 @@
-"""How loud a sound is, at any zoom: a pyramid of smallest and largest samples, kept beside the sound.
+"""How loud a sound is, at any zoom: a pyramid of smallest and largest samples, kept once made.
 
 Two hours are read once, in bounded memory; from then on a picture of any stretch takes milliseconds.
 """
@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import StudioError
-from studio.files import atomic
-from studio.files.cache import read_arrays
+from studio.files import cache
 from studio.sound.sound_file import read_span, sound_blocks, sound_info
 
 BLOCK = 128
 """Samples in a block of the finest level kept."""
 FACTOR = 4
 """Blocks of a level that make one of the next."""
-FORMAT_VERSION = 1
+CACHE_NAME = "peaks1.npz"
 COARSEST = 2_048
 """Blocks at which the pyramid ends."""
 
@@ -82,21 +81,22 @@ class Peaks:
 
 
 def peaks(path: Path) -> Peaks:
-    """The peaks of a sound file, computed the first time and kept beside it as `.<name>.peaks.npz`.
+    """The peaks of a sound file, computed the first time and kept.
 
     Raises:
         StudioError: the file is missing or holds no sound.
     """
-    kept = path.with_name(f".{path.name}.peaks.npz")
-    found = _load(kept, path)
+    place = cache.find(path, CACHE_NAME)
+    found = _load(place, path) if place is not None else None
     if found is not None:
         return found
     rate = sound_info(path).sample_rate
     low, high = _measure(path)
     made = Peaks(path, rate, low, high)
-    # A folder that cannot be written shows the same picture, only later.
-    with suppress(OSError, StudioError), atomic.written(kept) as beside, beside.open("wb") as file:
-        np.savez(file, version=FORMAT_VERSION, size=path.stat().st_size, rate=rate, low=low, high=high)
+    # Nowhere to keep it: the same picture, only later the next time.
+    with suppress(OSError, StudioError), cache.keeping(path, CACHE_NAME) as beside, beside.open("wb") as file:
+        # The size tells the sound among others once it was moved away.
+        np.savez(file, size=path.stat().st_size, rate=rate, low=low, high=high)
     return made
 
 
@@ -128,16 +128,15 @@ def block_extremes(
     return np.where(inside, lows, 0).astype(np.float32), np.where(inside, highs, 0).astype(np.float32)
 
 
-def _load(kept: Path, path: Path) -> Peaks | None:
-    """Peaks kept before, unless they are damaged, of another version, or of another sound."""
-    content = read_arrays(kept)
+def _load(place: Path, path: Path) -> Peaks | None:
+    """Peaks kept before, unless they are damaged."""
+    content = cache.read_arrays(place)
     try:
-        same = int(content["version"]) == FORMAT_VERSION and int(content["size"]) == path.stat().st_size
         rate, low, high = int(content["rate"]), content["low"], content["high"]
-    except (OSError, KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError):
         return None
     whole = low.dtype == high.dtype == np.int16 and low.ndim == 1 and low.shape == high.shape
-    return Peaks(path, rate, low, high) if same and whole and rate > 0 else None
+    return Peaks(path, rate, low, high) if whole and rate > 0 else None
 
 
 def _measure(path: Path) -> tuple[Counts, Counts]:

@@ -42,11 +42,6 @@ class Resampler:
         # The next output sample.
         self._next = 0
 
-    @property
-    def delay(self) -> float:
-        """Seconds it hears ahead of what it gives."""
-        return 0.0 if self.rate == self.to else self._reach / self.rate
-
     def feed(self, block: Floats) -> Floats:
         """What can be given after one more block (N,); together the same whatever the blocks are."""
         if self.rate == self.to:

@@ -10,6 +10,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -93,7 +94,8 @@ def sound_info(path: Path) -> SoundInfo:
     """
     file = open_file(path)
     if file is None:
-        return _decoded_info(path)
+        stat = path.stat()
+        return _decoded_info(path, stat.st_size, stat.st_mtime_ns)
     with file:
         note = f"{path.name} ends early; what is there was kept." if _is_cut_short(file) else ""
         duration = file.frames / file.samplerate
@@ -328,8 +330,9 @@ def _decoded(decoding: Decoding, path: Path) -> Iterator[Samples]:
         raise _no_sound(path) from error
 
 
-def _decoded_info(path: Path) -> SoundInfo:
-    """By decoding all of it: what such files say of their own length is a guess."""
+@lru_cache(maxsize=512)
+def _decoded_info(path: Path, _size: int, _changed: int) -> SoundInfo:
+    """By decoding all of it, once: what such files say of their own length is a guess."""
     decoding = Decoding(path)
     count = sum(map(len, _decoded(decoding, path)))
     return SoundInfo(decoding.rate, decoding.channels, count / decoding.rate, "", "decoded", decoding.note)
@@ -366,6 +369,11 @@ class SoundSource:
     def duration(self) -> float:
         """Seconds."""
         return self.frames / self.sample_rate
+
+    @property
+    def decoded(self) -> bool:
+        """Whether it is a copy that took decoding all of the file, and that holds the file no longer."""
+        return self._scratch is not None
 
     def read(self, start: int, count: int) -> Samples:
         """Frames (count, 2) from a frame of the file; silence before its start and after its end."""

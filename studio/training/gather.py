@@ -13,7 +13,7 @@ import numpy as np
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, frame_rate
 from studio.features.examples import Example, make_example
@@ -173,8 +173,6 @@ def _usable(
         elif len(material.motion) < 2:
             notes.append(f"{selection.id} has no motion{_LEFT_OUT}")
         else:
-            # Checked here, with the take's name; a NaN found in the loss would name nobody.
-            _must_be_finite(material)
             if _is_silent(material):
                 notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
             found.append(material)
@@ -191,16 +189,6 @@ def _too_little(seconds: float) -> RequestError:
         f"{SHORTEST_SECONDS:.0f} s are needed.",
         "Record or import more, or mark more takes for training in Curate.",
     )
-
-
-def _must_be_finite(material: TrainingMaterial) -> None:
-    motion = material.motion
-    values = (material.samples, motion.times, motion.shapes, motion.positions, motion.rotations)
-    if not all(np.isfinite(v).all() for v in values):
-        raise StudioError(
-            f"The take {material.selection.take} holds values that are not numbers.",
-            "Leave it out in Curate, or record it again.",
-        )
 
 
 def _hold_back(

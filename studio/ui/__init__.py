@@ -5,6 +5,7 @@ avatar_store       The performer's own avatar: one for all tabs, opened on the p
 bone_table         Which joint of an imported skeleton is which bone: what was guessed, put right by a
                    person in a table
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
+child_process      One child process of the window: what it says and is told, and how it ends
 imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
                    unpacked; by child processes
 live/              The Live tab: the microphone or a file moves the avatar, now
@@ -12,10 +13,11 @@ main_window        The frame around the five tabs: tabs, status, menus, keys, dr
 menus              The menus and their keys
 messages           The only place that shows an error: a sentence and what to do, over the strip beside the
                    tabs
-live/              The Live tab: a run performs from the microphone, now
 record/            The Record tab: capture, meters, health, takes of today
 review/            The Review tab: predicted and captured motion in time with sound, sending, exporting
 session            What the whole window shares: the open project, the settings, and word of what changed
+settings_dialog    The Settings dialog: every preference of `studio.settings` that has a label, changed and
+                   kept at once
 shortcuts          Keys of the actions as Qt knows them, and the dialog that lists every key
 status_strip       The facts at the right of the tab bar: motion, sound, room on the disk, work going on
 tabs               The five tabs: which there are, and how each is built when it is first needed

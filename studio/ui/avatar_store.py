@@ -5,19 +5,23 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import shiboken6
 from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from studio import formats
 from studio.errors import StudioError
-from studio.motion.avatar import Avatar
-from studio.project import Project, avatars
-from studio.settings import Settings
 from studio.ui import messages, tasks
-from studio.ui.widgets.avatar_button import AvatarButton
+
+if TYPE_CHECKING:
+    from studio.motion.avatar import Avatar
+    from studio.project import Project
+    from studio.settings import Settings
+    from studio.ui.widgets.avatar_button import AvatarButton
+
+# The window has a store from its first moment, and an avatar only with a project: what opens one, the half of
+# all that is imported, is imported where it is used.
 
 
 class AvatarSession(Protocol):
@@ -103,6 +107,8 @@ class AvatarStore(QObject):
             return
         if path is None:
             self._clear()
+            from studio.project import avatars
+
             with suppress(StudioError):  # a folder that is only looked at: off for now
                 if not project.read_only:
                     avatars.choose(project.folder, None)
@@ -111,6 +117,8 @@ class AvatarStore(QObject):
 
     def choices(self) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
         """The project's avatars, and those elsewhere that were used lately."""
+        from studio.project import avatars
+
         project = self._session.project
         own = avatars.kept(project.folder) if project is not None else ()
         names = {path.name for path in own}
@@ -157,8 +165,12 @@ class AvatarStore(QObject):
     def _on_project(self) -> None:
         self._clear()
         project = self._session.project
-        chosen = avatars.chosen(project.folder) if project is not None else None
-        if project is not None and chosen is not None:
+        if project is None:
+            return
+        from studio.project import avatars
+
+        chosen = avatars.chosen(project.folder)
+        if chosen is not None:
             self._open(chosen, project.folder, keep=False, quiet=True)
 
 
@@ -211,6 +223,9 @@ def _show_error(asking: QWidget | None, error: BaseException) -> None:
 
 def _opened(path: Path, folder: Path, keep: bool) -> _Opened:
     """Read an avatar, and only one that can be read is copied. Runs on the thread pool."""
+    from studio import formats
+    from studio.project import avatars
+
     avatar = formats.read_avatar(path)
     _ = avatar.skins  # here, where nobody waits for pictures
     if not keep:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QWheelEvent
@@ -23,11 +24,12 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.ipc.events import BonesEvent
-from studio.motion.channels import ALL_BONES
-from studio.take.take import Take
 from studio.ui import messages, theme
 from studio.ui.session import Session
 from studio.ui.widgets.card import label
+
+if TYPE_CHECKING:
+    from studio.take.take import Take
 
 NEEDED = "Hips"
 
@@ -148,6 +150,8 @@ class _BoneBox(QComboBox):
     """The bones to choose from; the wheel scrolls the table and changes nothing."""
 
     def __init__(self, none: str) -> None:
+        from studio.motion.channels import ALL_BONES  # not needed for the window to come up
+
         super().__init__()
         self.addItem(none, "")
         for bone in ALL_BONES:

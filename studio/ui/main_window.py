@@ -35,7 +35,7 @@ from studio.ui import messages, tabs, theme
 from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
 from studio.ui.session import Session
-from studio.ui.shortcuts import ShortcutsDialog, sequence
+from studio.ui.shortcuts import ShortcutsDialog, name_of, sequence, tip_of
 from studio.ui.status_strip import StatusStrip
 from studio.ui.tabs import Presenter
 from studio.ui.undo import UndoScope
@@ -135,6 +135,14 @@ class MainWindow(QMainWindow):
     def undo_scope(self) -> UndoScope | None:
         """What Undo and Redo act on now: the shown room's own, None on the welcome page."""
         return self.rooms[self._active][1].undo_scope if self._active else None
+
+    def show_settings(self) -> None:
+        """Show every setting. Not modal: what is changed shows in the window at once."""
+        from studio.ui.settings_dialog import SettingsDialog
+
+        dialog = SettingsDialog(self.session, self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.show()
 
     def show_shortcuts(self) -> None:
         """List every key. Not modal: a recording goes on and can be stopped."""
@@ -279,7 +287,7 @@ class MainWindow(QMainWindow):
     def _build_place(self) -> QWidget:
         """The room between the tabs and the menu: facts at its right, and messages over it for a while."""
         place = QWidget()
-        place.setObjectName(messages.PLACE)
+        messages.Toast(self, place)
         row = QHBoxLayout(place)
         row.setContentsMargins(0, 0, 0, 0)
         row.addStretch(1)
@@ -290,8 +298,8 @@ class MainWindow(QMainWindow):
         button = QToolButton()
         button.setObjectName("main_menu")
         theme.set_icon(button, "mdi6.menu", "muted")
-        button.setAccessibleName(self.tr("Menu"))
-        button.setToolTip(self.tr("Menu ({0})").format(sequence("open_menu").toString()))
+        button.setAccessibleName(name_of("open_menu"))
+        button.setToolTip(tip_of("open_menu"))
         button.setShortcut(sequence("open_menu"))
         button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         button.setMenu(self.menus.all)

@@ -15,7 +15,7 @@ from studio import __version__, actions
 from studio.ui import messages, tabs, theme, undo
 from studio.ui.imports import PackTask
 from studio.ui.session import Session
-from studio.ui.shortcuts import translated
+from studio.ui.shortcuts import name_of, translated
 from studio.ui.undo import UndoScope
 from studio.ui.welcome_presenter import StartPresenter
 
@@ -46,6 +46,9 @@ class MenuCommands(Protocol):
     def show_room(self, name: str) -> None:
         """Show a tab."""
 
+    def show_settings(self) -> None:
+        """Show every setting."""
+
     def show_shortcuts(self) -> None:
         """List every key."""
 
@@ -66,6 +69,7 @@ class Menus(QObject):
         self._build_edit(edit)
         self._build_view(view)
         self._build_help(help_)
+        commands.session.settings_changed.connect(self._on_settings)
         for menu in (self.file, edit, view, help_):
             self.all.addMenu(menu)
             if sys.platform == "darwin":
@@ -94,6 +98,8 @@ class Menus(QObject):
         menu.addSeparator()
         self._add(menu, "show_project_folder", commands.show_project_folder)
         self._add(menu, "close_project", commands.close_project)
+        menu.addSeparator()
+        self._add(menu, "settings", commands.show_settings, "mdi6.cog-outline")
         self._quit = self._add(menu, "quit", self._window.close)
         menu.removeAction(self._quit)  # it comes at the end of the whole menu, and its key works all the same
 
@@ -149,8 +155,8 @@ class Menus(QObject):
         """Name what undo and redo would do in the tab shown; off where they would do nothing."""
         scope = self._commands.undo_scope
         for action, name, word in (
-            (self.undo, scope.undo_name if scope else "", translated(actions.ACTIONS["undo"].name)),
-            (self.redo, scope.redo_name if scope else "", translated(actions.ACTIONS["redo"].name)),
+            (self.undo, scope.undo_name if scope else "", name_of("undo")),
+            (self.redo, scope.redo_name if scope else "", name_of("redo")),
         ):
             action.setText(f"{word}: {name}" if name else word)
             action.setEnabled(bool(name))
@@ -165,11 +171,15 @@ class Menus(QObject):
             self.light.setChecked(not self.light.isChecked())
             messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
             return
-        name = "light" if self.light.isChecked() else "dark"
-        app = QApplication.instance()
-        assert isinstance(app, QApplication)
-        theme.apply(app, name)
-        self._commands.session.change_settings(theme=name)
+        self._commands.session.change_settings(theme="light" if self.light.isChecked() else "dark")
+
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        if "theme" in changed:
+            name = self._commands.session.settings.theme
+            app = QApplication.instance()
+            assert isinstance(app, QApplication)
+            theme.apply(app, name)
+            self.light.setChecked(name == "light")
 
     def _on_full_screen(self) -> None:
         window = self._window
@@ -180,7 +190,7 @@ class Menus(QObject):
 
     def _on_about(self) -> None:
         box = QMessageBox(self._window)
-        box.setWindowTitle(self.tr("About Saia Studio"))
+        box.setWindowTitle(name_of("about"))
         box.setIconPixmap(self._window.windowIcon().pixmap(64, 64))
         box.setText(f"Saia Studio {__version__}")
         box.setInformativeText(

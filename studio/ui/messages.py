@@ -13,7 +13,6 @@ from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
     QEnterEvent,
-    QKeySequence,
     QMouseEvent,
     QShortcut,
 )
@@ -29,9 +28,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.actions import ACTIONS
 from studio.errors import StudioError
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
 ERROR_MS = 20_000
@@ -39,10 +38,6 @@ TOAST_WIDTH = 480
 LEAST_WIDTH = 420
 TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
-PLACE = "message_place"
-"""Name of the part of a window that messages may lie over: what it says can wait for some seconds."""
-KEY = ACTIONS["go_to_message"].keys[0]
-"""Goes to the message, for those who walk with the keyboard."""
 
 Action = tuple[str, Callable[[], None]]
 """A button of a message: its words and what it does."""
@@ -59,11 +54,16 @@ class Toast(QFrame):
     """A message over a window; it goes by itself, an error later than a note, and by a click on it.
 
     It stays as long as the mouse or the keyboard is on it. F6 goes to it, Esc takes it away from there.
+
+    Args:
+        window: the one it lies over; a window without one gets it with its first message.
+        place: the part of it that messages may lie over, for what that says can wait for some seconds.
+        error_ms: how long an error stays.
     """
 
-    def __init__(self, window: QWidget, error_ms: int = ERROR_MS) -> None:
+    def __init__(self, window: QWidget, place: QWidget | None = None, error_ms: int = ERROR_MS) -> None:
         super().__init__(window)
-        self._window, self._error_ms = window, error_ms
+        self._window, self._over, self._error_ms = window, place, error_ms
         self.setObjectName("toast")
         self._icon = QLabel()
         self.text = QLabel(wordWrap=True)
@@ -81,7 +81,7 @@ class Toast(QFrame):
         close.setObjectName("toast_close")
         theme.as_role(close, "quiet")
         theme.set_icon(close, "mdi6.close", "muted")
-        close.setAccessibleName(_tr("Dismiss message"))
+        close.setAccessibleName(name_of("dismiss_message"))
         close.clicked.connect(self.hide)
         texts = QVBoxLayout()
         texts.setSpacing(2)
@@ -97,10 +97,11 @@ class Toast(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
-        away = QShortcut(QKeySequence(ACTIONS["dismiss_message"].keys[0]), self, self.hide)
+        going, dismissing = sequence("go_to_message"), sequence("dismiss_message")
+        away = QShortcut(dismissing, self, self.hide)
         away.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)  # elsewhere Esc ends a countdown
-        QShortcut(QKeySequence(KEY), window, self._go_to)
-        close.setToolTip(_tr("Dismiss ({0}, Esc)").format(KEY))
+        QShortcut(going, window, self._go_to)
+        close.setToolTip(f"{_tr('Dismiss')} ({', '.join(one.toString() for one in (going, dismissing))})")
         self._close = close
         self.bad = False
         self._on_action: Callable[[], None] | None = None
@@ -207,8 +208,7 @@ class Toast(QFrame):
 
     def _place(self) -> None:
         """Lie over the window's place for messages, from its right edge; deeper with more to say."""
-        window = self._window
-        place = window.findChild(QWidget, PLACE)
+        window, place = self._window, self._over
         most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
         width = most if place is None else min(max(place.width(), LEAST_WIDTH), most)
         self.setFixedWidth(width)
@@ -267,9 +267,14 @@ def show_warning(parent: QWidget | None, text: str, remedy: str = "", action: Ac
 
 def dismiss_error(parent: QWidget) -> None:
     """Take away an error that is still shown: the user went on to something else."""
-    toast = parent.window().findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)
+    toast = toast_of(parent.window())
     if toast is not None and toast.bad:
         toast.hide()
+
+
+def toast_of(window: QWidget) -> Toast | None:
+    """The message over a window, shown or not; None where it never had one."""
+    return window.findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)
 
 
 def ask(parent: QWidget | None, question: str, details: str, yes: str, no: str | None = None) -> bool:
@@ -310,8 +315,7 @@ def _toast(parent: QWidget | None) -> Toast | None:
     window = parent.window() if parent is not None else _main_window()
     if window is None:
         return None
-    found = window.findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)
-    return found or Toast(window)
+    return toast_of(window) or Toast(window)
 
 
 def _main_window() -> QWidget | None:

@@ -39,7 +39,7 @@ class Session(QObject):
         takes_changed: takes were added or removed.
         dataset_changed: choices about takes were edited, undone or redone.
         runs_changed: a training run appeared, ended or went.
-        settings_changed: a preference was changed.
+        settings_changed: preferences were changed, with the names of those that differ now.
         status_changed: (key, text, health) for the status strip; health is "good", "warn", "bad" or "".
         rolling_changed: a recording began or ended.
         sounds_dropped: sound files were dropped on the window while Review was shown, a tuple of paths.
@@ -60,7 +60,7 @@ class Session(QObject):
     takes_changed = Signal()
     dataset_changed = Signal()
     runs_changed = Signal()
-    settings_changed = Signal()
+    settings_changed = Signal(object)
     status_changed = Signal(str, str, str)
     rolling_changed = Signal(bool)
     sounds_dropped = Signal(object)
@@ -191,13 +191,15 @@ class Session(QObject):
         from studio import settings as preferences
         from studio.ui import messages
 
+        before = self.settings
         # Changed first and saved after: what cannot be saved still holds until the window closes.
-        self.settings = self.settings.changed(**values)
+        self.settings = before.changed(**values)
         try:
-            preferences.save(self.settings)
+            preferences.change(**values)
         except StudioError as error:  # a full disk must not keep a take from beginning
             messages.show_error(None, error)
-        self.settings_changed.emit()
+        differ = {name for name in values if getattr(before, name) != getattr(self.settings, name)}
+        self.settings_changed.emit(frozenset(differ))
 
     def _emit_changes(self) -> None:
         takes = {take.id for take in self.project.takes} if self.project else set()
@@ -219,7 +221,7 @@ class Session(QObject):
 
         self.settings = self.settings.with_recent(folder)
         with suppress(StudioError):  # a list that can't be kept is no reason not to open a project
-            preferences.save(self.settings)
+            preferences.save(preferences.load().with_recent(folder))
 
 
 def _same(a: Path, b: Path) -> bool:

@@ -41,17 +41,40 @@ def translated(text: str) -> str:
     return QCoreApplication.translate(actions.CONTEXT, text)
 
 
+def name_of(action: str) -> str:
+    """What a button says that does this action."""
+    return translated(actions.ACTIONS[action].name)
+
+
+def tip_of(action: str) -> str:
+    """What a button's tip says: what the action does, and its key; "" where the button's text says it all."""
+    one = actions.ACTIONS[action]
+    if not one.keys:
+        return translated(one.help) if one.help else ""
+    return f"{translated(one.help or one.name)} ({one.keys[0]})"
+
+
 def key_groups() -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
     """(group, ((keys, what they do), ...)) in the order shown."""
+    titles = {
+        "": _tr("Everywhere"), "record": _tr("Record"), "curate review": _tr("Curate and Review"),
+        "curate": _tr("Curate"), "train": _tr("Train"), "review": _tr("Review"), "live": _tr("Live"),
+        actions.FIGURE: _tr("Figure"),
+    }  # fmt: skip
     return tuple(
-        (translated(title), tuple((_shown(row), translated(row.text)) for row in rows))
-        for title, rows in actions.KEY_LIST
+        (titles[group], tuple((_shown(row), translated(row.text)) for row in rows))
+        for group, rows in actions.key_rows().items()
+        if rows
     )
 
 
 def _shown(row: actions.KeyRow) -> str:
-    keys = row.keys or actions.shown_keys(row.actions)
-    return ", ".join(part for part in (translated(row.gesture) if row.gesture else "", keys) if part)
+    gestures = [translated(one.gesture) for one in row.actions if one.gesture]
+    return ", ".join([*gestures, row.keys] if row.keys else gestures)
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("ShortcutsDialog", text)
 
 
 class ShortcutsDialog(QDialog):
@@ -60,7 +83,7 @@ class ShortcutsDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("shortcuts_dialog")
-        self.setWindowTitle(self.tr("List of keys"))
+        self.setWindowTitle(name_of("list_keys"))
         columns = QHBoxLayout()
         columns.setSpacing(40)
         listed = key_groups()

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
+import sys
 import tempfile
-from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import shiboken6
-from PySide6.QtCore import (
-    QObject,
-    QProcess,
-    QProcessEnvironment,
-    QRunnable,
-    Qt,
-    QThreadPool,
-    QTimer,
-    Signal,
-    Slot,
-)
+from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
 from studio import launch
-from studio.errors import FileThereError, StudioError
 from studio.files import leftovers
 from studio.ipc.commands import STOP, Command
-from studio.ipc.events import DoneEvent, ErrorEvent, MessageError, decode
+from studio.ipc.events import DoneEvent
+from studio.ui.child_process import ChildProcess
 
 T = TypeVar("T")
 
@@ -177,11 +166,6 @@ class LatestTask:
         run(work, done, failed, owner=self._owner)
 
 
-KILL_AFTER_MS = 5_000
-CLOSE_MS = 2_000
-LOG_LINES = 200
-
-
 def _studio(arguments: list[str]) -> Sequence[str]:
     return launch.studio(*arguments, "--json")
 
@@ -196,6 +180,8 @@ class ChildTask(QObject):
     Args:
         parent: as everywhere in Qt.
         command: the program and its arguments, for arguments of `saia`; tests give one of their own.
+        hears_terminate: children hear when they are to end; on Windows they do not, and are told on their
+            standard input.
 
     Signals:
         told: what the child says while it runs, an event of studio.ipc.
@@ -212,12 +198,16 @@ class ChildTask(QObject):
     ended = Signal()
 
     def __init__(
-        self, parent: QObject | None = None, command: Callable[[list[str]], Sequence[str]] = _studio
+        self,
+        parent: QObject | None = None,
+        command: Callable[[list[str]], Sequence[str]] = _studio,
+        hears_terminate: bool = sys.platform != "win32",
     ) -> None:
         super().__init__(parent)
         self._command = command
-        self._child: _Child | None = None
-        self._dropped: set[_Child] = set()
+        self._hears_terminate = hears_terminate
+        self._child: ChildProcess | None = None
+        self._dropped: set[ChildProcess] = set()
         self._log = ""
 
     @property
@@ -272,7 +262,7 @@ class ChildTask(QObject):
             self._child.tell(command)
 
     def cancel(self) -> None:
-        """End the child now: terminate, then kill."""
+        """End the child now: ask it to, then kill it."""
         if self._child is not None:
             self._child.cancel()
 
@@ -295,20 +285,20 @@ class ChildTask(QObject):
         for child in list(self._dropped):
             child.close()
 
-    def _new_child(self, scratch: Path | None) -> _Child:
+    def _new_child(self, scratch: Path | None) -> ChildProcess:
         self.drop()
-        child = self._child = _Child(self, self._command, scratch)
+        child = self._child = ChildProcess(self, self._command, scratch, self._hears_terminate)
         # Methods, since Qt would hold a lambda, and with it this object, until the child is deleted: then the
         # child's end would delete its own parent.
         child.told.connect(self._on_told)
         child.ended.connect(self._on_ended)
         return child
 
-    def _on_told(self, child: _Child, event: object) -> None:
+    def _on_told(self, child: ChildProcess, event: object) -> None:
         if child is self._child:
             self.told.emit(event)
 
-    def _on_ended(self, child: _Child, outcome: object) -> None:
+    def _on_ended(self, child: ChildProcess, outcome: object) -> None:
         self._dropped.discard(child)
         child.deleteLater()
         if child is not self._child:
@@ -322,170 +312,3 @@ class ChildTask(QObject):
         else:
             self.cancelled.emit()
         self.ended.emit()
-
-
-class _Child(QObject):
-    """One child process, from its preparing to its end.
-
-    Signals:
-        told: (this child, an event).
-        ended: once; (this child, a DoneEvent, the exception why not, or None where it was cancelled).
-    """
-
-    told = Signal(object, object)
-    ended = Signal(object, object)
-
-    def __init__(
-        self, parent: QObject, command: Callable[[list[str]], Sequence[str]], scratch: Path | None
-    ) -> None:
-        super().__init__(parent)
-        self._command = command
-        self._process = QProcess(self)
-        self._process.readyReadStandardOutput.connect(self._on_output)
-        self._process.readyReadStandardError.connect(self._on_stderr)
-        self._process.finished.connect(self._on_finished)
-        self._process.errorOccurred.connect(self._on_process_error)
-        self._kill_timer = QTimer(self)
-        self._kill_timer.setSingleShot(True)
-        self._kill_timer.setInterval(KILL_AFTER_MS)
-        self._kill_timer.timeout.connect(self._process.kill)
-        self._scratch = scratch
-        self._preparing = scratch is not None
-        self._partial, self._verb = b"", ""
-        self._lines: deque[str] = deque(maxlen=LOG_LINES)
-        self._done: DoneEvent | None = None
-        self._error: ErrorEvent | None = None
-        self._misread: MessageError | None = None
-        self._ended = False
-        self.cancelling = False
-
-    @property
-    def pid(self) -> int:
-        return int(self._process.processId())
-
-    @property
-    def log(self) -> str:
-        return "\n".join(self._lines)
-
-    def start(self, arguments: list[str]) -> None:
-        self._preparing = False
-        if self._ended or not shiboken6.isValid(self):  # cancelled, or the window gone, while it was prepared
-            self._remove_scratch()
-            return
-        self._verb = arguments[0]
-        environment = QProcessEnvironment.systemEnvironment()
-        environment.insert("PYTHONUTF8", "1")
-        environment.insert("PYTHONUNBUFFERED", "1")
-        for name, value in launch.import_variables().items():
-            environment.insert(name, value)
-        self._process.setProcessEnvironment(environment)
-        program, *words = self._command(arguments)
-        self._process.start(program, words)
-
-    def give_up(self, error: BaseException) -> None:
-        """Preparing it failed."""
-        self._preparing = False
-        self._remove_scratch()
-        if shiboken6.isValid(self):  # else the window went meanwhile, and nobody is there to be told
-            self._end(error)
-
-    def tell(self, command: Command) -> None:
-        if self._alive():
-            self._process.write(command.line.encode() + b"\n")
-
-    def cancel(self) -> None:
-        self.cancelling = True
-        if self._alive():
-            self._process.terminate()
-            self._kill_timer.start()
-        else:
-            self._end(None)
-
-    def kill(self) -> None:
-        self.cancelling = True
-        if self._alive():
-            self._process.kill()
-        else:
-            self._end(None)
-
-    def close(self) -> None:
-        if self._alive() and not self._process.waitForFinished(CLOSE_MS):
-            self._process.kill()
-            self._process.waitForFinished(CLOSE_MS)
-
-    def _alive(self) -> bool:
-        return self._process.state() != QProcess.ProcessState.NotRunning
-
-    def _end(self, outcome: object) -> None:
-        if self._ended:
-            return
-        self._ended = True
-        if not self._preparing:  # else the pool still writes into it; `start` or `give_up` removes it then
-            self._remove_scratch()
-        self.ended.emit(self, outcome)
-
-    def _remove_scratch(self) -> None:
-        folder, self._scratch = self._scratch, None
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
-
-    def _on_output(self) -> None:
-        data = self._partial + bytes(self._process.readAllStandardOutput().data())
-        *lines, self._partial = data.split(b"\n")
-        for line in lines:
-            self._read_line(line.decode("utf-8", errors="replace").strip())
-
-    def _read_line(self, line: str) -> None:
-        if not line:
-            return
-        try:
-            event = decode(line, self._verb)
-        except MessageError as error:
-            # Hours of work are not ended for one line of progress; for the last line it is the failure.
-            self._lines.append(str(error))
-            self._misread = error
-            return
-        if event is None:
-            self._lines.append(line)  # a library printed something; keep it, it may explain a failure
-        elif isinstance(event, DoneEvent):
-            self._done = event
-        elif isinstance(event, ErrorEvent):
-            self._error = event
-        else:
-            self.told.emit(self, event)
-
-    def _on_stderr(self) -> None:
-        text = bytes(self._process.readAllStandardError().data()).decode("utf-8", errors="replace")
-        self._lines.extend(line for line in text.splitlines() if line.strip())
-
-    def _on_process_error(self, error: QProcess.ProcessError) -> None:
-        # Every other error is followed by `finished`.
-        if error == QProcess.ProcessError.FailedToStart:
-            self._end(StudioError(self.tr("The work could not be started."), self._process.errorString()))
-
-    def _on_finished(self, code: int, status: QProcess.ExitStatus) -> None:
-        self._kill_timer.stop()
-        self._on_output()
-        self._read_line(self._partial.decode("utf-8", errors="replace").strip())
-        self._partial = b""
-        self._on_stderr()
-        crashed = status == QProcess.ExitStatus.CrashExit
-        if self._done is not None and code == 0 and not crashed:
-            self._end(self._done)
-        elif self.cancelling:
-            self._end(None)
-        elif self._error is not None:
-            self._end(_as_error(self._error))
-        elif self._misread is not None and code == 0:
-            self._end(self._misread)
-        else:
-            last = " / ".join(list(self._lines)[-3:]) or self.tr("It left no message.")
-            self._end(StudioError(self.tr("The work ended unexpectedly (code {0}).").format(code), last))
-
-
-def _as_error(event: ErrorEvent) -> StudioError:
-    """What the child raised, with the remedy that holds in the window."""
-    remedy = event.in_window or event.remedy
-    if event.there:
-        return FileThereError(event.what, remedy, event.there)
-    return StudioError(event.what, remedy, code=event.code)

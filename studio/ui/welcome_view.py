@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 from studio.ipc.events import SystemCheckEvent
 from studio.paths import resource
 from studio.ui import theme
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import Card, Picture, label
 
 SHOWN_RECENT = 6
@@ -183,7 +184,7 @@ class WelcomePage(QWidget):
         column.setSpacing(theme.INSIDE)
         self.sample_button = _big_button(
             "mdi6.human-greeting",
-            self.tr("Open the sample project"),
+            name_of("open_sample"),
             self.tr("A practice performer, ready to train. No hardware needed."),
             "open_sample",
         )

@@ -3,6 +3,7 @@
 Inwards a datagram passes `udp`, `senders`, `osc`, `decode`, `stream`, `assemble` and `rows`, in this order;
 outwards a pose passes `encode` and `sender`.
 
+address   Where a program listens for motion: one target of those that a person keeps. Pure
 assemble  Assembles VMC datagrams into frames: finds their ends, merges senders, holds last values. Pure
 decode    Decodes one message: a VMC message's kind, name and values, or a phone's whole face. Pure
 encode    Encodes poses as VMC datagrams; `assemble` does the reverse. Pure

@@ -11,8 +11,6 @@ from studio.vmc import decode, osc
 from studio.vmc.decode import Decoder, Placed
 from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
 
-__all__ = ["Frame", "FrameAssembler", "Sender"]
-
 # Seconds; a body that pauses longer gives the lead to a face, so that recording goes on with what there is.
 _LEADER_SILENT = 0.25
 # Seconds since its last message within which a sender counts as sending.
@@ -58,19 +56,13 @@ class FrameAssembler:
     beside others counts from the first frame on that is known to be one. A phone's face is a frame by itself.
 
     Attributes:
-        packets: datagrams fed.
-        packets_bad: those with anything malformed or out of all bounds; what was good in them is used.
+        packets_bad: datagrams with anything malformed or out of all bounds; what was good in them is used.
         absurd: those of them that no motion program sends, with nothing good in them.
-        messages: messages read.
-        unknown: messages whose address means nothing here. non_unit: rotations that had to be made unit.
     """
 
     def __init__(self) -> None:
-        self.packets = 0
         self.packets_bad = 0
         self.absurd = 0
-        self.messages = 0
-        self.unknown = self.non_unit = 0
         self._held = LatestValues()
         self._streams: dict[tuple[str, int], Stream] = {}
         self._addresses = Addresses()
@@ -93,29 +85,9 @@ class FrameAssembler:
         return self._held.avatar
 
     @property
-    def title(self) -> str:
-        """The avatar's title; "" where none was sent."""
-        return self.avatar[1] if len(self.avatar) > 1 else ""
-
-    @property
-    def shape_names(self) -> tuple[str, ...]:
-        """Shapes heard so far, in the order they first came."""
-        return tuple(self._held.shapes)
-
-    @property
-    def bone_names(self) -> tuple[str, ...]:
-        """Bones heard so far, in the order they first came."""
-        return tuple(self._held.bones)
-
-    @property
     def senders(self) -> tuple[str, ...]:
         """Those heard lately, as named to `feed`."""
         return tuple(dict.fromkeys(sender for sender, _ in self._streams))
-
-    @property
-    def heads_known(self) -> int:
-        """Message heads remembered of all senders, see `Decoder`."""
-        return sum(stream.decoder.heads_known for stream in self._streams.values())
 
     @property
     def sources(self) -> tuple[Sender, ...]:
@@ -128,12 +100,6 @@ class FrameAssembler:
             if bones or shapes:
                 found.append(Sender(stream.sender, stream.port, stream.kind, bones, shapes, stream.last))
         return tuple(found)
-
-    def source(self, channel: str) -> str:
-        """Whose value a bone or shape has; "" where nobody sent it."""
-        # Bones and shapes share no names, so the first that is found is the one.
-        owner = self._held.bone_owners.get(channel) or self._held.shape_owners.get(channel)
-        return owner.sender if owner is not None else ""
 
     def missing(self, now: float) -> tuple[str, ...]:
         """Bones that a sender has left out for a second and more, though others of it still come."""
@@ -161,7 +127,6 @@ class FrameAssembler:
         Returns:
             Frames now known to be whole, oldest first. The last frame of a burst needs `flush`.
         """
-        self.packets += 1
         self._done = []
         stream = self._stream(sender, port, arrival)
         if stream is None:
@@ -173,7 +138,6 @@ class FrameAssembler:
         if kind := decode.face_app(datagram):
             return self._feed_face(stream, kind, datagram)
         parts, good = osc.split(datagram)
-        self.messages += len(parts)
         # Decoded even where it is not well formed: what came before the fault is good motion.
         self.packets_bad += not (self._decode(stream, parts, well_formed=good) and good)
         self._counts(stream)
@@ -181,12 +145,10 @@ class FrameAssembler:
 
     def _decode(self, stream: Stream, parts: list[bytes], well_formed: bool) -> bool:
         """Read messages; whether all of them were good. What follows too many faults is not read."""
-        decoder = stream.decoder
-        unknown, non_unit = decoder.unknown, decoder.non_unit
         absurd, faults = not (well_formed or parts), 0
         for part in parts:
             try:
-                decoder.decode(part, stream)
+                stream.decoder.decode(part, stream)
             except osc.MalformedError as error:
                 faults += 1
                 # With something good before it, it is a clumsy sender's.
@@ -194,12 +156,9 @@ class FrameAssembler:
                 if absurd or faults >= _MOST_FAULTS:
                     break
         self.absurd += absurd
-        self.unknown += decoder.unknown - unknown
-        self.non_unit += decoder.non_unit - non_unit
         return not faults
 
     def _feed_face(self, stream: Stream, kind: str, datagram: bytes) -> list[Frame]:
-        self.messages += 1
         try:
             shapes, turns = decode.read_face(kind, datagram)
         except osc.MalformedError as error:

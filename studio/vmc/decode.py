@@ -22,8 +22,6 @@ MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
 # Names remembered of those that were left out, so that a flood cannot make this set grow either.
 _MOST_LEFT_OUT = 4 * MAX_SHAPES
 _MAX_POSITION, _MAX_WEIGHT = 1000.0, 100.0
-# Rounding of the sender is below that; more is a rotation that its program got wrong, and worth counting.
-_NON_UNIT = 0.02
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -70,16 +68,10 @@ class Decoder:
 
     Args:
         spellings: shapes as others spell them, by their name in small letters.
-
-    Counters:
-        non_unit: rotations that had to be made unit.
-        unknown: messages whose address means nothing here.
     """
 
     def __init__(self, spellings: Mapping[str, str] = MappingProxyType({})) -> None:
         self._spellings = spellings
-        self.non_unit = 0
-        self.unknown = 0
         self._left_out: set[str] = set()
         self._bones: set[str] = set()
         self._shapes: dict[str, str] = {}
@@ -87,11 +79,6 @@ class Decoder:
         self._shape_heads: dict[bytes, str] = {}
         self._root_head: bytes | None = None
         self._last_state: tuple[bytes, tuple[int, ...]] = (b"", ())
-
-    @property
-    def heads_known(self) -> int:
-        """Message heads remembered, which is bounded whatever comes."""
-        return len(self._bone_heads) + len(self._shape_heads)
 
     def decode(self, part: bytes, sink: Sink) -> None:
         """Read one message and tell the sink what it says.
@@ -142,7 +129,8 @@ class Decoder:
             case "/VMC/Ext/VRM":
                 sink.avatar(tuple(a[:1024] for a in osc.arguments(part)[:3] if isinstance(a, str)))
             case _:
-                self.unknown += 1
+                # Its address means nothing here.
+                pass
 
     def _new_bone(self, part: bytes) -> tuple[str, Placed]:
         """A bone message whose head is not known yet, or that is written in an unusual way."""
@@ -187,7 +175,6 @@ class Decoder:
         if not 1e-6 <= square <= 1e6:
             raise MalformedError("a rotation is no rotation")
         if abs(square - 1.0) > 1e-6:
-            self.non_unit += abs(square - 1.0) > _NON_UNIT
             length = math.sqrt(square)
             x, y, z, w = x / length, y / length, z / length, w / length
         return (px, py, pz), (x, y, z, w)

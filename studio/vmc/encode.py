@@ -17,9 +17,6 @@ from studio.motion import rotation
 from studio.motion.channels import VRM0_TO_VRM1, VRM1_TO_VRM0, canonical_shape
 from studio.motion.motion import Pose
 from studio.motion.skeleton import Skeleton
-from studio.vmc.assemble import Frame, FrameAssembler
-
-__all__ = ["NAME_SETS", "Frame", "FrameAssembler", "SendOptions", "encode_frame", "message"]
 
 NAME_SETS = ("vrm0", "vrm1", "arkit", "as_is")
 # Below what any network carries in one piece (1500 with its headers), as VirtualMotionCapture does.

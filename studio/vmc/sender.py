@@ -101,14 +101,12 @@ class PoseSource:
     """What is sent: the pose at each position of the player.
 
     Args:
-        shape_names, bone_names: channels of the poses.
-        pose_at: position in seconds -> pose; called on the sender's thread.
+        pose_at: position in seconds -> pose, with the names of its shapes and of its bones; called on the
+            sender's thread.
         position: the player's position in seconds; called on the sender's thread.
     """
 
-    shape_names: tuple[str, ...]
-    bone_names: tuple[str, ...]
-    pose_at: Callable[[float], Pose]
+    pose_at: Callable[[float], tuple[Pose, tuple[str, ...], tuple[str, ...]]]
     position: Callable[[], float]
 
 
@@ -185,12 +183,6 @@ class VmcTarget:
         """Send a greeting of a few seconds instead of the source, once."""
         self._wave_start = time.monotonic()
 
-    @property
-    def waving(self) -> bool:
-        """Whether the greeting is going on."""
-        start = self._wave_start
-        return start is not None and time.monotonic() - start < WAVE_SECONDS
-
     def stop(self, fade: bool = True, wait: bool = True) -> None:
         """Stop sending.
 
@@ -234,7 +226,7 @@ class VmcTarget:
         moving = self._last_position is not None and position != self._last_position
         ahead = max(due - time.monotonic(), 0.0) if moving else 0.0
         self._last_position = position
-        return _Frame(source.pose_at(position + ahead), source.shape_names, source.bone_names)
+        return _Frame(*source.pose_at(position + ahead))
 
     def _fade_out(self, sock: socket.socket, destination: Destination, last: _Frame) -> None:
         rest = neutral_pose(last.shape_names, last.bone_names, last.pose.positions)

@@ -43,8 +43,7 @@ class DatagramInput:
     moment before all that arrived until then has been read.
 
     Args:
-        port, host: see `bind`.
-        opened: a socket that is bound already; port and host are read from it.
+        opened: a socket that is bound already; see `bind`.
 
     Attributes:
         port: the port bound.
@@ -55,32 +54,19 @@ class DatagramInput:
         emptied: the last reading left nothing behind.
     """
 
-    def __init__(self, port: int, host: str = "127.0.0.1", *, opened: socket.socket | None = None) -> None:
-        self.port = port
-        self.host = host
-        self._given = opened
+    def __init__(self, opened: socket.socket) -> None:
+        self.socket: socket.socket | None = opened
+        self.port: int = opened.getsockname()[1]
+        opened.setblocking(False)
+        self.stamped = stamp_arrivals(opened)
+        # The filter stays on the socket: a listener that died may have shut senders out.
+        refuse_early(opened)
         self.received = self.dropped = self.refused = 0
         self._shut_out: frozenset[str] = frozenset()
-        self.stamped = False
         self.emptied = True
-        self.socket: socket.socket | None = None
         # So that the first stamps, of datagrams that waited, are not in the past.
         self._last = clock.now() - _OLDEST_S
         self._names: dict[tuple[str, int], str] = {}
-
-    def start(self) -> None:
-        """Bind and listen.
-
-        Raises:
-            StudioError: the port is taken, forbidden or no port, or the address is not this machine's.
-        """
-        assert self.socket is None, "started once"
-        self.socket = self._given if self._given is not None else bind(self.port, self.host)
-        self.socket.setblocking(False)
-        self.stamped = stamp_arrivals(self.socket)
-        # The filter stays on the socket: a listener that died may have shut senders out.
-        refuse_early(self.socket)
-        self.host, self.port = self.socket.getsockname()[:2]
 
     def stop(self) -> None:
         """Close the port; safe to call twice."""

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from tests.world import world_of
+
 READER = Path(__file__).resolve().parent / "foreign" / "read_in_blender.py"
 ROWS = (0, 7, 18)
 
@@ -59,7 +61,7 @@ def _seen(python: str, file: Path, frames: tuple[int, ...]) -> dict[str, Any]:
 
 def _worst_mm(motion: Any, seen: dict[str, Any]) -> float:
     """The largest distance of a bone; Blender is right-handed with Z up."""
-    positions, _ = motion.world()
+    positions, _ = world_of(motion)
     worst = 0.0
     for frame, row in zip(seen["frames"], ROWS, strict=True):
         x, y, z = positions[row].T

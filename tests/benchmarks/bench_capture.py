@@ -25,9 +25,9 @@ from pythonosc.dispatcher import Dispatcher
 from pythonosc.osc_packet import OscPacket
 
 from studio import virtual_devices
-from studio.capture.microphone import SoundBlock
-from studio.capture.recorder import Recorder, recover
-from studio.capture.recovery import complete
+from studio.capture.microphone import SoundBlock, input_devices
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import complete, recover
 from studio.capture.roll import Roll
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
@@ -107,16 +107,13 @@ def run() -> dict[str, Any]:
     figures: dict[str, Any] = {"recording_seconds": SECONDS}
     with tempfile.TemporaryDirectory() as name, virtual_devices.virtual_sound() as environment:
         os.environ.update(environment)
-        import sounddevice
-
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
         folder = Path(name)
         figures |= recording(folder / "bundled", bundle=True)
         figures |= recording(folder / "unbundled", bundle=False)
         figures |= killed(folder / "killed")
         figures |= simulated_ten_minutes(folder / "long")
-        sounddevice._terminate()
+        input_devices(refresh=True)
     return figures | decoding(bundle=True) | decoding(bundle=False)
 
 

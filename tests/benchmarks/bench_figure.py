@@ -30,10 +30,9 @@ def run() -> dict[str, Any]:
         if not virtual_devices.has_screen():
             os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
         os.environ |= stack.enter_context(virtual_devices.virtual_sound())
-        import sounddevice
+        from studio.capture.microphone import input_devices
 
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         return {"load_1_min": os.getloadavg()[0]} | _measure(folder)
 
@@ -44,6 +43,7 @@ def _measure(folder: Path) -> dict[str, Any]:
 
     from studio.motion.channels import ARKIT_SHAPES
     from studio.motion.skeleton import Skeleton
+    from studio.render.world_pose import WorldPose
     from studio.ui import theme
     from studio.ui.widgets.figure.figure import StickFigure
     from studio.ui.widgets.meters import ShapeMeters
@@ -60,7 +60,7 @@ def _measure(folder: Path) -> dict[str, Any]:
     world, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
 
     def draw(step: int) -> None:
-        figure.show_pose(skeleton, world + 0.05 * np.sin(step / 10))
+        figure.show_stance(WorldPose(skeleton, world + 0.05 * np.sin(step / 10)))
         figure._draw_picture()
         figure.repaint()
 

@@ -60,10 +60,9 @@ def _stage() -> Iterator[str]:
 
     with virtual_devices.virtual_sound() as environment:
         os.environ.update(environment)
-        import sounddevice
+        from studio.capture.microphone import input_devices
 
-        sounddevice._terminate()
-        sounddevice._initialize()
+        input_devices(refresh=True)
         yield "default"
 
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from studio.motion import Motion
 from studio.motion.channels import BONES, VRM0_SHAPES
+from tests.world import world_of
 
 SECONDS, FPS, TIMES = 60, 60, 5
 
@@ -23,7 +24,7 @@ def run() -> dict[str, Any]:
     ours = median_ms(lambda: motion.at(t))
     peer = median_ms(lambda: slerp_by_scipy(motion, t))
     pose = median_ms(lambda: motion.pose(12.345))
-    world = median_ms(lambda: motion.world())
+    world = median_ms(lambda: world_of(motion))
     return {
         "resample_a_minute_ms": ours,
         "resample_by_scipy_rotations_only_ms": peer,

@@ -51,7 +51,7 @@ def _sample() -> dict[str, float]:
 def _live() -> dict[str, float]:
     """Frames at 60 Hz over loopback: arrival less the frame's own time, about its median."""
     from studio.performer import Broadcast
-    from studio.vmc.encode import FrameAssembler
+    from studio.vmc.assemble import FrameAssembler
 
     arrivals: list[tuple[float, bytes]] = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:

@@ -40,12 +40,12 @@ def _measure(folder: Path, environment: dict[str, str]) -> dict[str, Any]:
     import sounddevice
     import soundfile
 
-    sounddevice._terminate()
-    sounddevice._initialize()
+    from studio.capture.microphone import input_devices
     from studio.playback.player import Player
     from studio.playback.sound_output import StreamClock
     from studio.vmc.sender import Destination, PoseSource, VmcTarget
 
+    input_devices(refresh=True)
     samples = np.zeros(int(SECONDS * RATE), dtype=np.float32)
     samples[RATE // 2 :: RATE] = 0.9
     soundfile.write(folder / "clicks.wav", samples, RATE)
@@ -60,7 +60,7 @@ def _measure(folder: Path, environment: dict[str, str]) -> dict[str, Any]:
     frames = _Frames()
     target = VmcTarget()
     player = Player(folder / "clicks.wav", device="default")
-    source = PoseSource(motion.shape_names, motion.bone_names, motion.pose, lambda: player.position)
+    source = PoseSource(motion.named_pose, lambda: player.position)
     cpu = time.process_time()
     with sounddevice.InputStream(samplerate=RATE, channels=1, device="default", latency=0.06, callback=hear):
         time.sleep(0.3)

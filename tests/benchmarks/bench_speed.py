@@ -113,7 +113,7 @@ def decoding() -> dict[str, float]:
 
     def again() -> None:
         with torch.inference_mode():
-            offers, so_far = network.offers(network.hear(rows)), torch.zeros(1, frames, SHAPES)
+            offers, so_far = network.audio_kv(network.encode(rows)), torch.zeros(1, frames, SHAPES)
             for n in range(1, frames + 1):
                 offered = [AudioKV(*(part[:, :n] for part in offer)) for offer in offers]
                 so_far[:, n - 1] = network.decode(so_far[:, :n], None, offered)[:, -1]
@@ -123,7 +123,7 @@ def decoding() -> dict[str, float]:
     a, b = side_by_side(kept, again)
     apart = float((poses["kept"] - poses["again"]).abs().max())
     with torch.inference_mode():
-        offers = network.offers(network.hear(rows))
+        offers = network.audio_kv(network.encode(rows))
         last = median_s(lambda: network.decode(poses["kept"], None, offers)[:, -1])
     return {
         "kept_s": a,

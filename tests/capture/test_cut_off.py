@@ -11,7 +11,9 @@ import pytest
 
 from studio.capture import cut_off
 from studio.capture.cut_off import CutOff
-from studio.capture.recorder import Recorder, RecorderState, recover
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import recover
+from studio.capture.snapshot import RecorderState
 from studio.errors import StudioError
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.paths import rescue_folder

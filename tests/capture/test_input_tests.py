@@ -15,8 +15,8 @@ from studio.capture.recorder import Recorder
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import BONES
 from studio.sound.sound_file import Sound
-from studio.vmc.assemble import Sender
 from studio.vmc.encode import SendOptions, encode_frame
+from studio.vmc.stream import Sender
 from tests.patience import PATIENCE, nearest
 
 

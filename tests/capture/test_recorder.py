@@ -17,7 +17,9 @@ import numpy as np
 import pytest
 
 from studio import virtual_devices
-from studio.capture.recorder import Recorder, RecorderState, recover
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import recover
+from studio.capture.snapshot import RecorderState
 from studio.errors import StudioError
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
@@ -146,8 +148,7 @@ def test_a_snapshot_shows_what_comes_in(recorder: Recorder, send: Callable[..., 
     assert set(now.shapes) == set(VRM0_SHAPES)
     assert now.pose is not None
     assert now.pose.rotations.shape == (54, 4)
-    assert now.tracking == (1, 3, 0, 1)
-    assert now.sender.startswith("127.0.0.1:")
+    assert [sender.rpartition(":")[0] for sender in now.senders] == ["127.0.0.1"]
     assert now.disk_free_bytes > 0
 
 

@@ -62,31 +62,27 @@ def test_the_virtual_device_is_found(virtual_audio: str) -> None:
         assert virtual_audio in check.what
 
 
-def test_a_crashing_probe_is_a_finding_not_a_crash(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "_OPENGL", "import os; os.abort()")
-    check = doctor.check_opengl()
+def test_a_crashing_probe_is_a_finding_not_a_crash() -> None:
+    check = doctor.check_opengl("import os; os.abort()")
     assert not check.ok
     assert check.what.startswith("Drawing in 3D failed: ")
     assert check.remedy == "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
 
 
-def test_a_missing_library_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "_TORCH", "import no_such_library")
-    check = doctor.check_torch()
+def test_a_missing_library_is_a_finding() -> None:
+    check = doctor.check_torch("import no_such_library")
     assert check.what == ("PyTorch does not work: ModuleNotFoundError: No module named 'no_such_library'.")
     assert check.remedy == "Run the set-up again (make setup)."
 
 
-def test_a_probe_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
-    monkeypatch.setattr(doctor, "_TORCH", "import time; time.sleep(60)")
-    assert doctor.check_torch().what == "PyTorch does not work: it did not answer within 0 s."
+def test_a_probe_that_hangs_is_ended() -> None:
+    check = doctor.check_torch("import time; time.sleep(60)", timeout_s=0.2)
+    assert check.what == "PyTorch does not work: it did not answer within 0 s."
 
 
 def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(doctor, "LEAST_FREE_BYTES", 10**18)
-    check = doctor.check_disk()
+    check = doctor.check_disk(least_bytes=10**18)
     assert check.what.startswith("Only ")
     assert check.remedy == "Free some space before recording."
 

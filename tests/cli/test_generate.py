@@ -126,6 +126,15 @@ def test_a_wrong_request_is_a_sentence(
     assert capsys.readouterr().err.startswith(sentence)
 
 
+def test_what_comes_to_nothing_makes_no_folder(project: Project, sound: Path) -> None:
+    target = sound.parent / "new" / "folder" / "Hello.arrow"
+    words = ["generate", str(project.folder), "quick_001", str(sound), "-o", str(target)]
+    assert cli.main([*words, "--from", "100"]) == 2
+    assert not target.parent.parent.exists()
+    assert cli.main(words) == 0
+    assert target.is_file()
+
+
 def test_a_style_is_chosen_by_name(
     make_toy_project: MakeProject, sound: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

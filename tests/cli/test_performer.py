@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from studio.cli import main
-from studio.vmc.encode import FrameAssembler
+from studio.vmc.assemble import FrameAssembler
 from studio.vmc.udp import bind
 
 

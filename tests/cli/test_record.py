@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 from studio import cli
-from studio.capture.recorder import Recorder, RecorderState
+from studio.capture.recorder import Recorder
+from studio.capture.snapshot import RecorderState
 from studio.cli import record
 from studio.cli._output import Output
 from studio.motion import Pose, Skeleton
@@ -114,7 +115,7 @@ def test_what_a_flood_costs_is_told_while_it_happens_and_at_the_end(
             floods.flood(port, "junk", 300, per_s=3000)
 
     def told() -> str:
-        record._tell(recorder.snapshot(), set(), Output(as_json=True))
+        record.tell_state(recorder.snapshot(), set(), Output(as_json=True))
         state = events(capsys.readouterr().out)[-1]
         return str(state["problems"]) if state["refused_per_s"] else ""
 
@@ -131,13 +132,13 @@ def test_what_a_flood_costs_is_told_while_it_happens_and_at_the_end(
     finally:
         over.set()
         recorder.close()
-    record._report(take, last, 1.6, None, Output(as_json=True))
+    record.tell_outcome(take, last, 1.6, None, Output(as_json=True))
     done = events(capsys.readouterr().out)[-1]
     assert int(str(done["frames"])) >= 20  # the first may be torn by a pause of the sender
     assert isinstance(done["packets_refused"], int)
     assert 100 < done["packets_refused"] <= int(str(done["packets_bad"]))
     assert (done["packets_lost"], done["frames_thinned"]) == (0, 0)
-    record._report(take, last, 1.6, None, Output())
+    record.tell_outcome(take, last, 1.6, None, Output())
     said = capsys.readouterr().out
     assert f"{done['packets_refused']:,} packets of another program, no motion, were thrown away." in said
     assert f"Nothing came in after {take.info.duration:.1f} s of the 1.6 s asked for." in said
@@ -217,7 +218,7 @@ def test_a_take_that_a_full_disk_ends_is_told_and_kept(
     filling.start()
     asked = argparse.Namespace(host="127.0.0.1", device="none", slate="Full", seconds=None)
     try:
-        take, _ = record._record(recorder, asked, sending, Output(as_json=False))
+        take, _ = record.record_take(recorder, asked, sending, Output(as_json=False))
     finally:
         recorder.close()
     filling.join()

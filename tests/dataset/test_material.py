@@ -40,8 +40,6 @@ def test_points_offset_and_exclusions_count_from_the_in_point(take: Take) -> Non
     assert material.motion.times[-1] <= 1.0
     # What was seen at 0.9 s of the take belongs, moved 0.1 s later, to its 1.0 s: 0.5 s of the material.
     np.testing.assert_allclose(material.motion.pose(0.5).shapes, a_motion(120).pose(0.9).shapes, atol=1e-4)
-    times = np.array([0.1, 0.5, 0.95])
-    assert material.used(times).tolist() == [False, True, False]
 
 
 def test_the_sound_comes_at_the_wanted_rate(take: Take) -> None:

@@ -101,7 +101,7 @@ def test_pieces_equal_the_whole(kind: str, encoder: str) -> None:
 
 
 def test_a_stream_hears_no_later_than_it_says_and_nothing_too_early() -> None:
-    """Sound after `ready_at` changes nothing, sound right before it does: Live waits no longer than needed."""
+    """Sound after `ready_at` changes nothing, sound right before it does: Live waits no longer."""
     sound, centres = voice(5.0), np.array([30_000, 40_000, 41_234], dtype=np.int64)
     known = LIVE.rows(sound, centres, 0)
     for centre, row in zip(centres, known, strict=True):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from studio.formats import bvh
 from studio.formats._bones import humanoid_names
 from studio.motion import Motion, Skeleton
+from tests.world import world_of
 
 BODY = ("Hips", "Spine", "Head", "LeftUpperArm", "LeftLowerArm", "LeftHand", "RightUpperArm",
         "LeftUpperLeg", "LeftLowerLeg", "LeftFoot", "RightUpperLeg", "RightLowerLeg",
@@ -118,7 +119,7 @@ def a_figure(
 
 def at(motion: Motion, bone: str) -> NDArray[np.floating]:
     """Where a bone stands against the hips, in Unity's axes."""
-    world = motion.world()[0][0]
+    world = world_of(motion)[0][0]
     place: NDArray[np.floating] = (
         world[motion.bone_names.index(bone)] - world[motion.bone_names.index("Hips")]
     )

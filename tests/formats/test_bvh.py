@@ -16,6 +16,7 @@ from studio.formats import bvh
 from studio.motion import Motion, Skeleton, rotation
 from tests.formats.examples import a_motion, assert_same_motion
 from tests.formats.foreign_node import ask
+from tests.world import world_of
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden" / "three_frames.bvh"
 MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -90,7 +91,7 @@ def turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 def expected(motion: Motion, names: list[str]) -> NDArray[np.float64]:
     """Where the bones stand, in the axes and unit of a BVH."""
-    world = motion.world()[0] * MIRROR * 100
+    world = world_of(motion)[0] * MIRROR * 100
     return world[:, [motion.bone_names.index(name) for name in names]]
 
 
@@ -128,7 +129,7 @@ def test_three_js_sees_every_joint_where_the_motion_has_it(tmp_path: Path) -> No
     (file,) = bvh.write(tmp_path / "名前 x.bvh", motion)
     rows = [0, 7, 18]
     seen = ask("read_bvh.mjs", str(file), json.dumps(motion.times[rows].tolist()))
-    positions, turns = motion.world()
+    positions, turns = world_of(motion)
     for frame, row in zip(seen["frames"], rows, strict=True):
         assert set(frame) == set(motion.bone_names)
         at = np.array([frame[name]["at"] for name in motion.bone_names]) / 100  # centimetres
@@ -169,7 +170,7 @@ def test_uneven_frames_land_on_an_even_grid_from_the_sounds_start(tmp_path: Path
     assert back.times[-1] == pytest.approx(2.5, abs=1 / 25)
     at = 1.3
     names = list(back.bone_names)
-    got = back.at([at]).world()[0][0] * MIRROR * 100
+    got = world_of(back.at([at]))[0][0] * MIRROR * 100
     np.testing.assert_allclose(got, expected(uneven.at([at]), names)[0], atol=0.3)
 
 
@@ -244,7 +245,7 @@ def test_joints_that_are_no_bones_are_folded_into_those_below(tmp_path: Path) ->
     imported = bvh.read(path)
     assert imported.motion is not None
     assert imported.motion.bone_names == ("Hips", "Head")
-    world = imported.motion.world()[0][0]
+    world = world_of(imported.motion)[0][0]
     # A quarter turn about Z of the joint between puts the head 40 cm to the side, X reversed.
     np.testing.assert_allclose(world[1], [0.4, 1.1, 0.0], atol=1e-6)
     assert imported.notes[0] == "x.bvh: 1 joint folded into the others, such as twist."

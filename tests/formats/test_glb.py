@@ -20,6 +20,7 @@ from tests.formats.avatars import Maker
 from tests.formats.examples import a_motion, needs_data
 from tests.formats.foreign_node import ask
 from tests.formats.test_vrma import document_of
+from tests.world import world_of
 
 
 def seen_by_three(file: Path, times: Any) -> dict[str, Any]:
@@ -45,7 +46,7 @@ def test_three_js_plays_the_plain_body_as_the_motion_has_it(tmp_path: Path) -> N
     seen = seen_by_three(file, motion.times[rows])
     assert seen["warnings"] == []
     assert seen["duration"] == pytest.approx(motion.times[-1], abs=1e-5)
-    positions, turns = motion.world()
+    positions, turns = world_of(motion)
     compare_bones(seen, motion.bone_names, positions[rows], turns[rows])
     eyes = [surface["name"] for surface in seen["frames"][0]["surfaces"]].index("Eyes")
     assert seen["targets"][eyes] == list(motion.shape_names)

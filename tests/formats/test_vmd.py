@@ -12,6 +12,7 @@ from studio.errors import RequestError, StudioError
 from studio.formats import vmd
 from studio.motion import Motion, Skeleton, rotation
 from tests.formats.examples import a_motion
+from tests.world import world_of
 
 ARM = ("Hips", "Spine", "LeftShoulder", "LeftUpperArm", "LeftLowerArm", "LeftHand")
 
@@ -60,7 +61,7 @@ def test_a_lifted_arm_points_up_in_mmds_axes(tmp_path: Path) -> None:
     turns = np.tile(rotation.IDENTITY, (2, len(ARM), 1))
     turns[:, ARM.index("LeftUpperArm")] = rotation.from_axis_angle([0.0, 0.0, 1.0], np.radians(-90.0))
     motion = Motion.build([0.0, 0.1], (), None, ARM, None, turns)
-    hand = motion.world()[0][0, ARM.index("LeftHand")] - motion.world()[0][0, ARM.index("LeftUpperArm")]
+    hand = world_of(motion)[0][0, ARM.index("LeftHand")] - world_of(motion)[0][0, ARM.index("LeftUpperArm")]
     assert hand[1] > 0.4
     (file,) = vmd.write(tmp_path / "x.vmd", motion)
     turn = parsed(file)[0]["左腕"][0][1][3:]
@@ -81,9 +82,9 @@ def test_body_and_face_come_back(tmp_path: Path) -> None:
     back = vmd.read(file).motion
     assert back is not None
     kept = [j for j, name in enumerate(motion.bone_names) if name in vmd.BONES_KEPT]
-    wanted = motion.world()[1][:, kept]
+    wanted = world_of(motion)[1][:, kept]
     places = [back.bone_names.index(motion.bone_names[j]) for j in kept]
-    assert np.degrees(rotation.angle_between(back.world()[1][:, places], wanted).max()) < 0.1
+    assert np.degrees(rotation.angle_between(world_of(back)[1][:, places], wanted).max()) < 0.1
     for shape in ("A", "Blink_R", "Sorrow"):
         np.testing.assert_allclose(
             back.shapes[:, back.shape_names.index(shape)],

@@ -16,6 +16,7 @@ from studio.motion import Motion, rotation
 from studio.motion.channels import vrm1_bone
 from tests.formats.examples import a_motion, assert_same_motion, needs_data
 from tests.formats.foreign_node import ask
+from tests.world import world_of
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
@@ -33,7 +34,7 @@ def test_three_js_sees_every_bone_where_the_motion_has_it(tmp_path: Path) -> Non
     seen = seen_by_three(file, motion.times[:-1])
     assert seen["errors"] == []
     assert seen["duration"] == pytest.approx(motion.times[-1], abs=1e-5)
-    positions, rotations = motion.world()
+    positions, rotations = world_of(motion)
     names = [name for name in motion.bone_names if name not in vrma.EYES]
     assert set(seen["world"]) == {vrm1_bone(name) for name in names}
     for name in names:

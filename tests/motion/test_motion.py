@@ -101,7 +101,6 @@ def test_no_frame_is_at_rest() -> None:
     assert len(motion.at([0.0, 1.0])) == 2
     assert len(motion) == 0
     assert motion.pose(0.0).rotations.shape == (1, 4)
-    assert motion.world()[0].shape == (0, 1, 3)
 
 
 def test_resampling_no_frames_gives_no_frames() -> None:
@@ -146,15 +145,18 @@ def test_resampling_at_the_same_rate_changes_nothing() -> None:
     assert np.allclose(motion.resampled(60.0).shapes, motion.shapes, atol=1e-5)
 
 
-def test_resampled_between_given_ends() -> None:
-    even = swinging().resampled(10.0, 0.25, 0.75)
-    assert np.allclose(even.times, [0.25, 0.35, 0.45, 0.55, 0.65, 0.75])
-
-
 def test_between_takes_its_start_and_not_its_end() -> None:
     part = swinging(11, 10.0).between(0.2, 0.5)
     assert np.allclose(part.times, [0.2, 0.3, 0.4])
     assert len(part.shapes) == len(part.rotations) == len(part.root_position) == 3
+
+
+def test_a_cut_takes_both_ends_and_nothing_of_a_span_without_length() -> None:
+    """A selection whose in point lies behind the end of its take has such a span."""
+    motion = swinging(11, 10.0)
+    assert np.allclose(motion.cut(0.2, 0.5).times, [0.0, 0.1, 0.2, 0.3])
+    assert len(motion.cut(1.0, 1.0)) == 0
+    assert len(swinging(1, 10.0).cut(0.0, 0.0)) == 1, "a take of one frame has no length either"
 
 
 def test_shifted_moves_only_the_times() -> None:
@@ -173,18 +175,6 @@ def test_concatenated_parts_stay_sign_continuous() -> None:
     assert len(both) == 22
     assert ((both.rotations[1:] * both.rotations[:-1]).sum(axis=-1) > 0).all()
     assert both.rotations.dtype == np.float32
-
-
-def test_the_root_moves_the_whole_body() -> None:
-    turn = rotation.from_axis_angle([0, 1.0, 0], np.pi / 2)
-    motion = Motion.build(
-        [0.0], (), None, ("Hips", "Head"), None, None, root_position=[[1.0, 0, 0]], root_rotation=[turn]
-    )
-    still = Motion.build([0.0], (), None, ("Hips", "Head"))
-    expected = Rotation.from_quat(turn).apply(still.world()[0][0]) + np.array([1, 0, 0])
-    positions, rotations = motion.world()
-    assert np.allclose(positions[0], expected, atol=1e-6)
-    assert np.all(rotation.angle_between(rotations[0], turn) < 1e-3)
 
 
 def test_the_rest_skeleton_is_the_median_of_the_motion() -> None:

@@ -13,6 +13,7 @@ from studio.performer import perform
 from studio.performer.performance import ScriptedPerformance, perform_script, scenes
 from studio.performer.script import Script
 from tests.tolerance import LAST_BITS
+from tests.world import world_of
 
 SEEDS = (0, 1, 2)
 
@@ -28,7 +29,7 @@ def turn_deg(found: ScriptedPerformance, bone: str) -> np.ndarray:
 
 
 def place(found: ScriptedPerformance, bone: str) -> np.ndarray:
-    return found.motion.world()[0][:, BONES.index(bone)]
+    return world_of(found.motion)[0][:, BONES.index(bone)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -88,7 +89,7 @@ def test_feet_stay_on_the_floor_and_knees_nearly_straight(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_face_looks_ahead(seed: int) -> None:
     found = performed(seed)
-    head = found.motion.world()[1][:, BONES.index("Head")]
+    head = world_of(found.motion)[1][:, BONES.index("Head")]
     ahead = rotation.rotate(head, np.array([0.0, 0.0, 1.0]))
     assert ahead[:, 2].min() > 0.8
     assert ahead[:, 2].mean() > 0.96

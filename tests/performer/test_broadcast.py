@@ -19,7 +19,7 @@ from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer import Broadcast, Script, perform_script
 from studio.performer.loudspeaker import Loudspeaker
 from studio.performer.performance import ScriptedScene, scenes
-from studio.vmc.encode import Frame, FrameAssembler
+from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.udp import bind
 from tests.patience import nearest, until
 

@@ -12,7 +12,7 @@ from studio.motion.channels import VRM0_SHAPES
 from studio.motion.lag import speech_level, voice_offset
 from studio.performer import speech
 from studio.performer.curves import GRID_FPS, grid
-from studio.performer.face import _lids
+from studio.performer.face import lids
 from studio.performer.performance import ScriptedPerformance, perform_script
 from studio.performer.script import Line, Script
 
@@ -122,7 +122,7 @@ def test_blinks_as_often_and_as_long_as_people_do(seed: int) -> None:
     said = lines(seed, 4.0)
     script = Script(seed, voice_source="bundled")
     times = grid(0.0, said[-1].end)
-    shut = _lids(times, said, script.style)["Blink"]
+    shut = lids(times, said, script.style)["Blink"]
     below = shut > 0.5
     starts = np.flatnonzero(below[1:] & ~below[:-1])
     ends = np.flatnonzero(~below[1:] & below[:-1])

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 import soundfile
@@ -144,12 +145,29 @@ def test_an_empty_sound_is_refused(tmp_path: Path) -> None:
     assert str(caught.value) == "The sound empty.wav is empty. Choose a sound that holds something."
 
 
+def test_a_sound_that_has_to_be_decoded_is_so_before_it_is_played(
+    virtual_audio: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    soundfile.write(tmp_path / "a.mp3", np.full(RATE, 0.1, np.float32), RATE)
+    opened: list[object] = []
+    av_open = av.open
+    monkeypatch.setattr(av, "open", lambda *args: opened.append(args) or av_open(*args))
+    player = Player(tmp_path / "a.mp3", device=virtual_audio)
+    before = len(opened)
+    try:
+        player.play()
+        _until(lambda: player.position > 0.1)
+        assert player.problem is None
+        assert len(opened) == before
+    finally:
+        player.close()
+
+
 def test_an_unknown_device_is_said_and_the_clock_leads(virtual_audio: str, clicks: Path) -> None:
     player = Player(clicks, device="no such loudspeaker")
     player.play()
     try:
         _until(lambda: player.position > 0.1)
-        assert not player.sound_leads
         problem = player.problem
         assert problem is not None
         assert str(problem) == "No sound device can play. Plug in headphones or speakers, then play it again."
@@ -204,7 +222,7 @@ def _misplaced(virtual_audio: str, clicks: Path) -> float:
                 sought = True
             time.sleep(0.003)
         time.sleep(0.2)  # let the last click travel to the ear
-    led = player.sound_leads
+    led = player.problem is None
     player.close()
     times, positions = np.array(log).T
     heard = ear.clicks()
@@ -289,7 +307,7 @@ def test_a_device_that_falls_silent_is_said_and_the_picture_goes_on(
         player.play()
         _until(lambda: player.position > 0.3)
         subprocess.run(["pactl", "suspend-sink", "@DEFAULT_SINK@", "1"], check=True)
-        _until(lambda: not player.sound_leads)
+        _until(lambda: player.problem is not None)
         problem = player.problem
         assert problem is not None
         assert problem.what == "The sound device stopped answering."

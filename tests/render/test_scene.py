@@ -10,6 +10,7 @@ from studio.render.camera import Orbit
 from studio.render.palette import LIGHT
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
+from tests.world import world_of
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,7 @@ def test_a_stance_is_the_motion_in_the_world() -> None:
         np.tile([1.0, 0.0, 0.0], (2, 1)), np.tile(turn, (2, 1)),
     )  # fmt: skip
     stance = WorldPose.of(motion, 0.5)
-    positions, rotations = motion.world()
+    positions, rotations = world_of(motion)
     np.testing.assert_allclose(stance.joints, positions[0], atol=1e-6)
     assert stance.turns is not None
     assert rotation.angle_between(stance.turns, rotations[0]).max() < 1e-5

@@ -202,3 +202,17 @@ def test_a_flac_that_claims_days_is_as_long_as_it_is(tmp_path: Path) -> None:
     assert sound_info(path).note == "days.flac ends early; what is there was kept."
     sound: Sound = read_sound(path)
     assert sound.duration == pytest.approx(SECONDS)
+
+
+def test_what_a_file_holds_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[object] = []
+    av_open = av.open
+    monkeypatch.setattr(av, "open", lambda *args: opened.append(args) or av_open(*args))
+    path = tmp_path / "a.mp3"
+    path.write_bytes(KINDS["mp3"](44100, 1, FIRST_HZ))
+    first = sound_info(path)
+    assert sound_info(path) == first
+    assert len(opened) == 1
+    # Another sound under the same name is another one.
+    path.write_bytes(KINDS["mp3"](22050, 1, FIRST_HZ))
+    assert sound_info(path).sample_rate == 22050

@@ -63,18 +63,25 @@ def test_outside_the_sound_there_is_silence(sound: tuple[Path, np.ndarray]) -> N
 def test_peaks_are_kept_and_made_anew_for_another_sound(sound: tuple[Path, np.ndarray]) -> None:
     path, _ = sound
     first = peaks(path).columns(0.0, 7.0, 100)
-    kept = path.with_name(f".{path.name}.peaks.npz")
-    assert kept.is_file()
+    assert [file.suffix for file in (path.parent / ".cache").glob("peaks*")] == [".npz"]
     np.testing.assert_array_equal(peaks(path).columns(0.0, 7.0, 100), first)
     soundfile.write(path, np.full(RATE, 0.25, np.float32), RATE, subtype="FLOAT")
     assert peaks(path).columns(0.1, 0.9, 10)[1] == pytest.approx(np.full(10, 0.25), abs=1e-3)
+
+
+def test_a_sound_made_anew_in_the_same_length_is_seen_as_it_is(sound: tuple[Path, np.ndarray]) -> None:
+    path, samples = sound
+    assert peaks(path).columns(0.0, 7.0, 1)[1].max() == pytest.approx(0.9, abs=1e-3)
+    soundfile.write(path, 0.5 * samples, RATE, subtype="FLOAT")
+    assert peaks(path).columns(0.0, 7.0, 1)[1].max() == pytest.approx(0.45, abs=1e-3)
+    assert [file.name for file in path.parent.iterdir() if file.is_file()] == [path.name], "nothing beside it"
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 not a zip", b"nonsense"])
 def test_a_damaged_cache_is_made_anew(sound: tuple[Path, np.ndarray], content: bytes) -> None:
     path, _ = sound
     expected = peaks(path).columns(0.0, 7.0, 100)
-    path.with_name(f".{path.name}.peaks.npz").write_bytes(content)
+    next((path.parent / ".cache").glob("peaks*")).write_bytes(content)
     np.testing.assert_array_equal(peaks(path).columns(0.0, 7.0, 100), expected)
 
 

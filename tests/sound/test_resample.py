@@ -46,7 +46,6 @@ def test_what_the_lower_rate_cannot_hold_is_left_out(rate: int) -> None:
 def test_it_answers_within_two_milliseconds() -> None:
     given = Resampler(48_000, 16_000).feed(np.zeros(4_800, np.float32))
     assert 0.1 - len(given) / 16_000 < 0.002
-    assert Resampler(48_000, 16_000).delay < 0.002
 
 
 def test_the_same_rate_passes_as_it_is() -> None:

@@ -68,6 +68,19 @@ def test_nothing_heavy_is_loaded_to_open_the_window(project_folder: Path) -> Non
     assert json.loads(run.stdout) == []
 
 
+def test_the_welcome_page_waits_for_nothing_that_opens_projects() -> None:
+    """What reads takes and avatars is most of all that is imported: it comes when a project is opened."""
+    late = ("numpy", "studio.project", "studio.dataset", "studio.formats")
+    code = (
+        "import sys\nfrom studio.ui import app\n_, window = app.build([])\nwindow.show()\n"
+        f"print(*(name for name in {late!r} if name in sys.modules))\nwindow.close()\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert run.stdout == "\n"
+
+
 def test_without_a_project_the_welcome_page_is_shown(open_window) -> None:
     window = open_window()
     assert window.stack.currentWidget() is window.welcome

@@ -51,11 +51,11 @@ def test_a_message_takes_no_keyboard_and_stays_inside(window, qtbot) -> None:
 
 def test_a_message_lies_over_the_window_s_place_for_it(window) -> None:
     place = QWidget(window)
-    place.setObjectName(messages.PLACE)
     place.setGeometry(500, 0, 380, 52)
     place.show()
+    toast = Toast(window, place)
     messages.show_note(window, "Saved.")
-    toast = toast_of(window)
+    assert toast_of(window) is toast
     assert toast.geometry().right() == place.geometry().right()
     assert toast.geometry().bottom() <= place.geometry().bottom()
 

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 import pytest
 from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from studio.actions import ACTIONS
+from studio.actions import ACTIONS, TABS
+from studio.project import Project
 from studio.ui import messages
 from studio.ui.curate.view import CurateView
 from studio.ui.live.stage_view import Controls
@@ -18,7 +19,7 @@ from studio.ui.main_window import MainWindow
 from studio.ui.record.view import RecordView
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
-from studio.ui.shortcuts import key_groups
+from studio.ui.shortcuts import key_groups, name_of, tip_of
 from studio.ui.widgets.figure.figure import StickFigure
 
 WINDOW = [one.id for one in ACTIONS.values() if one.keys and not one.places]
@@ -67,9 +68,6 @@ def test_a_key_of_the_window_is_one_and_has_something_to_do(window: MainWindow, 
         owners = [one.objectName() for one in window.findChildren(QAction) if wanted in one.shortcuts()]
         owners += [one.objectName() for one in window.findChildren(QToolButton) if one.shortcut() == wanted]
         owners += ["shortcut" for one in window.findChildren(QShortcut) if one.key() == wanted]
-        if action == "go_to_message":  # comes with the first message
-            messages.show_note(window, "Here.")
-            owners += ["shortcut" for one in window.findChildren(QShortcut) if one.key() == wanted]
         assert len(owners) == 1, (key, owners)
 
 
@@ -160,5 +158,33 @@ def test_the_list_shows_each_key_once_with_what_it_does() -> None:
     assert titles == ["Everywhere", "Record", "Curate and Review", "Curate", "Review", "Live", "Figure"]
     everywhere = dict(key_groups()[0][1])
     assert everywhere["Ctrl+1 … 5"] == "Record, Curate, Train, Review, Live"
-    assert everywhere["Ctrl+Z, Ctrl+Y"] == "Undo, redo (or Ctrl+Shift+Z) in this tab"
+    assert everywhere["Ctrl+Z, Ctrl+Shift+Z"] == "Undo, redo (or Ctrl+Y) in this tab"
     assert dict(key_groups()[6][1])["Drag, ← → ↑ ↓"] == "Turn around the figure"
+    assert dict(key_groups()[3][1])["Shift"] == "with ← → Home End: select a span"
+
+
+def test_every_shortcut_of_the_window_comes_from_the_table(window: MainWindow, toy_project: Project) -> None:
+    toy_project.close()
+    window.session.open_project(toy_project.folder)
+    for tab in TABS:
+        window.show_room(tab)
+    messages.show_note(window, "Here.")
+    declared = {QKeySequence(key) for one in ACTIONS.values() for key in one.keys}
+    found = [(one, key) for one in window.findChildren(QAction) for key in one.shortcuts()]
+    found += [(one, one.key()) for one in window.findChildren(QShortcut)]
+    found += [(one, one.shortcut()) for one in window.findChildren(QAbstractButton)]
+    assert len(found) > 20
+    strange = [(one.objectName(), key.toString()) for one, key in found if key not in declared]
+    assert not [one for one in strange if one[1]]
+
+
+def test_a_button_says_what_the_table_says(qtbot: QtBot) -> None:
+    assert tip_of("mute") == "The microphone is not listened to (M)"
+    assert tip_of("play") == "Play and pause (Space)"
+    assert tip_of("split_takes") == ACTIONS["split_takes"].help
+    assert tip_of("delete_run") == ""
+    controls = Controls()
+    qtbot.addWidget(controls)
+    for name in ("mute", "freeze", "neutral"):
+        assert controls.button(name).text() == f"{name_of(name)} ({ACTIONS[name].keys[0]})"
+        assert controls.button(name).toolTip() == tip_of(name)

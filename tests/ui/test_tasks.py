@@ -150,6 +150,21 @@ def test_cancel_is_not_failure(task, qtbot) -> None:
     assert not task.running
 
 
+def test_a_child_that_no_signal_reaches_is_told_to_end(qtbot) -> None:
+    """As on Windows: a console program hears of no request to end, and would go on until it is killed."""
+    script = SCRIPT.replace(
+        "import json", "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN)\nimport json"
+    )
+    task = ChildTask(
+        command=lambda arguments: (sys.executable, "-c", script, *arguments[1:]), hears_terminate=False
+    )
+    with qtbot.waitSignal(task.told, timeout=20_000):
+        task.start(["train", "wait"])
+    with qtbot.waitSignal(task.done, timeout=20_000) as done:
+        task.cancel()
+    assert done.args == [TrainDone("stop")]
+
+
 def test_a_crash_shows_the_last_lines(task, qtbot) -> None:
     with qtbot.waitSignal(task.failed, timeout=20_000) as failed:
         task.start(["train", "die"])

@@ -7,7 +7,8 @@ from pythonosc.osc_message import OscMessage
 
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import ARKIT_SHAPES, BONES, VRM0_SHAPES
-from studio.vmc.encode import FrameAssembler, SendOptions, encode_frame, message
+from studio.vmc.assemble import FrameAssembler
+from studio.vmc.encode import SendOptions, encode_frame, message
 
 REST = Skeleton.humanoid(BONES).rest_positions
 

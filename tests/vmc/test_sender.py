@@ -13,6 +13,7 @@ from pythonosc.osc_packet import OscPacket
 
 from studio.errors import StudioError
 from studio.motion import Motion, rotation
+from studio.motion.neutral import WAVE_SECONDS
 from studio.playback.player import Player
 from studio.vmc.sender import PRESETS, Destination, PoseSource, TargetState, TargetStatus, VmcTarget
 from tests.patience import PATIENCE, nearest, until
@@ -81,7 +82,7 @@ def _motion() -> Motion:
 
 
 def _source(motion: Motion, position: Callable[[], float]) -> PoseSource:
-    return PoseSource(motion.shape_names, motion.bone_names, motion.pose, position)
+    return PoseSource(motion.named_pose, position)
 
 
 def test_frames_follow_the_position_in_time(listener: _Listener, target: VmcTarget) -> None:
@@ -153,9 +154,9 @@ def test_a_late_frame_is_dropped_not_queued(listener: _Listener, target: VmcTarg
     def pose_at(t: float) -> object:
         if slow and slow.pop():
             time.sleep(0.2)
-        return motion.pose(t)
+        return motion.named_pose(t)
 
-    source = PoseSource(motion.shape_names, motion.bone_names, pose_at, lambda: 0.0)  # type: ignore[arg-type]
+    source = PoseSource(pose_at, lambda: 0.0)  # type: ignore[arg-type]
     target.start(Destination(port=listener.port), source)
     listener.listen(lambda: target.state.sent >= 20)
     assert target.state.dropped >= 10
@@ -168,9 +169,9 @@ def test_a_machine_too_slow_for_every_frame_still_sends(listener: _Listener, tar
 
     def pose_at(t: float) -> object:
         time.sleep(0.05)  # three beats: no frame is ever in time
-        return motion.pose(t)
+        return motion.named_pose(t)
 
-    source = PoseSource(motion.shape_names, motion.bone_names, pose_at, lambda: 0.0)  # type: ignore[arg-type]
+    source = PoseSource(pose_at, lambda: 0.0)  # type: ignore[arg-type]
     target.start(Destination(port=listener.port), source)
     listener.listen(lambda: target.state.sent >= 5)
     steps = np.diff([float(params[0]) for _, params in listener.values("/VMC/Ext/T")]) * 60.0
@@ -241,7 +242,8 @@ def test_the_wave_needs_no_motion(listener: _Listener, target: VmcTarget) -> Non
 
     for _ in range(5):  # a machine that is stopped for the length of a wave misses it
         target.wave()
-        listener.listen(lambda: not target.waving)
+        over = time.monotonic() + WAVE_SECONDS
+        listener.listen(lambda over=over: time.monotonic() > over)
         if swing() > 40:
             break
     assert swing() > 40

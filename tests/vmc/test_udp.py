@@ -3,6 +3,7 @@
 import errno
 import socket
 import struct
+import sys
 import time
 from collections.abc import Iterator
 
@@ -17,8 +18,7 @@ from studio.vmc.udp import BUFFER_BYTES, BYTES_AT_ONCE, Datagram, DatagramInput
 
 @pytest.fixture
 def listening() -> Iterator[DatagramInput]:
-    opened = DatagramInput(0)
-    opened.start()
+    opened = DatagramInput(udp.bind(0))
     yield opened
     opened.stop()
 
@@ -67,7 +67,8 @@ class OneDatagram:
 
 
 def read_from(other: OneDatagram) -> tuple[DatagramInput, Datagram]:
-    opened = DatagramInput(0)
+    opened = DatagramInput(udp.bind(0))
+    opened.stop()
     opened.socket, opened.stamped = other, True  # type: ignore[assignment]
     (datagram,) = opened.read(clock.WallClock().ahead())
     return opened, datagram
@@ -101,7 +102,7 @@ def test_the_largest_datagram_comes_whole_and_a_larger_one_is_cut(listening: Dat
         out.sendto(b"/after", ("127.0.0.1", listening.port))
     sizes = [len(d.data) for d in drained(listening, 5)]
     assert (sizes[0], *sizes[3:]) == (MOST_BYTES, 0, 6)
-    if udp._LINUX:  # by the kernel, so that what waits takes no room from motion
+    if sys.platform == "linux":  # by the kernel, so that what waits takes no room from motion
         assert max(sizes[1:3]) < 8
     else:
         assert min(sizes[1:3]) > MOST_BYTES
@@ -123,8 +124,7 @@ def test_no_more_bytes_are_read_at_once_than_can_be_worked_off(listening: Datagr
 
 def test_the_kernel_has_room_while_nobody_reads() -> None:
     """Asked for in full; Linux grants what its limit allows and reports it doubled."""
-    opened = DatagramInput(0)
-    opened.start()
+    opened = DatagramInput(udp.bind(0))
     assert opened.socket is not None
     granted = opened.socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
     opened.stop()
@@ -134,12 +134,11 @@ def test_the_kernel_has_room_while_nobody_reads() -> None:
     assert granted >= min(BUFFER_BYTES, usual)
 
 
-@pytest.mark.skipif(not udp._LINUX, reason="only Linux counts what it had no room for")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts what it had no room for")
 def test_what_the_kernel_had_no_room_for_is_counted() -> None:
     small = udp.bind(0)
     small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    opened = DatagramInput(0, opened=small)
-    opened.start()
+    opened = DatagramInput(small)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         for _ in range(200):
             out.sendto(b"/x", ("127.0.0.1", opened.port))
@@ -150,7 +149,7 @@ def test_what_the_kernel_had_no_room_for_is_counted() -> None:
     assert (came, opened.dropped, opened.refused) == (opened.received, 200 - came, 0)
 
 
-@pytest.mark.skipif(not udp._LINUX, reason="only Linux refuses for us")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux refuses for us")
 def test_what_a_sender_that_is_shut_out_sends_is_refused_by_the_kernel_and_counted(
     listening: DatagramInput,
 ) -> None:
@@ -195,7 +194,7 @@ def test_an_error_of_the_system_ends_nothing(listening: DatagramInput) -> None:
 
 def test_a_taken_port_is_a_sentence(listening: DatagramInput) -> None:
     with pytest.raises(StudioError) as caught:
-        DatagramInput(listening.port).start()
+        udp.bind(listening.port)
     assert (
         caught.value.what
         == f"Port {listening.port} is used by another program, such as VSeeFace or a second studio."
@@ -205,7 +204,7 @@ def test_a_taken_port_is_a_sentence(listening: DatagramInput) -> None:
 
 def test_a_foreign_address_is_a_sentence() -> None:
     with pytest.raises(StudioError) as caught:
-        DatagramInput(0, "192.0.2.1").start()
+        udp.bind(0, "192.0.2.1")
     assert caught.value.what == "192.0.2.1 is not an address of this computer."
     assert caught.value.remedy == (
         "Use 127.0.0.1 for programs on this computer, or 0.0.0.0 for the whole network."
@@ -214,18 +213,16 @@ def test_a_foreign_address_is_a_sentence() -> None:
 
 def test_a_number_that_is_no_port_is_a_sentence() -> None:
     with pytest.raises(StudioError) as caught:
-        DatagramInput(70_000).start()
+        udp.bind(70_000)
     assert caught.value.what == "70000 is not a port."
     assert caught.value.remedy == "Choose a port from 1024 to 65535."
 
 
 def test_a_closed_port_is_free_again() -> None:
-    first = DatagramInput(0)
-    first.start()
+    first = DatagramInput(udp.bind(0))
     first.stop()
     first.stop()
     assert first.read() == []
-    second = DatagramInput(first.port)
-    second.start()
+    second = DatagramInput(udp.bind(first.port))
     second.stop()
     assert second.port == first.port

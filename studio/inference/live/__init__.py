@@ -6,7 +6,7 @@ delayed_voice  Plays the voice on a sound output with the avatar's delay, despit
 performance    The live pipeline: sound of a source in, the pose to send at each moment out (torch)
 pose_layers    Layers over a model's live poses: idle motion, freezing, the neutral pose, a tuning
 preprocess     Preprocessing of live sound: resampling, noise suppression, speech gate, automatic gain
-steps          Streaming inference: poses as soon as their sound is there, with the network's state carried
-               (torch)
+steps          Streaming inference: poses as soon as their sound is there; which look-aheads there are, and
+               the usual one (torch)
 timing         Timing of live poses: sample clock, adaptive delay, and a buffer interpolated between poses
 """

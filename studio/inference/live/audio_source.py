@@ -17,7 +17,7 @@ from studio import clock
 from studio.capture.microphone import AudioInput, SoundBlock, SoundWatch, input_devices, opening
 from studio.errors import StudioError
 from studio.playback.player import Player
-from studio.sound.sound_file import sound_blocks, sound_info
+from studio.sound.sound_file import finite, sound_blocks, sound_info
 
 Floats = NDArray[np.float32]
 
@@ -109,11 +109,6 @@ class Microphone:
         """Never: it may come back."""
         return False
 
-    @property
-    def lost(self) -> bool:
-        """Whether no sound comes because the device is gone or stuck."""
-        return self._lost
-
     def start(self) -> None:
         """Open it.
 
@@ -143,7 +138,7 @@ class Microphone:
                 samples = np.concatenate([block.samples.mean(axis=1) for block in blocks])
                 found.append(
                     AudioBlock(
-                        np.nan_to_num(samples),
+                        finite(samples),
                         current.sample_rate,
                         blocks[0].captured,
                         restarted=self._restarted,
@@ -230,9 +225,10 @@ class SoundFile:
 
     def __init__(self, path: Path, ahead: float, device: str | None = None) -> None:
         self._path, self._ahead = path, ahead
-        self._rate = sound_info(path).sample_rate
+        info = sound_info(path)
+        self._rate = info.sample_rate
         silent = device == "none"
-        self._player = Player(None if silent else path, sound_info(path).duration, device)
+        self._player = Player(None if silent else path, info.duration, device)
         quiet = np.zeros(round((ahead + TAIL_S) * self._rate), dtype=np.float32)
         self._stream = chain(sound_blocks(path, None, 1.0), [quiet])  # for the last poses
         self._rest = np.zeros(0, dtype=np.float32)
@@ -250,11 +246,6 @@ class SoundFile:
     def ended(self) -> bool:
         """Whether it was given and heard to its end."""
         return self._over and not self._player.playing
-
-    @property
-    def position(self) -> float:
-        """Seconds of it that were heard."""
-        return self._player.position
 
     def start(self) -> None:
         """Begin; it is heard `ahead` seconds from now."""
@@ -311,4 +302,4 @@ class SoundFile:
                 break
             self._rest = np.concatenate([self._rest, block])
         taken, self._rest = self._rest[:size], self._rest[size:]
-        return np.nan_to_num(taken)
+        return taken

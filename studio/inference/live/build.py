@@ -8,8 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from studio.errors import RequestError
 from studio.inference.live.audio_source import LEAD_S, AudioSource, Microphone, SoundFile
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
@@ -18,7 +16,6 @@ from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
 from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
 from studio.inference.offline import sampling_of
-from studio.motion import Pose
 from studio.playback.layers import Tuning, presets
 from studio.playback.sound_output import sound_delay_ms, sync_perception
 from studio.training.checkpoint import BEST, load_model
@@ -59,57 +56,28 @@ class LivePerformance:
         run: the run's name.
         performance: ready to start.
         style: the style in use.
+
+    Attributes:
+        switches: by the word that asks for it, whose attribute each is.
     """
 
     def __init__(self, run: str, performance: Performance, style: str) -> None:
         self.run, self.performance, self.style = run, performance, style
-        self._sound, self._layers = performance.sound, performance.layers
+        sound, layers = performance.sound, performance.layers
+        self._layers = layers
+        self.switches: dict[str, tuple[object, str]] = {
+            "mute": (sound, "muted"), "freeze": (layers, "frozen"), "neutral": (layers, "neutral"),
+            "gain": (sound.gain, "on"), "gate": (layers, "idles"),
+        }  # fmt: skip
         self._output: DelayedVoiceOutput | None = None
 
-    @property
-    def muted(self) -> bool:
-        """Whether the microphone is not listened to."""
-        return self._sound.muted
+    def is_on(self, word: str) -> bool:
+        """Whether one of its `switches` is on."""
+        return bool(getattr(*self.switches[word]))
 
-    @property
-    def frozen(self) -> bool:
-        """Whether the avatar holds still."""
-        return self._layers.frozen
-
-    @property
-    def neutral(self) -> bool:
-        """Whether the avatar stands in its neutral pose, whatever is said."""
-        return self._layers.neutral
-
-    @property
-    def gain_on(self) -> bool:
-        """Whether the level follows the training takes'."""
-        return self._sound.gain.on
-
-    @property
-    def idles(self) -> bool:
-        """Whether silence lets the avatar idle."""
-        return self._layers.idles
-
-    def set_muted(self, on: bool) -> None:
-        """Listen to the microphone, or not."""
-        self._sound.muted = on
-
-    def set_frozen(self, on: bool) -> None:
-        """Hold still, or move."""
-        self._layers.frozen = on
-
-    def set_neutral(self, on: bool) -> None:
-        """Go to the neutral pose and stay there, or come back."""
-        self._layers.neutral = on
-
-    def set_gain(self, on: bool) -> None:
-        """Let the level follow, or leave it."""
-        self._sound.gain.on = on
-
-    def set_idles(self, on: bool) -> None:
-        """Idle while nobody speaks, or let the model move in silence too."""
-        self._layers.idles = on
+    def switch(self, word: str, on: bool) -> None:
+        """Turn one of its `switches` on or off."""
+        setattr(*self.switches[word], on)
 
     def set_look_ahead(self, ms: int) -> LookAhead:
         """Hear further ahead, or less far; the nearest the run offers."""
@@ -153,7 +121,7 @@ class LivePerformance:
 
     def pose_source(self) -> PoseSource:
         """Poses for a target to send."""
-        return named_source(self._layers, self.performance)
+        return PoseSource(self.performance.named_pose_at, self.performance.position)
 
     def ready_facts(self) -> dict[str, Any]:
         """What a display needs to know once."""
@@ -179,8 +147,8 @@ class LivePerformance:
         late = self.performance.facts.latency_ms
         return {
             **{name: round(value, 3) if isinstance(value, float) else value for name, value in facts.items()},
-            "muted": self.muted, "frozen": self.frozen, "neutral": self.neutral,
-            "gain_on": self.gain_on, "idles": self.idles,
+            "muted": self.is_on("mute"), "frozen": self.is_on("freeze"), "neutral": self.is_on("neutral"),
+            "gain_on": self.is_on("gain"), "idles": self.is_on("gate"),
             "idling": round(self._layers.idling, 2),
             "look_ahead_ms": self.performance.look_ahead.look_ahead_ms,
             "seen": str(sync_perception(late)), "sound_delay_ms": sound_delay_ms(late),
@@ -200,10 +168,10 @@ class LivePerformance:
     def words(self) -> str:
         """Level, state and latency in one line for a terminal."""
         facts = self.performance.facts
-        what = "speaking" if facts.speaking else "idle" if self.idles else "silent"
+        what = "speaking" if facts.speaking else "idle" if self.is_on("gate") else "silent"
         what = "no sound comes" if facts.lost else what
-        switches = [name for name in ("muted", "frozen", "neutral") if getattr(self, name)]
-        what = ", ".join(switches) or what
+        held = {"mute": "muted", "freeze": "frozen", "neutral": "neutral"}
+        what = ", ".join(name for word, name in held.items() if self.is_on(word)) or what
         return (
             f"{facts.peak_dbfs:5.0f} dBFS  {what}  avatar {facts.latency_ms:.0f} ms after the voice"
             f"  (OBS: delay the microphone by {sound_delay_ms(facts.latency_ms)} ms)"
@@ -221,7 +189,6 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     Raises:
         StudioError: the run has no weights, or cannot be performed live as wanted.
     """
-    torch.set_num_threads(1)
     model = load_model(run_folder / BEST)
     style = model.style_index(options.style, run_folder.name)
     sampling = sampling_of(options.seed, options.liveliness)
@@ -233,24 +200,6 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     layers = PoseLayers(rest_motion(model, style), idles=options.gate)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
     return LivePerformance(run_folder.name, performance, model.style_name(style))
-
-
-def named_source(layers: PoseLayers, performance: Performance) -> PoseSource:
-    """What a target sends: poses of the channels the stand has now, never of others.
-
-    While layers change, the last pose of these channels is sent again until the target is shown the new ones.
-    """
-    names = layers.names
-    last: Pose | None = None
-
-    def pose_at(moment: float) -> Pose:
-        nonlocal last
-        pose, its = performance.named_pose_at(moment)
-        if its == names:
-            last = pose
-        return last if last is not None else layers.rest_pose(names)
-
-    return PoseSource(*names, pose_at, performance.position)
 
 
 def _source(options: LiveOptions, look_ahead: LookAhead) -> AudioSource:

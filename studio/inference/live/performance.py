@@ -16,7 +16,7 @@ from studio.errors import StudioError
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
-from studio.inference.live.pose_layers import ChannelNames, PoseLayers
+from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
 from studio.inference.live.steps import LiveSteps, LookAhead, silent_pose
 from studio.inference.live.timing import Delay, PoseLine
@@ -177,7 +177,7 @@ class Performance:
     @property
     def facts(self) -> Facts:
         """Levels, latency and counters at this moment."""
-        sound, gate = self.sound, self.sound.gate
+        sound = self.sound
         lost = self._last_sound_at is not None and self._now() - self._last_sound_at > LOST_S
         # The meter keeps its last level when blocks stop coming, and would show a voice that is not there.
         deaf = lost or sound.muted
@@ -186,7 +186,7 @@ class Performance:
             FLOOR_DBFS if deaf else self._meter.rms_dbfs,
             self._meter.clipped,
             sound.speaking and not deaf,
-            gate.speech_probability if gate is not None else 1.0,
+            sound.gate.speech_probability,
             sound.gain.db,
             1000.0 * self._delay.value,
             self._late,
@@ -216,7 +216,7 @@ class Performance:
         """The pose of a moment, everything laid over it. From any thread."""
         return self.named_pose_at(moment)[0]
 
-    def named_pose_at(self, moment: float) -> tuple[Pose, ChannelNames]:
+    def named_pose_at(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose of a moment with the names of its shapes and bones. From any thread."""
         return self.layers.named_pose(moment, *self._line.at(moment))
 
@@ -281,15 +281,8 @@ class Performance:
         # All frames of a block at once: rotations from 6D cost nearly the same for one as for ten.
         motion = self.model.layout.motion(values, times)
         now, speaking = self._now(), self.sound.speaking and not self.sound.muted
-        parts = (
-            motion.shapes,
-            motion.positions,
-            motion.rotations,
-            motion.root_position,
-            motion.root_rotation,
-        )
         for i, t in enumerate(times):
-            self._add(self.sound.moment(float(t)), Pose(*(part[i] for part in parts)), speaking, now)
+            self._add(self.sound.moment(float(t)), motion.row(i), speaking, now)
 
     def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
         self._frames += 1

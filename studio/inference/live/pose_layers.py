@@ -8,12 +8,12 @@ from dataclasses import replace
 from studio.motion import Motion, Pose
 from studio.motion.neutral import between, neutral_pose
 from studio.playback.layers import Reference, Tuner, Tuning
+from studio.playback.layers.idle import smooth_step
 
 FADE_S = 0.35
 PANIC_S = 0.25
 IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
 """What an avatar does while nobody speaks."""
-ChannelNames = tuple[tuple[str, ...], tuple[str, ...]]
 _SAME_S = 0.003
 """Poses asked for so close together are one: several senders get the same."""
 
@@ -23,11 +23,10 @@ class PoseLayers:
 
     Args:
         rest: a motion of one frame: how the avatar rests while nobody speaks.
-        tuning: the person's own.
         idles: whether silence lets it idle.
     """
 
-    def __init__(self, rest: Motion, tuning: Tuning | None = None, idles: bool = True) -> None:
+    def __init__(self, rest: Motion, idles: bool = True) -> None:
         self.shape_names, self.bone_names = rest.shape_names, rest.bone_names
         self.rest = rest.pose(0.0)
         self._reference = Reference.of(rest)
@@ -40,14 +39,9 @@ class PoseLayers:
         self._last: Pose | None = None
         self.frozen = False
         self.neutral = False
-        self.names: ChannelNames = (), ()
+        self.names: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
         """Shapes and bones of the poses that go out."""
-        self.retune(tuning or Tuning())
-
-    @property
-    def tuning(self) -> Tuning:
-        """The person's own layers."""
-        return self._tuner.tuning
+        self.retune(Tuning())
 
     @property
     def idling(self) -> float:
@@ -70,7 +64,8 @@ class PoseLayers:
             before, self.names = self.names, (self._tuner.shape_names, self._tuner.bone_names)
             if self.names != before:  # a pose of other channels must not be held on to
                 self._last = None
-            self._neutral = self.rest_pose(self.names)
+            kept = [self.bone_names.index(name) for name in self.names[1]]
+            self._neutral = neutral_pose(*self.names, self.rest.positions[kept])
             self._at = None
 
     def pose(self, moment: float, made: Pose | None, speaking: bool) -> Pose:
@@ -95,18 +90,15 @@ class PoseLayers:
             self._last = self._eased(moment, made, speaking, step)
             return self._last
 
-    def named_pose(self, moment: float, made: Pose | None, speaking: bool) -> tuple[Pose, ChannelNames]:
+    def named_pose(
+        self, moment: float, made: Pose | None, speaking: bool
+    ) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose to send with the names of its channels, which another tuning may just have changed.
 
         Arguments are those of `pose`.
         """
         with self._lock:
-            return self.pose(moment, made, speaking), self.names
-
-    def rest_pose(self, names: ChannelNames) -> Pose:
-        """The neutral pose of some of its channels, with the proportions of its rest."""
-        kept = [self.bone_names.index(name) for name in names[1]]
-        return neutral_pose(*names, self.rest.positions[kept])
+            return self.pose(moment, made, speaking), *self.names
 
     def _eased(self, moment: float, made: Pose | None, speaking: bool, step: float) -> Pose:
         # Before the first pose the avatar idles, too: a statue looks broken.
@@ -117,18 +109,14 @@ class PoseLayers:
         pose = made if made is not None else self.rest
         if self._idle_share > 0:
             idle = self._idler.pose(t, self.rest)
-            pose = idle if self._idle_share == 1 else between(pose, idle, _smooth(self._idle_share))
+            share = float(smooth_step(self._idle_share))
+            pose = idle if share == 1 else between(pose, idle, share)
         # After idling, so that a person's own tuning holds while nobody speaks.
         pose = self._tuner.pose(t, pose)
         if self._neutral_share > 0:  # over everything: a panic key is no matter of taste
-            pose = between(pose, self._neutral, _smooth(self._neutral_share))
+            pose = between(pose, self._neutral, float(smooth_step(self._neutral_share)))
         return pose
 
 
 def _towards(value: float, goal: float, most: float) -> float:
     return min(goal, value + most) if goal > value else max(goal, value - most)
-
-
-def _smooth(x: float) -> float:
-    # Smoothstep: no jolt where a fade begins and ends.
-    return x * x * (3.0 - 2.0 * x)

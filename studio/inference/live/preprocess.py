@@ -185,11 +185,11 @@ class AudioPreprocessor:
     Args:
         rate: the model's samples a second.
         gain: the automatic gain.
-        gate: the voice gate; None for none.
+        gate: the voice gate.
         suppress: whether noise is taken out, which costs 30 ms.
     """
 
-    def __init__(self, rate: int, gain: Gain, gate: Gate | None, suppress: bool = False) -> None:
+    def __init__(self, rate: int, gain: Gain, gate: Gate, suppress: bool = False) -> None:
         self.rate, self.gain, self.gate = rate, gain, gate
         self._suppressing = suppress
         self._samples_out = 0  # samples at the model's rate
@@ -202,20 +202,14 @@ class AudioPreprocessor:
         self.muted = False
 
     @property
-    def late(self) -> float:
-        """Seconds that sound comes out later than it goes in, by filters alone."""
-        filters = (self._voice, self._resampler)
-        return sum(one.delay for one in filters if one is not None)
-
-    @property
     def drift_ppm(self) -> float:
         """How much longer the device's second is than the computer's."""
         return self._clock.drift_ppm if self._clock is not None else 0.0
 
     @property
     def speaking(self) -> bool:
-        """Whether somebody speaks; always where there is no gate."""
-        return self.gate is None or self.gate.open
+        """Whether somebody speaks."""
+        return self.gate.open
 
     def moment(self, t: float) -> float:
         """When the sound at a time of the model's stream (seconds) was captured, on the computer's clock."""
@@ -237,8 +231,7 @@ class AudioPreprocessor:
             samples = self._voice.feed(samples)
         out = self._resampler.feed(samples)
         self._samples_out += len(out)
-        if self.gate is not None:
-            self.gate.feed(out if self._to_gate is None else self._to_gate.feed(out))
+        self.gate.feed(out if self._to_gate is None else self._to_gate.feed(out))
         # After the gate: noise between sentences must not teach the gain.
         return self.gain.feed(out, self.speaking and not self.muted), gap
 
@@ -266,11 +259,6 @@ class _VoiceAlone:
     def behind(self) -> float:
         """Seconds the voice lies behind the sound it was in."""
         return RNNOISE_LATE / RNNOISE_RATE
-
-    @property
-    def delay(self) -> float:
-        """Seconds it costs at most."""
-        return self._there.delay + (RNNOISE_LATE + RNNOISE_FRAME) / RNNOISE_RATE
 
     def feed(self, samples: Floats) -> Floats:
         self._rest = np.concatenate([self._rest, self._there.feed(samples)])

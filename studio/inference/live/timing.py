@@ -41,7 +41,6 @@ class SampleClock:
         self._origin: float | None = None
         self._slope = 1.0
         self._at = 0
-        self.gaps = 0
 
     def follow(self, sample: int, captured: float) -> bool:
         """One block's first sample was captured at a moment; whether that followed a gap."""
@@ -53,7 +52,6 @@ class SampleClock:
         gap = abs(error) > GAP_S
         if gap:
             self._origin, self._at = captured, sample
-            self.gaps += 1
             return True
         # A loop filter of second order: a share of the error moves the line, a smaller one turns it.
         self._origin, self._at = self.moment(sample) + _PULL * error, sample

@@ -1,6 +1,8 @@
-"""Events of a live performance, the practice performer, the doctor and the tour."""
+"""Events of a live performance, the practice performer, the doctor, the settings and the tour."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import msgspec
 
@@ -281,3 +283,31 @@ class TourDone(DoneEvent, frozen=True):
 
     files: tuple[str, ...] = ()
     steps: tuple[TourStepEvent, ...] = ()
+
+
+class PreferenceEvent(ChildEvent, frozen=True):
+    """One setting.
+
+    Args:
+        name: what changes it.
+        value, default: what it is now and without a choice: a text, a number, true or false, or texts.
+        title: what the window calls it.
+        help: what it means, in one sentence.
+    """
+
+    NAME = "setting"
+    VERBS = ("settings",)
+
+    name: str
+    value: Any = None
+    default: Any = None
+    title: str = ""
+    help: str = ""
+
+
+class SettingsDone(DoneEvent, frozen=True):
+    """The settings that were listed, or the one that was changed."""
+
+    VERBS = ("settings",)
+
+    settings: tuple[str, ...] = ()

@@ -215,11 +215,6 @@ class Tuner:
         self.retune(tuning)
 
     @property
-    def tuning(self) -> Tuning:
-        """What is laid over the poses."""
-        return self._tuning
-
-    @property
     def shape_names(self) -> tuple[str, ...]:
         """Channels of the poses that go out."""
         return tuple(self._names[0][i] for i in self._columns[0])
@@ -250,9 +245,7 @@ class Tuner:
             pose = self._smoothing.pose(t, pose)
         if not self._layers.empty:
             one = self._layers.over(self._as_motion(t, pose), reference, self._blinked(t, pose), ahead=0.0)
-            pose = Pose(
-                one.shapes[0], one.positions[0], one.rotations[0], one.root_position[0], one.root_rotation[0]
-            )
+            pose = one.row(0)
         if not self._tuning.left_out:
             return pose
         shapes, bones = self._columns

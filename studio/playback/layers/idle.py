@@ -21,7 +21,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from studio.motion import Motion, rotation
 from studio.playback.layers.regions import lid_sides
@@ -82,9 +82,9 @@ def log_normal(mean: float, deviation: float) -> Intervals:
     return intervals
 
 
-def smooth_step(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def smooth_step(x: ArrayLike) -> NDArray[np.float64]:
     """0 to 1 without a corner at either end."""
-    x = np.clip(x, 0.0, 1.0)
+    x = np.clip(np.asarray(x, dtype=np.float64), 0.0, 1.0)
     return x * x * (3.0 - 2.0 * x)
 
 

@@ -183,8 +183,7 @@ class Reference:
             return a + (b.astype(np.float64) - a) * share
 
         def turn(a: NDArray[np.float64], b: NDArray[np.float32]) -> NDArray[np.float64]:
-            nearer = np.where((a * b).sum(axis=-1, keepdims=True) < 0, -b, b)
-            return rotation.normalised(line(a, nearer)).astype(np.float64)
+            return rotation.towards(a, b, share).astype(np.float64)
 
         return Reference(
             self.skeleton,

@@ -74,9 +74,9 @@ class StreamSmoothing:
         low = Pose(
             before.shapes + (pose.shapes - before.shapes) * share,
             before.positions + (pose.positions - before.positions) * share,
-            _towards(before.rotations, pose.rotations, share),
+            rotation.towards(before.rotations, pose.rotations, share).astype(np.float32),
             before.root_position + (pose.root_position - before.root_position) * share,
-            _towards(before.root_rotation, pose.root_rotation, share),
+            rotation.towards(before.root_rotation, pose.root_rotation, share).astype(np.float32),
         )
         # The smoothed pose is remembered before lids are put back, or a blink would leak into later frames.
         self._last = (t, low)
@@ -95,12 +95,6 @@ def _with_closures(
             keep = np.clip(1.0 - original[:, i] / CLOSED, 0.0, 1.0)
             low[:, i] += keep * (original[:, i] - low[:, i])
     return np.clip(low, 0.0, 1.0).astype(np.float32)
-
-
-def _towards(a: NDArray[np.float32], b: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    # q and -q are one rotation: the nearer of the two, or the mean would turn the long way round.
-    nearer = np.where((a * b).sum(axis=-1, keepdims=True) < 0, -b, b)
-    return rotation.normalised(a + (nearer - a) * share).astype(np.float32)
 
 
 def _low_passed_rotations(q: NDArray[np.float32], frames: float) -> NDArray[np.float32]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from studio.motion import Motion, Pose, rotation
+from studio.render.world_pose import WorldPose
 from studio.ui import undo
 from studio.ui.curate.checks import placed
 from studio.ui.curate.model import CurateModel
@@ -117,9 +115,7 @@ class BenchPresenter(QObject):
         motion = self._playing.take.motion if self._playing.take else None
         if motion is None or not len(motion):
             return
-        pose = motion.pose(t - self._model.offset)
-        shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        self._view.stage.show_pose(motion.skeleton, world_of(motion, pose), shapes)
+        self._view.stage.show_stance(WorldPose.of(motion, t - self._model.offset))
 
     # -- going through a take ------------------------------------------------------------------
 
@@ -155,10 +151,3 @@ class BenchPresenter(QObject):
             self._model.change_span()
         self._playing.seek(t)
         timeline.set_playhead(t, follow=True)
-
-
-def world_of(motion: Motion, pose: Pose) -> NDArray[np.floating]:
-    """World positions (J, 3) of one pose, the root applied."""
-    joints, _ = motion.skeleton.forward(pose.positions, pose.rotations)
-    turned = rotation.rotate(np.broadcast_to(pose.root_rotation, (len(joints), 4)), joints)
-    return turned + pose.root_position

@@ -15,10 +15,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.actions import ACTIONS
 from studio.ui import theme
 from studio.ui.curate.labels_view import WordBar
 from studio.ui.curate.tools_view import CleanButton, CutQuestion
+from studio.ui.shortcuts import name_of, sequence, tip_of
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.plots import CorrelationButton
@@ -59,7 +59,7 @@ class Bench(Card):
         self.timeline = Timeline()
         self.words = WordBar()
         self.question = CutQuestion()
-        self.clean = CleanButton(_key("compare_cleaning"))
+        self.clean = CleanButton(sequence("compare_cleaning").toString())
         self._duration = 0.0
         self.body.addLayout(self._build_transport())
         self.body.addWidget(self.timeline, 1)
@@ -90,15 +90,13 @@ class Bench(Card):
             self.tr("Spectrogram") if fraction is None else self.tr("Measuring {0}").format(f"{fraction:.0%}")
         )
         self.picture.setText(text)
-        self.picture.setToolTip(
-            self.tr("Show which pitches sound in place of the waveform ({0})").format(_key("sound_picture"))
-        )
+        self.picture.setToolTip(tip_of("sound_picture"))
         self.picture.setAccessibleName(self.tr("Spectrogram"))
 
     def show_history(self, undo: str, redo: str) -> None:
         """Names of what undo and redo would do; "" where there is nothing."""
         metrics = self.undo.fontMetrics()
-        for button, word, name in ((self.undo, self.tr("Undo"), undo), (self.redo, self.tr("Redo"), redo)):
+        for button, word, name in ((self.undo, name_of("undo"), undo), (self.redo, name_of("redo"), redo)):
             text = f"{word}: {name}" if name else word
             button.setText(metrics.elidedText(text, Qt.TextElideMode.ElideRight, 190))
             button.setToolTip(text)
@@ -122,7 +120,7 @@ class Bench(Card):
 
     def show_aligning(self, stoppable: bool) -> None:
         """Whether many takes are being listened to, which the same button stops."""
-        self.align.setText(self.tr("Stop") if stoppable else self.tr("Align"))
+        self.align.setText(self.tr("Stop") if stoppable else name_of("align"))
 
     def show_question(self, sentence: str, yes: str = "", adjust: bool = False) -> None:
         """Ask below the timeline whether to cut; an empty sentence takes the question away."""
@@ -162,10 +160,10 @@ class Bench(Card):
     # -- how it is built -----------------------------------------------------------------------
 
     def _build_transport(self) -> QHBoxLayout:
-        self.start = self._tool("mdi6.skip-previous", self.tr("Go to the start (Home)"), "go_start_button")
+        self.start = self._tool("mdi6.skip-previous", tip_of("first_frame"), "go_start_button")
         self.play = QPushButton()
         self.play.setObjectName("play_button")
-        self.play.setToolTip(self.tr("Play and pause ({0})").format(_key("play")))
+        self.play.setToolTip(tip_of("play"))
         self.play.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.play.setMinimumWidth(96)
         self.play.clicked.connect(self.play_requested)
@@ -173,20 +171,16 @@ class Bench(Card):
         self.show_playing(False)
         self.loop = self._tool(
             "mdi6.repeat",
-            self.tr("Repeat the selected span, or the take ({0})").format(_key("loop")),
+            tip_of("loop"),
             "loop_button",
         )
         self.loop.setCheckable(True)
         self.loop.clicked.connect(self.loop_requested)
         self.time = label("", "", "time_label")
         self.time.setFont(theme.figures_font(15, semibold=True))
-        self.wider = self._tool("mdi6.magnify-minus-outline", self.tr("Show more (wheel)"), "zoom_out_button")
-        self.fit = self._tool(
-            "mdi6.arrow-expand-horizontal", self.tr("Show the whole take"), "zoom_fit_button"
-        )
-        self.closer = self._tool(
-            "mdi6.magnify-plus-outline", self.tr("Look closer (wheel)"), "zoom_in_button"
-        )
+        self.wider = self._tool("mdi6.magnify-minus-outline", tip_of("zoom_out"), "zoom_out_button")
+        self.fit = self._tool("mdi6.arrow-expand-horizontal", tip_of("zoom_fit"), "zoom_fit_button")
+        self.closer = self._tool("mdi6.magnify-plus-outline", tip_of("zoom_in"), "zoom_in_button")
         self.wider.clicked.connect(lambda: self.timeline.zoom(2.0))
         self.fit.clicked.connect(self.timeline.fit)
         self.closer.clicked.connect(lambda: self.timeline.zoom(0.5))
@@ -227,13 +221,13 @@ class Bench(Card):
             self.tr("Trim to selection"), "mdi6.content-cut", "trim_button", self.trim_requested
         )
         trim_tip = self.tr("Use only the selected span. {0} and {1} set the ends at the playhead.")
-        self.trim.setToolTip(trim_tip.format(_key("in_point"), _key("out_point")))
+        ends = sequence("in_point").toString(), sequence("out_point").toString()
+        self.trim.setToolTip(trim_tip.format(*ends))
         self.untrim = self._verb(self.tr("Use all"), "mdi6.arrow-expand-horizontal", "untrim_button",
                                  self.untrim_requested)  # fmt: skip
         self.untrim.setToolTip(self.tr("Use the whole take again, with nothing left out"))
-        self.exclude = self._verb(self.tr("Exclude"), "mdi6.eraser", "exclude_button", self.exclude_requested)
-        exclude_tip = self.tr("Leave the selected span out of training, or use it again ({0})")
-        self.exclude.setToolTip(exclude_tip.format(_key("exclude")))
+        self.exclude = self._verb(name_of("exclude"), "mdi6.eraser", "exclude_button", self.exclude_requested)
+        self.exclude.setToolTip(tip_of("exclude"))
         self.pauses = self._verb(
             self.tr("Split at pauses"),
             "mdi6.view-split-vertical",
@@ -241,8 +235,8 @@ class Bench(Card):
             self.pauses_requested,
         )
         self.pauses.setToolTip(self.tr("Cut this take into several where nobody speaks"))
-        self.align = self._verb(self.tr("Align"), "mdi6.vector-link", "align_button", self.align_requested)
-        self.align.setToolTip(self.tr("Find out how much later the motion must be to fit the sound"))
+        self.align = self._verb(name_of("align"), "mdi6.vector-link", "align_button", self.align_requested)
+        self.align.setToolTip(tip_of("align"))
         self.offset = QSpinBox()
         self.offset.setObjectName("offset_spin")
         self.offset.setAccessibleName(self.tr("Offset of the motion"))
@@ -314,8 +308,3 @@ def _quiet(button: QToolButton) -> QToolButton:
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     theme.as_role(button, "quiet")
     return button
-
-
-def _key(action: str) -> str:
-    """The key of an action, for a tooltip."""
-    return ACTIONS[action].keys[0]

@@ -25,6 +25,7 @@ from studio.ui.curate.take_table import TakeRow
 from studio.ui.curate.view import CurateView
 from studio.ui.messages import counted
 from studio.ui.session import Session
+from studio.ui.shortcuts import name_of
 from studio.ui.tasks import ChildTask
 
 
@@ -82,7 +83,7 @@ class LibraryPresenter(QObject):
             return balanced_split(edits.set_split(data, useless, ""), seconds, unfit=unfit)
 
         before = self._model.dataset
-        if self._model.edit(self.tr("Split for me"), divided):
+        if self._model.edit(name_of("split_takes"), divided):
             self._model.show_message(self._split_text(useless), since=before)
 
     def _split_text(self, useless: Sequence[str]) -> str:

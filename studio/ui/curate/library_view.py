@@ -26,7 +26,7 @@ from studio.ui import theme
 from studio.ui.curate.suggestions_view import Suggestions
 from studio.ui.curate.take_delegate import ROW_PX, SPLIT_COLOURS, TakeDelegate
 from studio.ui.curate.take_table import COLUMNS, TakeFilter, TakeRow, TakeTable, split_title
-from studio.ui.shortcuts import pressed, sequence
+from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, heading, label
 from studio.ui.widgets.timeline.time_view import clock
@@ -281,11 +281,9 @@ class Library(Card):
         set_icon(self.import_button, "mdi6.tray-arrow-down")
         self.import_button.setToolTip(self.tr("Bring in sound and motion files, or drop them on the window"))
         self.import_button.clicked.connect(self.import_requested)
-        self.split_button = QPushButton(self.tr("Split for me"))
+        self.split_button = QPushButton(name_of("split_takes"))
         self.split_button.setObjectName("split_for_me_button")
-        self.split_button.setToolTip(
-            self.tr("Divide the takes among train, val and test, balanced by length, performer and label")
-        )
+        self.split_button.setToolTip(tip_of("split_takes"))
         self.split_button.clicked.connect(self.split_requested)
         self.fix_button = QToolButton()
         self.fix_button.setObjectName("to_fix_button")

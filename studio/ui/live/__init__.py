@@ -8,7 +8,7 @@ send_presenter        Presenter of the Send panel: which targets the child sends
 source_presenter      Presenters of the performer card: run and Start; microphones and files; presets
 source_view           Who performs and what is heard: a run, its style and layers, a microphone or a file
 stage_presenter       Presenters of the stage and of the status under it
-stage_view            The performer as it is sent, and mute, freeze and neutral
+stage_view            The performer as it is sent, and mute, freeze and neutral with their keys
 task                  The child process that performs
 view                  Layout of the tab
 """

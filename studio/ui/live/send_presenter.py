@@ -14,7 +14,8 @@ from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks, theme
 from studio.ui.live.model import LiveModel, target_state
 from studio.ui.session import Session
-from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
+from studio.ui.widgets.send_panel import SendPanel, TargetRow
+from studio.vmc.address import Address
 from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
 
 OFF = TargetState(TargetStatus.OFF, 0, 0)
@@ -33,14 +34,13 @@ class LiveSendPresenter(QObject):
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
-        settings = session.settings
-        panel.set_options(settings.send_fps, settings.send_names)
-        for address in kept_targets(settings):
-            panel.add_target(address)
+        panel.show_settings(session.settings)
         # Going live is meant for an avatar.
         panel.rows[0].set_sending(True)
         self._label(panel.rows[0], True)
         _rename(panel)
+        panel.targets_changed.connect(self._save)
+        session.settings_changed.connect(self._on_settings)
         model.ready_changed.connect(self._on_ready)
         model.state_changed.connect(self._on_state)
         model.ended.connect(self._on_ended)
@@ -95,13 +95,11 @@ class LiveSendPresenter(QObject):
         elif not on:
             self._unsend(row)
             row.show_state(OFF, 0.0)
-        self._save()
 
     def _on_address(self, row: TargetRow) -> None:
         if self._live and row.send.isChecked():
             self._unsend(row)
             self._send(row)
-        self._save()
 
     def _on_options(self) -> None:
         panel = self._panel
@@ -109,8 +107,11 @@ class LiveSendPresenter(QObject):
             for row in panel.rows:
                 if row.send.isChecked():
                     self._send(row)
-        names, fps = str(panel.names.currentData()), float(panel.fps.currentData())
-        self._session.change_settings(send_names=names, send_fps=fps)
+        self._save()
+
+    def _on_settings(self) -> None:
+        """Changed in Review, in the dialog or here: all show the same."""
+        self._panel.show_settings(self._session.settings)
 
     def _label(self, row: TargetRow, on: bool) -> None:
         """Sending begins and ends with the performance: the button chooses who takes part."""
@@ -164,8 +165,7 @@ class LiveSendPresenter(QObject):
 
 
 def _name(where: Destination) -> str:
-    host = f"[{where.host}]" if ":" in where.host else where.host
-    return f"{host}:{where.port}"
+    return Address("", where.host, where.port).where
 
 
 def _rename(part: QWidget) -> None:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.ui.widgets.run_chooser import RunChooser
@@ -160,7 +161,7 @@ class LiveSourceCard(Card):
     def show_running(self, state: str) -> None:
         """Show whether it is "idle", "starting", "live" or "stopping"."""
         words, icon, tip = {
-            "idle": (self.tr("Go live"), "mdi6.account-voice", self.tr("Move the avatar with your voice")),
+            "idle": (name_of("start_live"), "mdi6.account-voice", tip_of("start_live")),
             "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to leave it")),
             "live": (self.tr("Stop"), "mdi6.stop", self.tr("End the performance")),
             "stopping": (self.tr("Ending…"), "mdi6.timer-sand", ""),

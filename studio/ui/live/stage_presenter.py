@@ -10,6 +10,7 @@ from studio.ui.live.model import LiveModel
 from studio.ui.live.task import Phase
 from studio.ui.live.view import LiveView
 from studio.ui.session import Session
+from studio.ui.shortcuts import sequence
 
 NOTICE_MS = 6_000
 """How long a notice of the child is shown in the place of the status."""
@@ -107,17 +108,20 @@ class StatusPresenter(QObject):
         return self._live_text(ready.source, state)
 
     def _live_text(self, source: str, state: LiveStateEvent) -> tuple[str, str]:
-        also = " " + self.tr("Muted too (M).") if state.muted else ""
+        mute, freeze, neutral = (sequence(one).toString() for one in ("mute", "freeze", "neutral"))
+        also = " " + self.tr("Muted too ({0}).").format(mute) if state.muted else ""
         if state.neutral:
-            text = self.tr("Neutral: the avatar stands still until you switch it off (N).")
-            return text + (" " + self.tr("Frozen too (F).") if state.frozen else "") + also, "warn"
+            text = self.tr("Neutral: the avatar stands still until you switch it off ({0}).").format(neutral)
+            too = " " + self.tr("Frozen too ({0}).").format(freeze) if state.frozen else ""
+            return text + too + also, "warn"
         if state.frozen:
-            return self.tr("Frozen: the avatar holds still until you switch it off (F).") + also, "warn"
+            text = self.tr("Frozen: the avatar holds still until you switch it off ({0}).").format(freeze)
+            return text + also, "warn"
         if state.lost:
             text = self.tr("No sound comes from {0}: it goes on by itself as soon as some does.")
             return text.format(source), "bad"
         if state.muted:
-            return self.tr("Muted: nothing you say is heard (M)."), "warn"
+            return self.tr("Muted: nothing you say is heard ({0}).").format(mute), "warn"
         if state.speaking:
             return self.tr("Live: {0} is heard.").format(source), "good"
         idles = self.tr("Live: {0} is quiet, the avatar idles.")

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QKeyEvent, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
-from studio.actions import ACTIONS
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.widgets.avatar_button import AvatarButton
 from studio.ui.widgets.figure.pane import Pane
-
-KEYS = {name: ACTIONS[name].keys[0] for name in ("mute", "freeze", "neutral")}
 
 
 class LiveStage(QWidget):
@@ -80,20 +78,18 @@ class Controls(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
         self._buttons: dict[str, QPushButton] = {}
-        for name, words, icon, tip in (
-            ("mute", self.tr("Mute"), "mdi6.microphone-off", self.tr("The microphone is not listened to")),
-            ("freeze", self.tr("Freeze"), "mdi6.snowflake", self.tr("The avatar holds still as it is")),
-            (
-                "neutral", self.tr("Neutral"), "mdi6.human-handsdown",
-                self.tr("Panic key: the avatar goes to its neutral pose and stays there"),
-            ),
-        ):  # fmt: skip
-            button = QPushButton(f"{words} ({KEYS[name]})")
+        for name, icon in (
+            ("mute", "mdi6.microphone-off"),
+            ("freeze", "mdi6.snowflake"),
+            ("neutral", "mdi6.human-handsdown"),
+        ):
+            key = sequence(name)
+            button = QPushButton(f"{name_of(name)} ({key.toString()})")
             button.setObjectName(f"live_{name}")
             button.setCheckable(True)
-            button.setToolTip(f"{tip} ({KEYS[name]})")
+            button.setToolTip(tip_of(name))
             # A button's own key would press it a tenth of a second later.
-            QShortcut(QKeySequence(KEYS[name]), self, button.click)
+            QShortcut(key, self, button.click)
             theme.set_icon(button, icon, "muted", "accent")
             button.toggled.connect(lambda on, name=name: self.switched.emit(name, on))
             row.addWidget(button)
@@ -106,8 +102,8 @@ class Controls(QWidget):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
-            name = next((name for name, key in KEYS.items() if event.text().upper() == key), "")
-            if name and event.modifiers() == Qt.KeyboardModifier.NoModifier:
+            name = pressed(event, "live")
+            if name in self._buttons and event.modifiers() == Qt.KeyboardModifier.NoModifier:
                 self._buttons[name].click()
                 return True
         return super().eventFilter(watched, event)

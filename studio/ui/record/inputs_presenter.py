@@ -60,18 +60,17 @@ class InputsPresenter(QObject):
         self._retry.timeout.connect(self.retry)
         self._retry.start()
         self.phone = PhoneLink(self)
-        settings = session.settings
-        card.show_choices(settings.vmc_port, settings.vmc_host)
-        card.show_more_ports([int(text) for text in settings.more_ports if text.isdigit()])
-        card.phone.address.setText(settings.phone)
+        self._show_motion_choices()
+        card.phone.address.setText(session.settings.phone)
         self._show_devices()
-        card.port_chosen.connect(self._on_port)
+        session.settings_changed.connect(self._on_settings)
+        card.port_chosen.connect(lambda port: session.change_settings(vmc_port=port))
         card.more_ports_chosen.connect(
-            lambda ports: self._choose_motion(more_ports=tuple(str(port) for port in ports))
+            lambda ports: session.change_settings(more_ports=tuple(str(port) for port in ports))
         )
         card.phone_chosen.connect(self._on_phone)
-        card.host_chosen.connect(lambda host: self._choose_motion(vmc_host=host))
-        card.device_chosen.connect(self._choose_device)
+        card.host_chosen.connect(lambda host: session.change_settings(vmc_host=host))
+        card.device_chosen.connect(lambda name: session.change_settings(audio_device=name))
         card.refresh_requested.connect(self.refresh)
         card.practice_toggled.connect(model.set_practising)
         card.clip_reset_requested.connect(model.clear_clip)
@@ -133,10 +132,7 @@ class InputsPresenter(QObject):
         # A phone is in the network and not this computer: it could not send where only that may.
         if self.phone.address and self._session.settings.vmc_host != EVERYWHERE:
             choice["vmc_host"] = EVERYWHERE
-            self._card.show_choices(self._session.settings.vmc_port, EVERYWHERE)
-            self._choose_motion(**choice)
-        else:
-            self._session.change_settings(**choice)
+        self._session.change_settings(**choice)
 
     # -- microphones -----------------------------------------------------------------------------
 
@@ -203,17 +199,21 @@ class InputsPresenter(QObject):
         names.append((NO_MICROPHONE, self.tr("No microphone")))
         self._card.show_devices(names, self._session.settings.audio_device)
 
-    def _on_port(self, port: int) -> None:
-        self._choose_motion(vmc_port=port)
-        self._model.redirect_practice(port)
+    def _show_motion_choices(self) -> None:
+        settings = self._session.settings
+        self._card.show_choices(settings.vmc_port, settings.vmc_host)
+        self._card.show_more_ports([int(text) for text in settings.more_ports if text.isdigit()])
 
-    def _choose_motion(self, **choice: object) -> None:
-        self._session.change_settings(**choice)
-        self._open_motion()
-
-    def _choose_device(self, name: str) -> None:
-        self._session.change_settings(audio_device=name)
-        self._open_sound()
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        """Chosen here or in the dialog: what is listened to follows."""
+        if changed & {"vmc_port", "vmc_host", "more_ports"}:
+            self._show_motion_choices()
+            self._open_motion()
+        if changed & {"audio_device", "sample_rate"}:
+            self._show_devices()
+            self._open_sound()
+        if "vmc_port" in changed:
+            self._model.redirect_practice(self._session.settings.vmc_port)
 
     def _open_motion(self, again: bool = False) -> None:
         recorder = self._model.recorder

@@ -426,7 +426,7 @@ class Countdown(QObject):
 
 def _recovered(folder: Path) -> tuple[tuple[Take, ...], tuple[tuple[str, StudioError], ...]]:
     """Takes that were cut short by a crash, and those that could not be recovered. Runs on a pool thread."""
-    from studio.capture.recorder import recover
+    from studio.capture.recovery import recover
 
     failed: list[tuple[str, StudioError]] = []
     takes = recover(folder, lambda left, error: failed.append((left.name, error)))

@@ -21,8 +21,8 @@ class SlatePresenter(QObject):
     def __init__(self, bar: SlateBar, model: RecordModel, session: Session) -> None:
         super().__init__(bar)
         self._bar, self._model, self._session = bar, model, session
-        choose_seconds(bar.countdown, session.settings.countdown, self.tr("Countdown {0} s"))
-        choose_seconds(bar.pre_roll, session.settings.pre_roll, self.tr("Pre-roll {0} s"))
+        self._show_seconds()
+        session.settings_changed.connect(self._on_settings)
         bar.slate_edited.connect(model.set_slate)
         bar.countdown_chosen.connect(lambda seconds: session.change_settings(countdown=seconds))
         bar.pre_roll_chosen.connect(lambda seconds: session.change_settings(pre_roll=seconds))
@@ -31,6 +31,17 @@ class SlatePresenter(QObject):
         model.polled.connect(self._show_free)
         model.text_due.connect(self._show_text)
         model.frame_due.connect(self._show_frame)
+
+    def _show_seconds(self) -> None:
+        settings = self._session.settings
+        choose_seconds(self._bar.countdown, settings.countdown, self.tr("Countdown {0} s"))
+        choose_seconds(self._bar.pre_roll, settings.pre_roll, self.tr("Pre-roll {0} s"))
+
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        if changed & {"countdown", "pre_roll"}:
+            self._show_seconds()
+        if "slate" in changed:
+            self._model.set_slate(self._session.settings.slate)
 
     def _show_frame(self, snap: Snapshot) -> None:
         bar, model, rolling = self._bar, self._model, self._session.rolling

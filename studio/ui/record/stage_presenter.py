@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
 from studio.capture.snapshot import Snapshot
-from studio.motion import Pose, Skeleton, rotation
+from studio.motion import Pose, Skeleton
+from studio.render.world_pose import WorldPose
 from studio.ui.record.model import RecordModel
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
@@ -19,7 +18,7 @@ class RecordStagePresenter(QObject):
     def __init__(self, view: RecordView, model: RecordModel, session: Session) -> None:
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
-        self._joints = WorldJoints()
+        self._skeleton: Skeleton | None = None
         view.figure.empty_clicked.connect(lambda: model.set_practising(not model.practice.on))
         model.frame_due.connect(self._show_frame)
         model.text_due.connect(self._show_text)
@@ -32,14 +31,14 @@ class RecordStagePresenter(QObject):
         if played is not None:
             motion, pose = played
             shapes = dict(zip(motion.shape_names, map(float, pose.shapes), strict=True))
-            joints = self._joints.of(motion.bone_names, pose)
+            stance = self._stance(motion.bone_names, pose)
         else:
             shapes = snap.shapes
-            joints = self._joints.of(snap.bone_names, snap.pose) if snap.pose is not None else None
+            stance = self._stance(snap.bone_names, snap.pose) if snap.pose is not None else None
         playing = self.tr("Playing {0}").format(player.take_id) if player.take_id else ""
         view.figure.set_caption(playing or practice.speaking)
-        if joints is not None:
-            view.figure.show_pose(*joints)
+        if stance is not None:
+            view.figure.show_stance(stance)
         if shapes:
             view.shapes.show_values(shapes)
         view.face.setVisible(bool(shapes))
@@ -52,22 +51,11 @@ class RecordStagePresenter(QObject):
         view.shapes.show_sources(names)
         view.show_stage(" ".join(model.problems.get("motion", ())), model.practice.on)
 
-
-class WorldJoints:
-    """Works out where a pose's joints are; the skeleton is cached as long as the bones stay the same."""
-
-    def __init__(self) -> None:
-        self._names: tuple[str, ...] = ()
-        self._skeleton: Skeleton | None = None
-
-    def of(self, bone_names: tuple[str, ...], pose: Pose) -> tuple[Skeleton, NDArray[np.floating]] | None:
-        """Skeleton and Unity-space joints (J, 3), or None where there are too few bones for a figure."""
+    def _stance(self, bone_names: tuple[str, ...], pose: Pose) -> WorldPose | None:
+        """Where a pose's bones are, or None where there are too few bones for a figure."""
         if len(bone_names) < 2 or len(pose.rotations) != len(bone_names):
             return None
         # Poses come sixty times a second with the same bones: only the first of them makes a skeleton.
-        if self._skeleton is None or bone_names != self._names:
-            self._names = bone_names
+        if self._skeleton is None or bone_names != self._skeleton.bone_names:
             self._skeleton = Skeleton.humanoid(bone_names, pose.positions)
-        p, _ = self._skeleton.forward(pose.positions, pose.rotations)
-        root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), (len(p), 4))
-        return self._skeleton, rotation.rotate(root, p) + pose.root_position
+        return WorldPose.of_pose(self._skeleton, pose, {})

@@ -31,6 +31,8 @@ class PracticeTask(QObject):
         self._child = child or ChildTask(self)
         self._on = False
         self._port = 0
+        # What the next one is started with, once that before has ended.
+        self._next: list[str] | None = None
         self.speaking = ""
         """The sentence it is saying, or said last."""
         self.problem = ""
@@ -81,14 +83,18 @@ class PracticeTask(QObject):
         self._child.close()
 
     def _start(self, port: int, device: str) -> None:
-        """Start; one that performs elsewhere or is still leaving is ended at once."""
+        """Start, once one that performs elsewhere or is still leaving has ended."""
         self._leaving.stop()
         self._port = port
         self.speaking = self.problem = ""
         voice = ["--device", device] if device else []
-        # Told before it is ended: Windows cannot interrupt it, and two voices would speak for five seconds.
-        self._child.stop()
-        self._child.start(["performer", "--to", f"127.0.0.1:{port}", *voice])
+        arguments = ["performer", "--to", f"127.0.0.1:{port}", *voice]
+        if self._child.running:
+            # Not beside it: two would speak at once.
+            self._next = arguments
+            self._child.cancel()
+        else:
+            self._child.start(arguments)
 
     def _on_event(self, event: ChildEvent) -> None:
         if isinstance(event, LineEvent):
@@ -97,11 +103,15 @@ class PracticeTask(QObject):
             self.problem = event.what
 
     def _on_failed(self, error: BaseException) -> None:
-        if self._on:
+        if self._on and self._next is None:
             # One that was stopped may die as it likes.
             self.failed.emit(error)
 
     def _on_ended(self) -> None:
         self._leaving.stop()
         self.speaking = self.problem = ""
-        self._on = False
+        arguments, self._next = self._next, None
+        if self._on and arguments is not None:
+            self._child.start(arguments)
+        else:
+            self._on = False

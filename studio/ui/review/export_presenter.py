@@ -72,6 +72,7 @@ class ExportPresenter(QObject):
         self._child.ended.connect(lambda: self._panel.show_busy(None))
         self._panel.show_formats(format_choices())
         self._panel.show_fps(session.settings.export_fps)
+        session.settings_changed.connect(self._on_settings)
         self._panel.export_requested.connect(self._on_export)
         self._panel.cancel_requested.connect(self._child.cancel)
         self._panel.folder_requested.connect(self._on_folder)
@@ -87,6 +88,10 @@ class ExportPresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         self._child.close()
+
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        if "export_fps" in changed:
+            self._panel.show_fps(self._session.settings.export_fps)
 
     def _show_target(self) -> None:
         """What would be exported now, and what it would be called."""

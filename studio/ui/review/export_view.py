@@ -30,6 +30,7 @@ from studio.export.options import FormatChoice
 from studio.files.atomic import safe_name
 from studio.ui import theme
 from studio.ui.review.tune_controls import Fold
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
 SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
@@ -461,7 +462,7 @@ class ExportPanel(QWidget):
         return row
 
     def _build_buttons(self) -> QHBoxLayout:
-        self.export = QPushButton(self.tr("Export"))
+        self.export = QPushButton(name_of("export"))
         self.export.setObjectName("export_button")
         theme.as_role(self.export, "primary")
         self.export.clicked.connect(self._on_export)

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from studio.metrics.comparison import MotionComparison
-from studio.motion import Motion, Pose
+from studio.motion import Motion
 from studio.playback.layers import Tuning
 from studio.playback.player import Player
 from studio.project import Run, sounds
@@ -210,10 +210,7 @@ class ReviewModel(QObject):
         if motion is None or player is None or not len(motion):
             return None
 
-        def pose_at(t: float) -> Pose:
-            return motion.pose(t)
-
-        return PoseSource(motion.shape_names, motion.bone_names, pose_at, lambda: player.position)
+        return PoseSource(motion.named_pose, lambda: player.position)
 
     # -- the tab -----------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser
 
@@ -52,7 +53,7 @@ class VoteBar(QWidget):
             button.setObjectName(f"review_side_{'ab'[place]}")
             button.setCheckable(True)
             theme.as_role(button, "chip")
-            button.setToolTip(self.tr("Switch at once, while it plays (B)"))
+            button.setToolTip(tip_of("other_run"))
             button.clicked.connect(lambda _=False, i=place: self.front_requested.emit(self._side_at(i)))
             group.addButton(button)
             row.addWidget(button)
@@ -285,11 +286,11 @@ class RunBar(QWidget):
         theme.as_role(self.two, "quiet")
         self.two.toggled.connect(lambda _: self._arrange())
         self.two.toggled.connect(self.two_toggled)
-        self.ghost = QPushButton(self.tr("Ghost"))
+        self.ghost = QPushButton(name_of("ghost"))
         self.ghost.setObjectName("ghost_button")
         self.ghost.setCheckable(True)
         theme.set_icon(self.ghost, "mdi6.layers-outline", "muted")
-        self.ghost.setToolTip(self.tr("Lay the captured figure over the predicted one (G)"))
+        self.ghost.setToolTip(tip_of("ghost"))
         theme.as_role(self.ghost, "quiet")
         self.ghost.toggled.connect(self.ghost_toggled)
         self._hidden = label(self.tr("Two runs, in an order of chance"), "muted")

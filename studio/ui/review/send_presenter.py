@@ -12,7 +12,7 @@ from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks
 from studio.ui.review.model import ReviewModel
 from studio.ui.session import Session
-from studio.ui.widgets.send_panel import SendPanel, TargetRow, kept_targets
+from studio.ui.widgets.send_panel import SendPanel, TargetRow
 from studio.vmc.sender import TargetState, VmcTarget
 
 STATE_MS = 400
@@ -67,17 +67,12 @@ class SendPresenter(QObject):
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
-        # Saved only once it is filled: while it is, each row would write a list that is still short.
-        self._listening = self._filled = False
+        self._listening = False
         session.status_changed.connect(self._on_status)
-        session.settings_changed.connect(self.update_states)
+        session.settings_changed.connect(self._on_settings)
         model.motion_changed.connect(self.refresh)
-        settings = session.settings
-        panel.set_options(settings.send_fps, settings.send_names)
-        for address in kept_targets(settings):
-            panel.add_target(address)
-        panel.add.clicked.connect(self._save)
-        self._filled = True
+        panel.show_settings(session.settings)
+        panel.targets_changed.connect(self._save)
 
     @property
     def sending(self) -> bool:
@@ -114,19 +109,16 @@ class SendPresenter(QObject):
         row.send_toggled.connect(lambda on: self._on_send(row, on))
         row.wave_requested.connect(lambda: self._on_wave(row))
         row.address_changed.connect(lambda: self._on_address(row))
-        row.preset.currentIndexChanged.connect(lambda _: self._save())
         self._show(row, one.target.state, 0.0)
 
     def _on_removed(self, row: TargetRow) -> None:
         self._stop(row)
         self._leaving.append(self.targets.pop(row))
-        self._save()
         self.update_states()
 
     def _on_send(self, row: TargetRow, on: bool) -> None:
         if on:
             self._start(row)
-            self._save()
         else:
             self._stop(row)
 
@@ -171,20 +163,22 @@ class SendPresenter(QObject):
     def _on_address(self, row: TargetRow) -> None:
         if row.send.isChecked():
             self._start(row)
-        self._save()
         self.update_states()
 
     def _on_options(self) -> None:
         for row in self.targets:
             if row.send.isChecked():
                 self._start(row)
-        names, fps = str(self._panel.names.currentData()), float(self._panel.fps.currentData())
-        self._session.change_settings(send_names=names, send_fps=fps)
+        self._save()
+
+    def _on_settings(self) -> None:
+        """Changed in Live, in the dialog or here: all show the same."""
+        self._panel.show_settings(self._session.settings)
+        self.update_states()
 
     def _save(self) -> None:
         """Remember all targets for the next time."""
-        if self._filled:
-            self._session.change_settings(**self._panel.kept)
+        self._session.change_settings(**self._panel.kept)
 
     def _show_states(self) -> None:
         for row, one in self.targets.items():

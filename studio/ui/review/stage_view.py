@@ -84,7 +84,7 @@ class Stage(QWidget):
         self.captured.setVisible(captured and not self._ghost)
         self.predicted.setVisible(predicted or not captured)
         if not self._ghost:
-            self.predicted.figure.show_ghost(None)
+            self.predicted.figure.show_ghost_stance(None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the avatar's button in the lower right corner, over the picture."""

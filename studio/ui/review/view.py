@@ -24,7 +24,7 @@ from studio.ui.review.run_view import RunBar
 from studio.ui.review.sources_view import ReviewListCard
 from studio.ui.review.stage_view import CameraButton, PairMeters, Stage
 from studio.ui.review.tune_view import TunePanel
-from studio.ui.shortcuts import pressed, sequence
+from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel
 from studio.ui.widgets.timeline.time_view import clock
@@ -177,14 +177,14 @@ class ReviewView(QWidget):
         theme.set_icon(self.play, "mdi6.play", "on_accent")
         self.play.setIconSize(theme.icon_size(big=True))
         self.play.setAccessibleName(self.tr("Play"))
-        self.play.setToolTip(self.tr("Play or pause (Space)"))
+        self.play.setToolTip(tip_of("play"))
         theme.as_role(self.play, "primary")
         self.play.clicked.connect(self.play_toggled)
-        self.loop = QPushButton(self.tr("Loop"))
+        self.loop = QPushButton(name_of("loop"))
         self.loop.setObjectName("loop_button")
         self.loop.setCheckable(True)
         theme.set_icon(self.loop, "mdi6.repeat", "muted")
-        self.loop.setToolTip(self.tr("Repeat the span selected on the timeline, or everything (L)"))
+        self.loop.setToolTip(tip_of("loop"))
         theme.as_role(self.loop, "quiet")
         self.loop.toggled.connect(self.loop_toggled)
         self.speed = self._speed_button()

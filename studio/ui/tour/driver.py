@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.errors import StudioError
-from studio.vmc.encode import FrameAssembler
+from studio.vmc.assemble import FrameAssembler
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -300,9 +300,9 @@ class Driver:
 
     def message(self) -> str:
         """The message over the window, "" where it shows none."""
-        from studio.ui.messages import Toast
+        from studio.ui.messages import toast_of
 
-        toast = self.window.findChild(Toast)
+        toast = toast_of(self.window)
         if toast is None or not toast.isVisible():
             return ""
         return f"{toast.text.text()} {toast.remedy.text()}".strip()

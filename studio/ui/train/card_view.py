@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import heading, label
 
 
@@ -37,7 +38,7 @@ class CardDialog(QDialog):
         self.resize(720, 700)
         self.card = QTextBrowser()
         self.card.setObjectName("card_text")
-        self.card.setAccessibleName(self.tr("Model card"))
+        self.card.setAccessibleName(name_of("card_of_run"))
         self.card.setOpenLinks(False)
         self.licence = QPlainTextEdit()
         self.licence.setObjectName("card_licence")

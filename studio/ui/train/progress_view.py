@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.preview_view import PreviewPane
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
@@ -49,12 +50,12 @@ class ProgressCard(Card):
         self._log_button.setObjectName("show_log")
         self._log_button.setCheckable(True)
         theme.as_role(self._log_button, "quiet")
-        self.stop = QPushButton(self.tr("Stop, keep best"))
+        self.stop = QPushButton(name_of("stop_training"))
         self.stop.setObjectName("stop_training")
         self.stop.clicked.connect(self.stop_requested)
-        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel = QPushButton(name_of("cancel_training"))
         self.cancel.setObjectName("cancel_training")
-        self.cancel.setToolTip(self.tr("Stop now and remove this run"))
+        self.cancel.setToolTip(tip_of("cancel_training"))
         self.cancel.clicked.connect(self.cancel_requested)
         head.addWidget(self._run_title)
         head.addWidget(self._run_line, 1)
@@ -84,8 +85,8 @@ class ProgressCard(Card):
 
     def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:
         """Offer to end the training while there is one, and the measuring that follows it."""
-        asked, words = self.tr("Stopping after this epoch"), self.tr("Stop, keep best")
-        hint = ""
+        asked, words = self.tr("Stopping after this epoch"), name_of("stop_training")
+        hint = tip_of("stop_training")
         if measuring:
             asked, words = self.tr("Skipping"), self.tr("Skip measuring")
             hint = self.tr("The run is complete; only its table of look-aheads is left out")

@@ -50,9 +50,17 @@ class RecipePresenter(QObject):
         view.start_requested.connect(model.start)
         model.data_changed.connect(self._show_start)
         model.training.changed.connect(self._show_start)
-        names = [info.name for info in self._infos]
-        last = session.settings.recipe
-        self._on_recipe(last if last in names else recipes.DEFAULT)
+        session.settings_changed.connect(self._on_settings)
+        self._choose_last()
+
+    def _on_settings(self, changed: frozenset[str]) -> None:
+        # Starting a training keeps its recipe: what else is chosen for it stays.
+        if "recipe" in changed and self._view.recipe.currentData() != self._session.settings.recipe:
+            self._choose_last()
+
+    def _choose_last(self) -> None:
+        last = self._session.settings.recipe
+        self._on_recipe(last if last in [info.name for info in self._infos] else recipes.DEFAULT)
 
     def _show_start(self) -> None:
         facts = self._model.facts

@@ -18,11 +18,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.actions import ACTIONS
 from studio.errors import StudioError
 from studio.training import recipe as recipes
 from studio.ui import theme
-from studio.ui.shortcuts import translated
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.task import TrainRequest
 from studio.ui.widgets.card import Card, label
 
@@ -295,7 +294,7 @@ class RecipeCard(Card):
         self.advanced.setCheckable(True)
         theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
         theme.as_role(self.advanced, "quiet")
-        self.start = QPushButton(translated(ACTIONS["start_training"].name))
+        self.start = QPushButton(name_of("start_training"))
         self.start.setObjectName("start_training")
         theme.as_role(self.start, "primary")
         self.start.clicked.connect(lambda: self.start_requested.emit(self._request()))
@@ -322,7 +321,7 @@ class RecipeCard(Card):
         """
         self.start.setEnabled(ready and not running and not locked)
         busy = self.tr("A training is under way") if running else ""
-        self.start.setToolTip(locked or busy or translated(ACTIONS["start_training"].help))
+        self.start.setToolTip(locked or busy or tip_of("start_training"))
 
     def show_presets(self, presets: Sequence[PresetChoice], chosen: str) -> None:
         """Fill the row of preset cards."""

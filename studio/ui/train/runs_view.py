@@ -17,9 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.actions import ACTIONS
 from studio.ui import theme
-from studio.ui.shortcuts import translated
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.run_facts import RunFacts
 from studio.ui.widgets.card import Card, label
 
@@ -318,7 +317,7 @@ class RunsCard(Card):
             ("import_run", None, "mdi6.import"),
             ("delete_run", self.delete_requested, "mdi6.trash-can-outline"),
         ):
-            button = QPushButton(translated(ACTIONS[name].name))
+            button = QPushButton(name_of(name))
             button.setObjectName(name)
             theme.set_icon(button, icon, "muted")
             theme.as_role(button, "quiet")
@@ -329,7 +328,7 @@ class RunsCard(Card):
         self._buttons["import_run"].clicked.connect(self.import_requested)
         self._buttons["compare_runs"].clicked.connect(lambda: self.compare_requested.emit(self._comparable()))
         for name in ("export_run", "compare_runs"):
-            self._buttons[name].setToolTip(translated(ACTIONS[name].help))
+            self._buttons[name].setToolTip(tip_of(name))
 
     def _show_buttons(self) -> None:
         chosen, free = self.table.chosen, not self._locked

@@ -15,6 +15,7 @@ from studio.ipc.events import DoneEvent, UnpackDone
 from studio.training.run_file import SUFFIX
 from studio.ui import messages
 from studio.ui.session import Session
+from studio.ui.shortcuts import name_of
 from studio.ui.tasks import ChildTask
 from studio.ui.train.card_view import CardDialog
 from studio.ui.train.model import TrainModel
@@ -103,7 +104,7 @@ class TransferPresenter(QObject):
         if self._session.project is None:
             return
         kinds = self.tr("Run of Saia Studio (*{0})").format(SUFFIX)
-        found, _ = QFileDialog.getOpenFileName(self._view, self.tr("Import a run"), str(Path.home()), kinds)
+        found, _ = QFileDialog.getOpenFileName(self._view, name_of("import_run"), str(Path.home()), kinds)
         if found:
             self._import(Path(found))
 

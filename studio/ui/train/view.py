@@ -5,9 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QStackedLayout, QVBoxLayout, QWidget
 
-from studio.actions import ACTIONS
 from studio.ui import theme
-from studio.ui.shortcuts import translated
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.data_view import DataCard
 from studio.ui.train.progress_view import ProgressCard
 from studio.ui.train.recipe_view import RecipeCard
@@ -42,7 +41,7 @@ class TrainView(QWidget):
             "train_go_record",
         )
         self.empty.clicked.connect(self.record_requested)
-        self._import = QPushButton(translated(ACTIONS["import_run"].name))
+        self._import = QPushButton(name_of("import_run"))
         self._import.setObjectName("train_import_run")
         theme.as_role(self._import, "quiet")
         self._import.clicked.connect(self.import_requested)
@@ -72,4 +71,4 @@ class TrainView(QWidget):
     def show_locked(self, reason: str) -> None:
         """Why no run can be brought in here; "" where it can."""
         self._import.setEnabled(not reason)
-        self._import.setToolTip(reason or translated(ACTIONS["import_run"].help))
+        self._import.setToolTip(reason or tip_of("import_run"))

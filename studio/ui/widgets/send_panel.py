@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -23,12 +23,12 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.settings import Settings
 from studio.ui import theme
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 from studio.vmc import MARIONETTE_PORT
+from studio.vmc.address import USUAL, Address
 from studio.vmc.encode import SendOptions
 from studio.vmc.sender import PRESETS, Destination, TargetState, TargetStatus
-
-__all__ = ["Address", "SendPanel", "TargetRow", "kept_targets"]
 
 
 class SendPanel(QWidget):
@@ -37,16 +37,19 @@ class SendPanel(QWidget):
     Signals:
         row_added, row_removed: a TargetRow.
         options_changed: rate, names or ways of writing were changed.
+        targets_changed: a person changed the list, which is to be kept.
     """
 
     row_added = Signal(object)
     row_removed = Signal(object)
     options_changed = Signal()
+    targets_changed = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.rows: list[TargetRow] = []
         self._numbers = 0
+        self._following = False
         inner = QWidget()
         inner.setObjectName("scrolled")
         column = QVBoxLayout(inner)
@@ -59,7 +62,7 @@ class SendPanel(QWidget):
         self.add.setObjectName("add_target")
         theme.set_icon(self.add, "mdi6.plus", "muted")
         theme.as_role(self.add, "quiet")
-        self.add.clicked.connect(lambda: self.add_target(Address("", "127.0.0.1", MARIONETTE_PORT)))
+        self.add.clicked.connect(self._on_add)
         self.all = QPushButton(self.tr("Send to all"))
         self.all.setObjectName("send_all")
         theme.as_role(self.all, "quiet")
@@ -86,6 +89,8 @@ class SendPanel(QWidget):
         row = TargetRow(self._numbers, address)
         self._numbers += 1
         row.removed.connect(lambda: self._remove(row))
+        row.address_changed.connect(self._on_edited)
+        row.preset.currentIndexChanged.connect(lambda _: self._on_edited())
         row.sending_shown.connect(self._show_all)
         before: QWidget = self.rows[-1].remove if self.rows else self._scroll
         self.rows.append(row)
@@ -97,12 +102,48 @@ class SendPanel(QWidget):
         self.row_added.emit(row)
         return row
 
+    def show_settings(self, settings: Settings) -> None:
+        """Show the kept targets and options. A target that stays goes on being sent to; one that is gone does
+        not."""
+        self._following = True  # else each step on the way would be kept
+        try:
+            self._show_targets([_titled(one) for one in settings.targets])
+        finally:
+            self._following = False
+        fps, names = settings.send_fps, settings.send_names
+        if (fps, names) == (self.fps.currentData(), self.names.currentData()):
+            return
+        with QSignalBlocker(self.fps), QSignalBlocker(self.names):
+            if self.fps.findData(fps) < 0:
+                self.fps.addItem(self.tr("{0} frames/s").format(f"{fps:g}"), fps)
+            self.fps.setCurrentIndex(self.fps.findData(fps))
+            self.names.setCurrentIndex(self.names.findData(names))
+        self.options_changed.emit()
+
     @property
     def kept(self) -> dict[str, object]:
-        """What the settings keep of the list."""
-        addresses = [row.address for row in self.rows]
-        first = {"send_host": addresses[0].host, "send_port": addresses[0].port} if addresses else {}
-        return {**first, "send_targets": tuple(address.text for address in addresses)}
+        """What the settings keep of the panel."""
+        return {
+            "send_targets": tuple(row.address.text for row in self.rows),
+            "send_fps": float(self.fps.currentData()),
+            "send_names": str(self.names.currentData()),
+        }
+
+    def _show_targets(self, kept: list[Address]) -> None:
+        shown = [row.address for row in self.rows]
+        differ = [place for place, (one, other) in enumerate(zip(shown, kept, strict=False)) if one != other]
+        if len(shown) == len(kept) and len(differ) == 1:
+            # One was edited in another tab: its row goes on with the new address.
+            self.rows[differ[0]].show_address(kept[differ[0]])
+            return
+        lacking = list(kept)
+        for row in list(self.rows):
+            if row.address in lacking:
+                lacking.remove(row.address)
+            else:
+                self._remove(row)
+        for address in lacking:
+            self.add_target(address)
 
     def destination(self, row: TargetRow) -> Destination:
         """Where and how to send to a row's target."""
@@ -114,12 +155,6 @@ class SendPanel(QWidget):
         )
         return Destination(address.host, address.port, float(self.fps.currentData()), options)
 
-    def set_options(self, fps: float, names: str) -> None:
-        """Show saved preferences."""
-        with QSignalBlocker(self.fps), QSignalBlocker(self.names):
-            self.fps.setCurrentIndex(max(self.fps.findData(int(fps)), 0))
-            self.names.setCurrentIndex(max(self.names.findData(names), 0))
-
     def _options(self) -> QGridLayout:
         grid = QGridLayout()
         grid.setHorizontalSpacing(theme.INSIDE)
@@ -127,14 +162,11 @@ class SendPanel(QWidget):
         self.fps = QComboBox()
         self.fps.setObjectName("send_fps")
         for fps in (60, 30, 90, 120):
-            self.fps.addItem(self.tr("{0} frames/s").format(fps), fps)
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
         self.names = QComboBox()
         self.names.setObjectName("send_names")
-        for name, words in (
-            ("vrm0", self.tr("VRM 0 (usual)")), ("vrm1", self.tr("VRM 1")),
-            ("arkit", self.tr("ARKit (Perfect Sync)")), ("as_is", self.tr("As they are")),
-        ):  # fmt: skip
-            self.names.addItem(words, name)
+        for name, words in Settings.info()["send_names"].choices.items():
+            self.names.addItem(QCoreApplication.translate("Settings", words), name)
         self.rotations_only = QCheckBox(self.tr("Rotations only"))
         self.rotations_only.setObjectName("rotations_only")
         self.rotations_only.setToolTip(self.tr("Leaves the avatar's own proportions as they are"))
@@ -162,6 +194,15 @@ class SendPanel(QWidget):
         row.setParent(None)
         row.deleteLater()
         self._show_removable()
+        self._on_edited()
+
+    def _on_add(self) -> None:
+        self.add_target(Address("", USUAL.host, MARIONETTE_PORT))
+        self._on_edited()
+
+    def _on_edited(self) -> None:
+        if not self._following:
+            self.targets_changed.emit()
 
     def _on_all(self) -> None:
         """Switch all on; where all are on, all off."""
@@ -182,33 +223,15 @@ class SendPanel(QWidget):
             row.remove.setVisible(len(self.rows) > 1)
 
 
-@dataclass(frozen=True)
-class Address:
-    """Where one target listens, and what people call it."""
-
-    title: str
-    host: str
-    port: int
-
-    @property
-    def text(self) -> str:
-        """As the settings keep it: program=host:port."""
-        return f"{self.title}={self.host}:{self.port}"
-
-    @classmethod
-    def parse(cls, text: str) -> Address | None:
-        """What the settings kept; None where it makes no sense."""
-        title, _, where = text.partition("=")
-        host, _, port = where.rpartition(":")
-        known = port.isascii() and port.isdigit() and 1 <= int(port) <= 65535
-        return cls(title, host, int(port)) if host and known else None
+def _titled(address: Address) -> Address:
+    """As a row shows it: by the program that listens there where nobody said which, and none unknown."""
+    at_port = next((preset.title for preset in PRESETS if preset.port == address.port), _other())
+    known = {preset.title: preset.title for preset in PRESETS} | {"": at_port}
+    return replace(address, title=known.get(address.title, _other()))
 
 
-def kept_targets(settings: Settings) -> list[Address]:
-    """The targets of the last time; the one of the settings where none were kept."""
-    saved = [address for text in settings.send_targets if (address := Address.parse(text)) is not None]
-    title = next((preset.title for preset in PRESETS if preset.port == settings.send_port), "")
-    return saved or [Address(title, settings.send_host, settings.send_port)]
+def _other() -> str:
+    return QCoreApplication.translate("TargetRow", "Other program")
 
 
 class TargetRow(QFrame):
@@ -237,7 +260,7 @@ class TargetRow(QFrame):
         for preset in PRESETS:
             self.preset.addItem(preset.title, preset.port)
             self.preset.setItemData(self.preset.count() - 1, preset.hint, Qt.ItemDataRole.ToolTipRole)
-        self.preset.addItem(self.tr("Other program"), 0)
+        self.preset.addItem(_other(), 0)
         self.host = QLineEdit(address.host)
         self.host.setObjectName(f"target_host_{number}")
         self.host.setAccessibleName(self.tr("Address"))
@@ -249,7 +272,7 @@ class TargetRow(QFrame):
         self.port.setKeyboardTracking(False)  # a half-typed port is none
         self.port.setFont(theme.figures_font())
         self.port.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.send = QPushButton(self.tr("Send"))
+        self.send = QPushButton(name_of("send"))
         self.send.setObjectName(f"send_{number}" if number else "send_button")
         self.send.setCheckable(True)
         theme.set_icon(self.send, "mdi6.broadcast", "muted", "accent")
@@ -282,6 +305,16 @@ class TargetRow(QFrame):
     def address(self) -> Address:
         """Where it listens."""
         return Address(self.preset.currentText(), self.host.text().strip() or "127.0.0.1", self.port.value())
+
+    def show_address(self, address: Address) -> None:
+        """Another address, changed elsewhere; who sends to this row hears of it."""
+        moved = (address.host, address.port) != (self.address.host, self.address.port)
+        with QSignalBlocker(self.preset), QSignalBlocker(self.host), QSignalBlocker(self.port):
+            self._show_preset(address.title)
+            self.host.setText(address.host)
+            self.port.setValue(address.port)
+        if moved:
+            self.address_changed.emit()
 
     def set_sending(self, sending: bool) -> None:
         """Show the Send button down or up without saying so."""
@@ -316,7 +349,7 @@ class TargetRow(QFrame):
 
     def _show_send(self, sending: bool) -> None:
         """The button says what it would do."""
-        self.send.setText(self.tr("Stop sending") if sending else self.tr("Send"))
+        self.send.setText(self.tr("Stop sending") if sending else name_of("send"))
         theme.set_icon(self.send, "mdi6.stop" if sending else "mdi6.broadcast", "muted", "accent")
         self.sending_shown.emit()
 

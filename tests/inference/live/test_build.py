@@ -18,10 +18,10 @@ Toy = Callable[[], Project]
 
 def test_idling_can_be_switched_on_while_it_performs(make_toy_project: Toy) -> None:
     live = make(add_run(make_toy_project()).folder, [], LiveOptions(gate=False))
-    assert not live.idles
-    live.set_idles(True)
+    assert not live.is_on("gate")
+    live.switch("gate", True)
     live.performance.sound.process(AudioBlock(np.zeros(16_000, np.float32), 16_000, 0.0, True))
-    assert live.idles
+    assert live.is_on("gate")
     assert not live.facts()["speaking"]
 
 

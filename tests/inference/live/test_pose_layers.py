@@ -69,7 +69,8 @@ def test_frozen_it_holds_still_and_goes_on_afterwards() -> None:
 
 
 def test_the_panic_key_wins_over_everything() -> None:
-    layers = PoseLayers(REST, Tuning(mouth=2.0, blinks=30.0, breath=1.0))
+    layers = PoseLayers(REST)
+    layers.retune(Tuning(mouth=2.0, blinks=30.0, breath=1.0))
     asked(layers, 0.0, 2.0, SAID, True)
     layers.frozen = layers.neutral = True
     pose = asked(layers, 2.0, PANIC_S + 0.2, SAID, True)[-1]
@@ -85,7 +86,8 @@ def test_a_tuning_is_laid_over_live_poses_at_once() -> None:
 
 
 def test_what_is_left_out_is_left_out_of_the_names_and_of_panic_too() -> None:
-    layers = PoseLayers(REST, Tuning(moves=frozenset({"mouth", "eyes"}), left_out=True))
+    layers = PoseLayers(REST)
+    layers.retune(Tuning(moves=frozenset({"mouth", "eyes"}), left_out=True))
     shapes, bones = layers.names
     pose = asked(layers, 0.0, 1.0, SAID, True)[-1]
     assert (len(pose.shapes), len(pose.rotations)) == (len(shapes), len(bones))

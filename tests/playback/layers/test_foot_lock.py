@@ -9,6 +9,7 @@ from studio.motion import Motion, rotation
 from studio.motion.channels import BONES
 from studio.playback.layers.foot_lock import in_place, with_foot_lock
 from studio.playback.layers.regions import Reference
+from tests.world import world_of
 
 FEET = [BONES.index("LeftFoot"), BONES.index("RightFoot")]
 
@@ -36,8 +37,8 @@ def _dancing(dip: float = 0.1, wander: float = 0.0) -> Motion:
 def test_feet_stay_where_they_are_while_hips_and_root_move(wander: float) -> None:
     motion = _dancing(wander=wander)
     reference = Reference.of(motion)
-    p, q = with_foot_lock(motion, reference).world()
-    before, _ = motion.world()
+    p, q = world_of(with_foot_lock(motion, reference))
+    before, _ = world_of(motion)
     assert np.ptp(before[:, FEET], axis=0).max() > 0.1
     assert np.ptp(p[:, FEET], axis=0).max() < 0.002
     assert np.degrees(rotation.angle_between(q[:, FEET], q[:1, FEET]).max()) < 0.1
@@ -60,7 +61,7 @@ def test_knees_bend_forwards() -> None:
     motion = Motion.build([0.0, 1.0], (), None, BONES)
     crouching = replace(motion, positions=motion.positions.copy())
     crouching.positions[1, BONES.index("Hips"), 1] -= 0.3
-    world, _ = with_foot_lock(crouching, Reference.of(motion)).world()
+    world, _ = world_of(with_foot_lock(crouching, Reference.of(motion)))
     knee, hip, foot = (world[1, BONES.index(f"Left{part}"), 2] for part in ("LowerLeg", "UpperLeg", "Foot"))
     assert knee > max(hip, foot) + 0.1
 
@@ -69,7 +70,7 @@ def test_a_leap_higher_than_the_legs_are_long_stays_on_the_floor() -> None:
     motion = Motion.build([0.0, 1.0], (), None, BONES)
     leaping = replace(motion, positions=motion.positions.copy())
     leaping.positions[1, BONES.index("Hips"), 1] += 3.0
-    world, _ = with_foot_lock(leaping, Reference.of_pose(BONES, motion.pose(0.0))).world()
+    world, _ = world_of(with_foot_lock(leaping, Reference.of_pose(BONES, motion.pose(0.0))))
     assert np.ptp(world[:, FEET], axis=0).max() < 0.002
 
 

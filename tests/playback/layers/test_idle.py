@@ -23,6 +23,7 @@ from studio.playback.layers.idle import (
     swaying,
     with_saccades,
 )
+from tests.world import world_of
 
 TEN_MINUTES = np.arange(600 * 120) / 120.0
 NONE = np.zeros(0)
@@ -233,7 +234,7 @@ def test_the_feet_and_the_hips_take_no_part() -> None:
 
 def test_shoulders_rise_while_the_chest_fills() -> None:
     motion = Motion.build(TEN_MINUTES_AT_60[:1200], (), None, BONES)
-    world, _ = breathing(motion, 1.0).world()
+    world, _ = world_of(breathing(motion, 1.0))
     for side in ("Left", "Right"):
         height = world[:, BONES.index(side + "UpperArm"), 1]
         assert np.corrcoef(height, breath_at(motion.times))[0, 1] > 0.95

@@ -138,7 +138,7 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
         listener.setblocking(False)
-        view, presenter, session = room(toy_project, send_port=listener.getsockname()[1])
+        view, presenter, session = room(toy_project, send_targets=(f"127.0.0.1:{listener.getsockname()[1]}",))
         facts: list[tuple[str, str, str]] = []
         session.status_changed.connect(lambda *fact: facts.append(fact))
         view.source.start.click()

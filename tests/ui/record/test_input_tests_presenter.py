@@ -16,7 +16,7 @@ from studio.ui.record.input_tests_presenter import LevelTestPresenter, SyncTestP
 from studio.ui.record.inputs_view import InputsCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import Session
-from studio.vmc.assemble import Sender
+from studio.vmc.stream import Sender
 
 HEARS = Snapshot(device="Studio mic", sample_rate=44_100, audio_alive=True, peak_dbfs=-8.0, rms_dbfs=-40.0)
 BODY = Sender("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))

@@ -21,9 +21,9 @@ from studio.ui.record.model import RecordModel
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import MicrophoneRequest, Session
-from studio.vmc.assemble import Sender
 from studio.vmc.decode import HELLO, IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
+from studio.vmc.stream import Sender
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
 BODY = Sender("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))

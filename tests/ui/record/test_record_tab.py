@@ -15,6 +15,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
+from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer.sample import PERFORMER_NAME
@@ -31,8 +32,8 @@ from studio.ui.record.takes_presenter import of_today
 from studio.ui.record.task import PracticeTask
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
-from studio.ui.tasks import ChildTask
 from studio.vmc.encode import encode_frame
+from tests.fakes import FakeChildTask
 
 
 def free_port() -> int:
@@ -538,14 +539,9 @@ def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, 
     qtbot.waitUntil(lambda: not room.model.practice.running, timeout=30_000)
 
 
-def test_the_practice_performer_follows_the_port(qapp) -> None:
-    targets: list[str] = []
-
-    def command(arguments: list[str]) -> list[str]:
-        targets.append(arguments[2])
-        return [sys.executable, "-c", "import sys; sys.stdin.read()"]
-
-    child = ChildTask(command=command)
+def test_the_practice_performer_follows_the_port_one_after_the_other() -> None:
+    """The next one begins when that before has ended: two would speak at once."""
+    child = FakeChildTask()
     practice = PracticeTask(child=child)
     practice.redirect(5000)
     assert not practice.on
@@ -553,28 +549,22 @@ def test_the_practice_performer_follows_the_port(qapp) -> None:
     practice.redirect(39539)
     practice.redirect(39540)
     assert practice.on
-    assert targets == ["127.0.0.1:39539", "127.0.0.1:39540"]
+    assert child.started == [["performer", "--to", "127.0.0.1:39539"]]
+    child.end(StudioError("It was interrupted.", ""))
+    assert practice.on
+    assert child.started[1:] == [["performer", "--to", "127.0.0.1:39540"]]
     practice.close()
 
 
-def test_a_practice_performer_that_nothing_interrupts_is_told_to_leave(qtbot, tmp_path: Path) -> None:
-    """As on Windows, which has no signal for it: it must not speak on beside the next one."""
-    ready, told = tmp_path / "ready", tmp_path / "told"
-    script = (
-        "import pathlib, signal, sys; signal.signal(signal.SIGTERM, signal.SIG_IGN);"
-        f"pathlib.Path({str(ready)!r}).touch(); line = sys.stdin.readline();"
-        f"pathlib.Path({str(told)!r}).write_text(line)"
-    )
-    scripts = iter((script, "import sys; sys.stdin.read()"))
-    practice = PracticeTask(child=ChildTask(command=lambda _: [sys.executable, "-c", next(scripts)]))
+def test_a_practice_performer_that_is_stopped_while_it_moves_stays_stopped() -> None:
+    child = FakeChildTask()
+    practice = PracticeTask(child=child)
     practice.set_on(True, 39539)
-    qtbot.waitUntil(ready.exists, timeout=30_000)
     practice.redirect(39540)
-    try:
-        qtbot.waitUntil(lambda: told.exists() and told.read_text() == "stop\n", timeout=4_000)
-        assert practice.on
-    finally:
-        practice.close()
+    practice.set_on(False)
+    child.end(None)
+    assert not practice.on
+    assert len(child.started) == 1
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from studio.ui.review.model import ReviewModel
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
-from tests.fakes import ScriptedChildTask
+from tests.fakes import FakeChildTask
 
 ROOT = Path(__file__).resolve().parents[3]
 Tab = tuple[ReviewView, ReviewPresenter]
@@ -172,7 +172,7 @@ def test_without_a_run_in_the_bar_the_newest_is_proposed(tab: Tab, session: Sess
 def test_a_batch_of_the_project_before_is_none_of_the_new_form(
     qtbot: QtBot, session: Session, tmp_path: Path
 ) -> None:
-    view, model, child = ReviewView(), ReviewModel(session), ScriptedChildTask(tmp_path)
+    view, model, child = ReviewView(), ReviewModel(session), FakeChildTask(tmp_path)
     qtbot.addWidget(view)
     model.active = True
     model.open()

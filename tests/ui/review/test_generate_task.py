@@ -19,7 +19,7 @@ from studio.ui.review.generate_task import GenerateTask
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
-from tests.fakes import ScriptedChildTask
+from tests.fakes import FakeChildTask
 
 
 def _motion(number: int, seconds: float = 2.0) -> Motion:
@@ -28,15 +28,15 @@ def _motion(number: int, seconds: float = 2.0) -> Motion:
 
 
 @pytest.fixture
-def child(tmp_path: Path) -> ScriptedChildTask:
+def child(tmp_path: Path) -> FakeChildTask:
     """Only told of: the pieces come when the test says so."""
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    return ScriptedChildTask(scratch)
+    return FakeChildTask(scratch)
 
 
 @pytest.fixture
-def task(qtbot: QtBot, child: ScriptedChildTask, toy_project: Project) -> GenerateTask:
+def task(qtbot: QtBot, child: FakeChildTask, toy_project: Project) -> GenerateTask:
     """A request under way."""
     made = GenerateTask(child=child)
     _request(made, toy_project)
@@ -54,7 +54,7 @@ def _request(task: GenerateTask, project: Project) -> None:
     task.request(project, project.run("quick_001"), sound)
 
 
-def _piece(child: ScriptedChildTask, number: int) -> Path:
+def _piece(child: FakeChildTask, number: int) -> Path:
     """The child writes a piece and says so."""
     file = Path(child.started[-1][-1]) / f"piece_{number}.arrow"
     write_motion(file, _motion(number))
@@ -62,7 +62,7 @@ def _piece(child: ScriptedChildTask, number: int) -> Path:
     return file
 
 
-def _end(child: ScriptedChildTask) -> None:
+def _end(child: FakeChildTask) -> None:
     """The child has written the whole, and ends."""
     parts = [_motion(number) for number in range(3)]
     times, shapes = (np.concatenate([getattr(one, name) for one in parts]) for name in ("times", "shapes"))
@@ -72,7 +72,7 @@ def _end(child: ScriptedChildTask) -> None:
 
 
 def test_the_beginning_is_handed_on_before_the_end_is_there(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask
+    qtbot: QtBot, task: GenerateTask, child: FakeChildTask
 ) -> None:
     assert task.busy
     for number in range(2):
@@ -91,7 +91,7 @@ def test_the_beginning_is_handed_on_before_the_end_is_there(
 
 
 def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask, tmp_path: Path
+    qtbot: QtBot, task: GenerateTask, child: FakeChildTask, tmp_path: Path
 ) -> None:
     seen: list[Motion] = []
     task.grown.connect(seen.append)
@@ -106,7 +106,7 @@ def test_a_piece_that_cannot_be_read_costs_only_the_time_until_the_end(
 
 
 def test_a_last_piece_that_cannot_be_read_does_not_keep_the_whole_back(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask, tmp_path: Path
+    qtbot: QtBot, task: GenerateTask, child: FakeChildTask, tmp_path: Path
 ) -> None:
     with qtbot.waitSignal(task.predicted, timeout=30_000) as whole:
         child.say(PieceEvent(str(tmp_path / "gone.arrow")))
@@ -115,9 +115,7 @@ def test_a_last_piece_that_cannot_be_read_does_not_keep_the_whole_back(
     assert len(whole.args[0]) == 180
 
 
-def test_what_was_cancelled_is_not_handed_on(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask
-) -> None:
+def test_what_was_cancelled_is_not_handed_on(qtbot: QtBot, task: GenerateTask, child: FakeChildTask) -> None:
     seen: list[Motion] = []
     for signal in (task.grown, task.predicted):
         signal.connect(seen.append)
@@ -130,7 +128,7 @@ def test_what_was_cancelled_is_not_handed_on(
 
 
 def test_a_newer_request_replaces_the_one_before(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask, toy_project: Project
+    qtbot: QtBot, task: GenerateTask, child: FakeChildTask, toy_project: Project
 ) -> None:
     _piece(child, 0)
     _request(task, toy_project)
@@ -141,13 +139,13 @@ def test_a_newer_request_replaces_the_one_before(
     assert len(grown.args[0]) == 60, "nothing of the request before is in it"
 
 
-def test_no_child_stays_behind_where_the_window_closes(task: GenerateTask, child: ScriptedChildTask) -> None:
+def test_no_child_stays_behind_where_the_window_closes(task: GenerateTask, child: FakeChildTask) -> None:
     task.close()
     assert child.closed
 
 
 def test_without_room_for_pieces_the_motion_is_seen_when_it_is_there(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask
+    qtbot: QtBot, task: GenerateTask, child: FakeChildTask
 ) -> None:
     told: list[str] = []
     task.progressed.connect(lambda text, _: told.append(text))
@@ -161,9 +159,7 @@ def test_without_room_for_pieces_the_motion_is_seen_when_it_is_there(
     assert len(whole.args[0]) == 180
 
 
-def test_a_child_that_failed_is_told_of_once(
-    qtbot: QtBot, task: GenerateTask, child: ScriptedChildTask
-) -> None:
+def test_a_child_that_failed_is_told_of_once(qtbot: QtBot, task: GenerateTask, child: FakeChildTask) -> None:
     seen: list[BaseException] = []
     task.failed.connect(seen.append)
     failure = StudioError("It failed.", "Try again.")
@@ -173,7 +169,7 @@ def test_a_child_that_failed_is_told_of_once(
 
 
 def test_a_cached_motion_that_cannot_be_read_is_gone_before_it_is_told(
-    qtbot: QtBot, child: ScriptedChildTask, toy_project: Project
+    qtbot: QtBot, child: FakeChildTask, toy_project: Project
 ) -> None:
     """It is removed where it was read, on the pool: the window never waits for a disk."""
     task = GenerateTask(child=child)

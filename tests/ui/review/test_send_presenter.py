@@ -17,12 +17,15 @@ from studio.ui.review.clip import Tuned
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.send_presenter import SendPresenter
 from studio.ui.session import Session
-from studio.ui.widgets.send_panel import Address, SendPanel, TargetRow
+from studio.ui.widgets.send_panel import SendPanel, TargetRow
+from studio.vmc.address import Address
 
 
-def _made(qtbot: QtBot, settings: Settings) -> tuple[SendPanel, SendPresenter, Session]:
+def _made(
+    qtbot: QtBot, settings: Settings, session: Session | None = None
+) -> tuple[SendPanel, SendPresenter, Session]:
     motion = Motion.build(np.arange(60) / 60, ("A",), np.ones((60, 1)))
-    panel, session = SendPanel(), Session(settings)
+    panel, session = SendPanel(), session or Session(settings)
     qtbot.addWidget(panel)
     panel.resize(300, 500)
     model = ReviewModel(session)
@@ -61,8 +64,9 @@ def test_a_kept_target_that_makes_no_sense_is_left_out(qtbot: QtBot, text: str) 
 
 def test_a_name_with_signs_in_it_survives() -> None:
     address = Address("私の=:program", "::1", 39539)
-    assert Address.parse(Address("program", "::1", 39539).text) == Address("program", "::1", 39539)
-    assert Address.parse(address.text) is None or Address.parse(address.text) != address, "= divides"
+    assert Address.parse(address.text) == address
+    assert address.where == "[::1]:39539"
+    assert Address.parse("::1:39539") == Address.parse("[::1]:39539") == Address("", "::1", 39539)
 
 
 def test_all_targets_are_switched_together_and_each_gets_the_motion(
@@ -103,7 +107,7 @@ def test_one_target_that_nobody_hears_leaves_the_other_alone(
 
 
 def test_what_was_asked_last_of_a_target_holds(qtbot: QtBot, listeners: list[socket.socket]) -> None:
-    panel, sending, _ = _made(qtbot, Settings(send_port=listeners[0].getsockname()[1]))
+    panel, sending, _ = _made(qtbot, Settings(send_targets=(f"127.0.0.1:{listeners[0].getsockname()[1]}",)))
     row = panel.rows[0]
     for _ in range(7):
         row.send.click()
@@ -150,3 +154,27 @@ def test_a_single_target_has_no_button_for_all(qtbot: QtBot) -> None:
     assert panel.all.isHidden()
     assert panel.rows[0].remove.isHidden()
     sending.close()
+
+
+def test_review_and_live_share_one_list_of_targets(qtbot: QtBot, listeners: list[socket.socket]) -> None:
+    port = listeners[0].getsockname()[1]
+    panel, sending, session = _made(qtbot, Settings(send_targets=(f"VNyan=127.0.0.1:{port}",)))
+    other, elsewhere, _ = _made(qtbot, session.settings, session)
+    panel.rows[0].send.click()
+    qtbot.mouseClick(other.add, Qt.MouseButton.LeftButton)
+    assert [row.address for row in panel.rows] == [row.address for row in other.rows]
+    other.rows[1].port.setValue(39600)
+    assert panel.rows[1].address.port == 39600
+    other.names.setCurrentIndex(other.names.findData("arkit"))
+    assert panel.names.currentData() == "arkit"
+    other.rows[1].remove.click()
+    other.rows[0].host.editingFinished.emit()
+    # Who is sent to already goes on.
+    assert [row.send.isChecked() for row in panel.rows] == [True]
+    qtbot.waitUntil(lambda: _words(panel.rows[0]).startswith("sending"))
+    session.change_settings(send_targets=("Warudo=127.0.0.1:39541", "127.0.0.1:39540"), send_fps=45.0)
+    assert [row.address.text for row in panel.rows] == ["Warudo=127.0.0.1:39541", "VSeeFace=127.0.0.1:39540"]
+    assert panel.fps.currentText() == "45 frames/s"
+    assert [row.send.isChecked() for row in panel.rows] == [False, False]
+    sending.close()
+    elsewhere.close()

@@ -41,13 +41,13 @@ def test_measuring_is_skipped_with_the_button_that_stopped_the_learning(
     button.click()
     assert (button.text(), button.isEnabled()) == ("Stopping after this epoch", False)
     for done in (0, 1):
-        child.told.emit(LookAheadsEvent(0, done, 4, done / 4))
+        child.say(LookAheadsEvent(0, done, 4, done / 4))
         assert (button.text(), button.isEnabled()) == ("Skip measuring", True)
     button.click()
-    child.told.emit(LookAheadsEvent(0, 2, 4, 0.5))
+    child.say(LookAheadsEvent(0, 2, 4, 0.5))
     assert (button.text(), button.isEnabled()) == ("Skipping", False)
     assert child.stops == 2
-    child.end(child.done, TrainDone("quick_001"))
+    child.end(TrainDone("quick_001"))
     assert (button.text(), button.isHidden()) == ("Stop, keep best", True)
 
 

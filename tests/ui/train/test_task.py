@@ -70,7 +70,7 @@ def under_way(
         presenter.model.resume(folder.name)
         return
     presenter.model.start(TrainRequest("quick"))
-    child.told.emit(StartedEvent(folder.name, folder=str(folder)))
+    child.say(StartedEvent(folder.name, folder=str(folder)))
 
 
 def test_the_window_closes_freely_while_nothing_trains(tab: tuple[TrainView, TrainPresenter]) -> None:
@@ -96,7 +96,7 @@ def test_stop_and_keep_closes_the_window_once_the_training_has_ended(
     assert not presenter.may_close()
     assert view.window().isVisible()
     assert child.stops == 1
-    child.ended.emit()
+    child.end(TrainDone("quick_001"))
     qtbot.waitUntil(lambda: not view.window().isVisible(), timeout=LONG)
     assert session.project is not None
     assert [run.id for run in session.project.runs] == ["quick_001"]
@@ -122,7 +122,7 @@ def test_a_cancelled_training_is_removed_though_its_child_was_done(
     under_way(presenter, session, child, resumed)
     presenter.model.training.cancel()
     # It measured look-aheads, which end well when told to end.
-    child.end(child.done, TrainDone("quick_001"))
+    child.end(TrainDone("quick_001"))
     assert not presenter.model.training.running
     assert session.project is not None
     assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
@@ -162,9 +162,9 @@ def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
 ) -> None:
     view, presenter = tab
     under_way(presenter, session, child)
-    child.told.emit(OutOfMemoryEvent("quick_001", "training.crops=4"))
+    child.say(OutOfMemoryEvent("quick_001", "training.crops=4"))
     what = "The memory of this machine was not enough for the training."
-    child.end(child.failed, StudioError(what, "Type this."))
+    child.end(StudioError(what, "Type this."))
     assert not presenter.model.training.running
     offer = view.findChild(QPushButton, "take_offer")
     told = view.findChild(QLabel, "offer_text")
@@ -184,7 +184,7 @@ def test_memory_that_ran_out_offers_a_smaller_batch_that_goes_on(
     assert not offer.isVisible()
     presenter.model.training.cancel()
     assert child.cancels == 1
-    child.end(child.cancelled)
+    child.end(None)
     assert not presenter.model.training.running
     assert [run.id for run in session.project.runs] == ["quick_001"], "a resumed run stays"
 

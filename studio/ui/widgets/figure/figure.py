@@ -28,15 +28,12 @@ from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButto
 
 from studio.actions import FIGURE
 from studio.motion.avatar import Avatar
-from studio.motion.skeleton import Skeleton
 from studio.render.camera import VIEWS, Orbit
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
-
-World = NDArray[np.floating]
 
 FRAME_PX = 4
 QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
@@ -51,7 +48,7 @@ _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
 class StickFigure(QWidget):
     """One figure, an optional ghost beside it in another colour, and the camera around them.
 
-    `show_pose` may be called as often as one likes: the newest pose is drawn at the display's rate.
+    `show_stance` may be called as often as one likes: the newest pose is drawn at the display's rate.
     Call `warm_up` while nothing else is going on; until then, and where OpenGL fails, lines are drawn.
 
     Signals:
@@ -108,10 +105,6 @@ class StickFigure(QWidget):
 
     # What is shown
 
-    def show_pose(self, skeleton: Skeleton, world: World) -> None:
-        """Show joints at Unity-space world positions (J, 3), metres; J is the skeleton's."""
-        self.show_stance(WorldPose(skeleton, world))
-
     @property
     def stance(self) -> WorldPose | None:
         """How the performer stands; None until something was shown."""
@@ -122,11 +115,6 @@ class StickFigure(QWidget):
         if stance.usable:
             self._stance = stance
             self._request()
-
-    def show_ghost(self, world: World | None, skeleton: Skeleton | None = None) -> None:
-        """Show a second figure in another colour, of the same skeleton where none is given; None hides it."""
-        bones = skeleton or (self._stance.skeleton if self._stance else None)
-        self.show_ghost_stance(WorldPose(bones, world) if world is not None and bones is not None else None)
 
     def show_ghost_stance(self, stance: WorldPose | None) -> None:
         """Show a second performer in another colour; None hides it."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QVBoxLayout, QWidget
 
-from studio.motion import Skeleton
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
@@ -117,10 +114,6 @@ class Pane(QWidget):
         self.figure.clear(sentence, icon)
         self.figure.setAccessibleDescription(sentence)
         self.caption.set_words("")
-
-    def show_pose(self, skeleton: Skeleton, world: np.ndarray, shapes: Mapping[str, float]) -> None:
-        """Show joints (J, 3) and shapes by name; either may be empty."""
-        self.show_stance(WorldPose(skeleton, world, None, shapes))
 
     def show_stance(self, stance: WorldPose) -> None:
         """Show a performer, as the avatar where one is worn; bones or shapes may be missing."""

@@ -50,7 +50,7 @@ def warm(figure: StickFigure, qtbot) -> StickFigure:
 def drawn(figure: StickFigure, qtbot) -> QImage:
     """The next picture made by OpenGL."""
     before = figure.renders
-    figure.show_pose(*t_pose())
+    figure.show_stance(WorldPose(*t_pose()))
     qtbot.waitUntil(lambda: figure.renders > before)
     assert figure.picture is not None
     return figure.picture
@@ -79,7 +79,7 @@ def test_a_t_pose_is_wider_than_it_is_seen_from_the_side(figure, opengl, qtbot) 
 
 
 def _sketch(figure: StickFigure, qtbot) -> QImage:
-    figure.show_pose(*t_pose())
+    figure.show_stance(WorldPose(*t_pose()))
     qtbot.waitUntil(lambda: not figure.drawing_soon)
     return figure.grab().toImage()
 
@@ -118,11 +118,11 @@ def test_the_picture_is_as_large_as_the_widget(warm: StickFigure, qtbot) -> None
 
 
 def test_a_ghost_has_a_colour_of_its_own_and_goes_again(warm: StickFigure, qtbot) -> None:
-    _, world = t_pose()
+    skeleton, world = t_pose()
     plain = drawn(warm, qtbot)
-    warm.show_ghost(world + np.array([0.4, 0, 0]))
+    warm.show_ghost_stance(WorldPose(skeleton, world + np.array([0.4, 0, 0])))
     with_ghost = drawn(warm, qtbot)
-    warm.show_ghost(None)
+    warm.show_ghost_stance(None)
     assert _orange(with_ghost) > 20 * max(_orange(plain), 1)
     assert _orange(drawn(warm, qtbot)) == _orange(plain)
 
@@ -165,9 +165,9 @@ def test_keys_turn_and_zoom(figure: StickFigure, qtbot) -> None:
 
 def test_a_pose_that_is_not_finite_is_not_drawn(figure: StickFigure) -> None:
     skeleton, world = t_pose()
-    figure.show_pose(skeleton, world * np.nan)
+    figure.show_stance(WorldPose(skeleton, world * np.nan))
     assert figure.empty
-    figure.show_pose(Skeleton.humanoid(()), np.empty((0, 3)))
+    figure.show_stance(WorldPose(Skeleton.humanoid(()), np.empty((0, 3))))
     assert figure.empty
 
 
@@ -176,7 +176,7 @@ def test_any_skeleton_can_be_shown(warm: StickFigure, qtbot) -> None:
         skeleton = Skeleton.humanoid(names)
         world, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
         before = warm.renders
-        warm.show_pose(skeleton, world)
+        warm.show_stance(WorldPose(skeleton, world))
         qtbot.waitUntil(lambda before=before: warm.renders > before)
 
 
@@ -194,7 +194,7 @@ def test_capsules_reach_from_joint_to_joint() -> None:
 def test_disposing_twice_is_harmless(warm: StickFigure) -> None:
     warm.dispose()
     warm.dispose()
-    warm.show_pose(*t_pose())
+    warm.show_stance(WorldPose(*t_pose()))
 
 
 def test_an_avatar_that_draws_too_slowly_becomes_a_figure_of_its_size(figure, qtbot, tmp_path) -> None:

@@ -1,0 +1,150 @@
+"""The Settings dialog: every preference of `studio.settings` that has a label, changed and kept at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDoubleSpinBox,
+    QGridLayout,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.errors import RequestError
+from studio.settings import SettingInfo, Settings, text_of, value_of
+from studio.ui import messages, theme
+from studio.ui.session import Session
+from studio.ui.shortcuts import name_of
+from studio.ui.widgets.card import label
+
+HELP_PX = 380
+
+
+class SettingsDialog(QDialog):
+    """A line for each setting: its label, its value, what it means, and back to its default."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("settings_dialog")
+        self.setWindowTitle(name_of("settings").rstrip("…"))
+        self._session = session
+        self._show: dict[str, Callable[[object], None]] = {}
+        self._resets: dict[str, QToolButton] = {}
+        self._lines = QWidget()
+        grid = QGridLayout(self._lines)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(theme.BETWEEN)
+        grid.setVerticalSpacing(6)
+        for row, (name, about) in enumerate(Settings.shown().items()):
+            self._add(grid, row, name, about)
+        self._why = label("", "warn", "settings_locked")
+        close = QPushButton(self.tr("Close"))
+        close.clicked.connect(self.accept)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(theme.EDGE, theme.EDGE, theme.EDGE, theme.BETWEEN)
+        outer.setSpacing(theme.BETWEEN)
+        outer.addWidget(self._lines)
+        outer.addWidget(self._why)
+        outer.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+        session.settings_changed.connect(self._show_values)
+        session.rolling_changed.connect(self._show_locked)
+        self._show_values()
+        self._show_locked(session.rolling)
+
+    def _add(self, grid: QGridLayout, row: int, name: str, about: SettingInfo) -> None:
+        control, self._show[name] = self._control(name, about)
+        control.setObjectName(f"setting_{name}")
+        control.setMinimumWidth(220)
+        title = label(_translated(about.title))
+        title.setBuddy(control)
+        control.setAccessibleName(title.text())
+        meaning = label(_translated(about.help), "muted")
+        meaning.setWordWrap(True)
+        meaning.setMinimumWidth(HELP_PX)
+        reset = self._resets[name] = QToolButton()
+        reset.setObjectName(f"reset_{name}")
+        default = getattr(Settings(), name)
+        words = about.choices.get(default) or text_of(default) or self.tr("empty")
+        reset.setToolTip(self.tr("Back to the default: {0}").format(words))
+        reset.setAccessibleName(self.tr("Reset {0}").format(title.text()))
+        theme.set_icon(reset, "mdi6.restore", "muted")
+        theme.as_role(reset, "quiet")
+        reset.clicked.connect(lambda: self._change(name, default))
+        for column, widget in enumerate((title, control, reset, meaning)):
+            grid.addWidget(widget, row, column)
+
+    def _control(self, name: str, about: SettingInfo) -> tuple[QWidget, Callable[[object], None]]:
+        """What a setting is changed with, by its kind, and what shows a value in it."""
+        default = getattr(Settings(), name)
+        if choices := _choices(name, about):
+            box = QComboBox()
+            for value, words in choices.items():
+                box.addItem(_translated(words), value)
+            box.activated.connect(lambda: self._change(name, box.currentData()))
+            return box, lambda value: box.setCurrentIndex(box.findData(value))
+        if isinstance(default, bool):
+            check = QCheckBox()
+            check.clicked.connect(partial(self._change, name))
+            return check, lambda value: check.setChecked(bool(value))
+        if isinstance(default, int | float):
+            spin = QSpinBox() if isinstance(default, int) else QDoubleSpinBox()
+            if isinstance(spin, QDoubleSpinBox):
+                spin.setDecimals(1)
+            assert about.low is not None, name
+            assert about.high is not None, name
+            spin.setRange(type(default)(about.low), type(default)(about.high))  # type: ignore[arg-type]
+            spin.setSuffix(f" {about.unit}" if about.unit else "")
+            spin.setAlignment(Qt.AlignmentFlag.AlignRight)
+            spin.setKeyboardTracking(False)  # a half-typed number is not to be kept
+            spin.valueChanged.connect(partial(self._change, name))
+            return spin, lambda value: spin.setValue(value)
+        line = QLineEdit()
+        line.editingFinished.connect(lambda: self._change(name, value_of(name, line.text().strip())))
+        return line, lambda value: line.setText(text_of(value))
+
+    def _change(self, name: str, value: object) -> None:
+        if value == getattr(self._session.settings, name):
+            return
+        try:
+            self._session.change_settings(**{name: value})
+        except RequestError as error:
+            messages.show_error(self, error)
+            self._show_values()
+
+    def _show_values(self) -> None:
+        for name, show in self._show.items():
+            value = getattr(self._session.settings, name)
+            control = self._lines.findChild(QWidget, f"setting_{name}")
+            assert control is not None
+            with QSignalBlocker(control):
+                show(value)
+            self._resets[name].setEnabled(value != getattr(Settings(), name))
+
+    def _show_locked(self, rolling: bool) -> None:
+        """A recording keeps the inputs it began with."""
+        self._lines.setEnabled(not rolling)
+        self._why.setText(self.tr("Settings can be changed after the recording.") if rolling else "")
+        self._why.setVisible(rolling)
+
+
+def _choices(name: str, about: SettingInfo) -> Mapping[str, str]:
+    """The values to choose from: those of the table, and recipes, which are files."""
+    if name == "recipe":
+        from studio.training.recipe import recipes
+
+        return {one.name: one.title for one in recipes()}
+    return about.choices
+
+
+def _translated(text: str) -> str:
+    return QCoreApplication.translate("Settings", text)
