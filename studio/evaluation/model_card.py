@@ -29,6 +29,8 @@ _FIGURES = (
     ("std_ratio", "Reach (1 is as wide as the performer)", 2),
     ("jerk_ratio", "Jerk (1 is as calm as the performer)", 2),
     ("closure_recall", "Lips that close while speaking", 2),
+    ("closure_precision", "Of its closed lips, closed rightly", 2),
+    ("sync_match", "Fits its own sound better than another (0.5 is chance)", 2),
     ("geodesic_deg", "Bones off, degrees", 1),
     ("wrist_cm", "Wrists off, cm", 1),
 )
