@@ -149,7 +149,9 @@ def _figures(report: RunReport, evaluation: Mapping[str, Any]) -> str:
         if any(values):
             cells = "".join(f"<td>{value or '-'}</td>" for value in values)
             rows.append(f"<tr><th>{escape(title)}</th>{cells}</tr>")
-    return f"<h2>Figures</h2><table>{head}{''.join(rows)}</table>"
+    note = "<p>The validation takes also chose the epoch that is kept, so they flatter it a little.</p>"
+    measured_on = note if report.best_val is not None else ""
+    return f"<h2>Figures</h2><table>{head}{''.join(rows)}</table>{measured_on}"
 
 
 def _notes(notes: Sequence[str]) -> str:
