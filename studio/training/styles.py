@@ -18,7 +18,7 @@ from studio.project import Run
 
 AVERAGE = "average"
 """What every run moves in unless a person asks for another style. The style that errs least on one validation
-take suits the next sound no better than chance: on takes left out it cost up to a fifth more error."""
+take need not suit the next sound, and did not on takes that were left out."""
 
 
 def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:

@@ -178,7 +178,7 @@ def test_a_window_that_hears_everything_is_near_the_whole() -> None:
 def test_features_that_need_whole_sentences_are_declined() -> None:
     model = untrained("balanced")
     sound = replace(model.recipe.sound, kind="speech")
-    with pytest.raises(RequestError, match="hears with whisper, which needs whole sentences"):
+    with pytest.raises(RequestError, match="hears whole sentences before it moves"):
         look_ahead_of(replace(model, recipe=replace(model.recipe, sound=sound)))
 
 
