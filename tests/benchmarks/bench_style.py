@@ -3,8 +3,8 @@
 Each real face capture of SAIA_DATA (see bench_learning) is left out in turn, and `quick` trained on the other
 four. From three places of the take left out ten seconds show the run a style. The error on the rest of that
 take, without the ten seconds, is given over that of ridge regression on the same frames: in the average
-style, in the style shown, and in what was tried beside it: an embedding of its own, fitted by gradient descent
-with everything else frozen, and both together. How far it moves is predicted over captured motion.
+style, in the style shown, and in what was tried beside it: an embedding of its own, fitted by gradient
+descent with everything else frozen, and both together. How far it moves is predicted over captured motion.
 """
 
 from __future__ import annotations
@@ -89,7 +89,8 @@ def shown(
         "embedding": lambda: moved(own, material, AVERAGE),
         "embedding_and_shown": lambda: moved(with_style(own, example), material, NAME),
     }
-    least, row = figure(ridge, "rmse"), {}
+    least = figure(ridge, "rmse")
+    row: dict[str, float] = {}
     for name, motion in made.items():
         found = motion()
         row |= {name: figure(found, "rmse") / least, f"{name}_moves": figure(found, "motion_ratio")}
