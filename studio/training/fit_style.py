@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
@@ -26,7 +25,7 @@ from studio.project import Project, Run
 from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
 from studio.training.gather import is_silent
-from studio.training.loop.validation import CALMEST, drawn, predict
+from studio.training.loop.validation import CALMEST, drawn
 from studio.training.styles import AVERAGE, WIDEST, FittedStyle
 
 SHORTEST_SECONDS = 3.0
@@ -101,9 +100,8 @@ def fit(name: str, model: Model, example: Example) -> FittedStyle:
     captured values over the variance of the predicted ones. A body follows sound so loosely that this would
     freeze it; its bones are given the captured deviation. All of it counts by how long the stretch is.
     """
-    with torch.no_grad():
-        # People see what is drawn, so that is what must come to move alike.
-        made = drawn(model.network, example) if model.network.draws else predict(model.network, example)
+    # People see what is drawn, where a run draws: that is what must come to move alike.
+    made = drawn(model.network, example)
     skipped = round(WARM_UP_SECONDS * float(model.fps))
     counts = (example.grid.valid[:, None] * example.mask[None])[skipped:]
     frames = counts.sum(axis=0)

@@ -180,6 +180,7 @@ def _usable(
 
 
 def is_silent(material: TrainingMaterial) -> bool:
+    """Whether nothing can be heard in it."""
     return float(np.abs(material.samples).max()) < _SILENCE
 
 

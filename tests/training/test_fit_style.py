@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 from studio.dataset import edits
 from studio.errors import RequestError
@@ -24,7 +23,7 @@ from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
 from studio.training.fit_style import fit, forget_style, show_style
 from studio.training.loop.train import resumed_recipe, train
-from studio.training.loop.validation import predict
+from studio.training.loop.validation import drawn
 from studio.training.recipe import load_recipe
 from studio.training.run_file import pack_run, unpack_run
 from tests.inference.live.test_steps import speech, untrained
@@ -78,8 +77,9 @@ def stretch(model: Model, gain: float, shift: float, seconds: float, gap: float 
     blank = model.layout.motion(np.zeros((frames, model.layout.width)), np.arange(frames) / float(model.fps))
     valid = np.ones(frames, dtype=np.float32)
     example = make_example("T", sound, Grid(blank, valid), model.layout, model.recipe.sound, model.fps, None)
-    with torch.no_grad():
-        values = gain * predict(model.network, example) + shift
+    # As one that was read from a file.
+    model.network.requires_grad_(False)
+    values = gain * drawn(model.network, example) + shift
     missing = round(gap * float(model.fps))
     valid[frames - missing :], values[frames - missing :] = 0, 100.0
     return replace(example, values=values.astype(np.float32))
