@@ -84,6 +84,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
     recipe = _recipe(args, resume)
+    if resume is None and recipe.with_encoder and not (recipe.form or _asks_for_form(args)):
+        from studio.features.encoders import whisper_remedy
+
+        out.note(f"Whisper, which knows speech, is not installed: this hears plain sound. {whisper_remedy()}")
     # A person at a terminal has Ctrl+C; reading there would swallow what they type next.
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
@@ -162,9 +166,12 @@ def _chosen(args: argparse.Namespace) -> Recipe:
     """The recipe named, in its usual form unless another is asked for, with what was changed."""
     from studio.training import recipe as recipes
 
-    asked = any(word.partition("=")[0].strip() == "form" for word in args.set)
-    load = recipes.load_recipe if asked else recipes.usual_recipe
+    load = recipes.load_recipe if _asks_for_form(args) else recipes.usual_recipe
     return load(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+
+
+def _asks_for_form(args: argparse.Namespace) -> bool:
+    return any(word.partition("=")[0].strip() == "form" for word in args.set)
 
 
 def _settled(recipe: Recipe) -> Recipe:

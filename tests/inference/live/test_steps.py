@@ -124,7 +124,9 @@ def test_a_pose_comes_as_soon_as_its_sound_is_there(name: str, fps: str) -> None
     _, after = performed(model, heard, speech(2.0), 60)
     waited = np.array(after) / RATE - np.arange(len(after)) / float(model.fps)
     assert waited.max() * 1000 <= heard.latency_ms + 4.0
-    assert waited.min() * 1000 >= heard.reach_ms - 0.1
+    # An encoder hears 80 ms at once: some frames wait for less of it than others.
+    chunks = 80.0 if name == "speech" else 0.0
+    assert waited.min() * 1000 >= heard.reach_ms - chunks - 0.1
 
 
 AHEADS = "look_aheads=0 100 200 500"
@@ -206,7 +208,7 @@ def test_sound_that_is_no_number_is_a_sentence() -> None:
 
 
 def test_lasting_silence_gives_the_pose_at_rest() -> None:
-    model = untrained("balanced")
+    model = untrained("balanced", "30", "network.body=plain")
     rest = silent_pose(model)
     poses, _ = performed(model, look_ahead_of(model), np.zeros(4 * RATE, np.float32), 900)
     np.testing.assert_allclose(poses[-1], rest, atol=1e-3)
