@@ -330,8 +330,10 @@ class RunBar(QWidget):
         theme.as_role(self.two, "quiet")
         self.two.toggled.connect(lambda _: self._arrange())
         self.two.toggled.connect(self.two_toggled)
-        self.move_like_this = QPushButton(name_of("move_like_this"))
+        # A picture alone: beside views and ghost there is no room for its name in a small window.
+        self.move_like_this = QToolButton()
         self.move_like_this.setObjectName("move_like_this")
+        self.move_like_this.setAccessibleName(name_of("move_like_this"))
         self.move_like_this.setToolTip(tip_of("move_like_this"))
         theme.set_icon(self.move_like_this, "mdi6.drama-masks", "muted")
         theme.as_role(self.move_like_this, "quiet")
