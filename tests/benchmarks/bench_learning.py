@@ -4,12 +4,13 @@ Quality is measured through the command line on the real face captures of SAIA_D
 ../shared/data beside the checkout); without them it is left out and said so. Each take in turn is not shown
 to anything: networks learn from the other four, the end of the longest of which is held back to choose the
 epoch and the gains, and move in the average style. Our presets with three seeds, the seeds' recipes with one.
-That takes hours: each fold's figures are kept in results/learning_folds.json as soon as they are measured,
-for the commit they were measured at, and none is measured twice; SAIA_BENCH_SEEDS=1 measures fewer seeds.
+That takes hours: each fold's figures are kept in results/learning_folds.json as soon as they are measured, by
+the recipe's values, and none is measured twice until those change; SAIA_BENCH_SEEDS=1 measures fewer seeds.
 """
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
 import os
@@ -117,14 +118,27 @@ def left_out() -> dict[str, Any]:
             if seed > 1 and recipe in PEERS:
                 continue
             key = f"{test} {seed}"
-            if key not in kept.setdefault(recipe, {}):
-                kept[recipe][key] = fold(project, recipe, seed, test, kept.setdefault("baselines", {}))
+            if kept.setdefault(recipe, {}).get(key, {}).get("values") != values_of(recipe):
+                kept[recipe][key] = {"values": values_of(recipe)} | fold(
+                    project, recipe, seed, test, kept.setdefault("baselines", {})
+                )
                 FOLDS.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     ridge = {take: rows["ridge"]["rmse"] for take, rows in kept["baselines"].items()}
     named = {
         name: {take: kept["baselines"][take][name] for take in TAKES} for name in ("train_mean", "ridge")
     }
-    return {name: spread(folds, ridge) for name, folds in (named | kept).items() if name != "baselines"}
+    found = named | {recipe: kept[recipe] for recipe in (*PRESETS, *PEERS)}
+    return {name: spread(folds, ridge) for name, folds in found.items()}
+
+
+def values_of(words: str) -> str:
+    """A digest of all that a recipe, with what is changed of it, says of the training."""
+    from studio.training.recipe import load_recipe, usual_recipe
+
+    name, *changes = words.split()
+    load = load_recipe if any(change.startswith("form=") for change in changes) else usual_recipe
+    settings = load(name).with_overrides(changes).settings()
+    return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=6).hexdigest()
 
 
 def fold(
@@ -152,13 +166,11 @@ def spread(folds: dict[str, dict[str, Any]], ridge: dict[str, float]) -> dict[st
     """Mean and worst over some folds, whose names begin with the take left out."""
     rows = [row | {"rmse_over_ridge": row["rmse"] / ridge[name.split()[0]]} for name, row in folds.items()]
     keys = [key for key in ("rmse_over_ridge", *SHOWN, "train_s") if key in rows[0]]
-    mean = {key: statistics.mean(row[key] or 0.0 for row in rows) for key in keys}
-    worst = {
-        "rmse_over_ridge": max(row["rmse_over_ridge"] for row in rows),
-        **{
-            key: min(row[key] or 0.0 for row in rows) for key in ("pearson_mouth", "pearson_jaw", "std_ratio")
-        },
-    }
+    # A figure that does not apply to a take (no closed mouth in it) is none of that take, not 0.
+    known = {key: [row[key] for row in rows if row[key] is not None] for key in keys}
+    mean = {key: statistics.mean(values) for key, values in known.items() if values}
+    lowest = {key: min(known[key]) for key in ("pearson_mouth", "pearson_jaw", "std_ratio") if known[key]}
+    worst = {"rmse_over_ridge": max(known["rmse_over_ridge"]), **lowest}
     return {"folds": len(rows), "mean": mean, "worst": worst}
 
 
