@@ -96,11 +96,7 @@ def range_of(args: argparse.Namespace) -> ExportRange:
 
 def add_generation_options(parser: argparse.ArgumentParser) -> None:
     """How a run is to move: --style NAME, --liveliness X and --seed N."""
-    parser.add_argument(
-        "--style",
-        metavar="NAME",
-        help="a take or performer it learnt from, or average (chosen on validation)",
-    )
+    parser.add_argument("--style", metavar="NAME", help="a take or performer it learnt from (average)")
     add_sampling_options(parser)
 
 

@@ -21,7 +21,8 @@ SPLITS = ("test", "val", "train")
 MAIN = (
     ("rmse", "RMSE", 4), ("pearson", "r", 2), ("pearson_mouth", "r mouth", 2), ("pearson_jaw", "r jaw", 2),
     ("motion_ratio", "motion", 2), ("std_ratio", "std", 2), ("jerk_ratio", "jerk", 2),
-    ("closure_recall", "closes", 2), ("mouth_lag_ms", "lag ms", 0), ("geodesic_deg", "degrees", 2),
+    ("closure_recall", "closes", 2), ("closure_precision", "rightly", 2), ("sync_match", "sync", 2),
+    ("mouth_lag_ms", "lag ms", 0), ("geodesic_deg", "degrees", 2),
     ("wrist_cm", "wrist cm", 1), ("frechet", "Frechet", 2),
 )  # fmt: skip
 """The figures a table shows, with their titles and digits; --all shows MORE too."""
@@ -32,7 +33,6 @@ MORE = (
     ("motion_ratio_face", "motion of the face, predicted / captured", 2),
     ("motion_ratio_body", "motion of the body", 2), ("motion_ratio_head", "motion of the head", 2),
     ("motion_ratio_torso", "motion of the torso", 2), ("motion_ratio_arms", "motion of the arms", 2),
-    ("closure_precision", "closed mouth while speaking: precision", 2),
     ("blinks_per_minute", "blinks per minute", 1), ("head_cm", "error of the head's place, cm", 1),
     ("beat_alignment", "gestures on the beats of the voice, 0 to 1", 2),
     ("diversity_face", "variety of the face (L1Div)", 3),
@@ -44,6 +44,8 @@ _LONG_TITLES = {
     "motion_ratio": "motion, predicted / captured (1 is as lively)",
     "std_ratio": "width of poses, predicted / captured", "jerk_ratio": "jerk, predicted / captured",
     "closure_recall": "closed mouth while speaking: recall", "mouth_lag_ms": "mouth after the voice, ms",
+    "closure_precision": "closed mouth while speaking: precision",
+    "sync_match": "fits its own sound better than another (0.5 is chance)",
     "geodesic_deg": "error of rotations, degrees", "wrist_cm": "error of the wrists' places, cm",
     "frechet": "Frechet distance (0 the same, 1 a frozen mean)",
 }  # fmt: skip

@@ -194,8 +194,8 @@ def check_speech() -> SystemCheckEvent:
 
     if has_whisper():
         return SystemCheckEvent("speech", True, "The speech encoder Whisper is installed.")
-    words = f"The speech encoder Whisper is not installed; only the speech forms need it. {whisper_remedy()}"
-    return SystemCheckEvent("speech", True, words)
+    words = "The speech encoder Whisper is not installed; Balanced and Best hear plain sound without it."
+    return SystemCheckEvent("speech", True, f"{words} {whisper_remedy()}")
 
 
 def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", help="the run to measure")
     parser.add_argument("--takes", nargs="+", metavar="T", help="measure on these takes")
     parser.add_argument("--split", choices=SPLITS, default="test", help="measure on this split (test)")
-    parser.add_argument("--style", metavar="NAME", help="measure this style (the one chosen on validation)")
+    parser.add_argument("--style", metavar="NAME", help="measure this style (average)")
     add_sampling_options(parser)
     parser.add_argument("--no-baselines", action="store_true", help="leave the baselines out")
     parser.add_argument("--all", action="store_true", help="show every figure, one a line")

@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="hand your voice on to this output, as late as the avatar; the word default: the system's",
     )  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
-    parser.add_argument("--style", metavar="NAME", help="whose way of moving (chosen on validation)")
+    parser.add_argument("--style", metavar="NAME", help="whose way of moving (average)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="which draw, for runs that draw")
     parser.add_argument("--liveliness", type=float, default=1.0, metavar="X", help="0 to 3; 1 as learnt")
     parser.add_argument("--fps", type=float, default=60.0, help="frames sent each second (60)")

@@ -87,6 +87,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         what = "The base voice comes with the studio; its training cannot go on."
         raise RequestError(what, "Leave --resume out to train a run of your own.")
     recipe = _recipe(args, resume)
+    if resume is None and recipe.with_encoder and not (recipe.form or _asks_for_form(args)):
+        from studio.features.encoders import whisper_remedy
+
+        out.note(f"Whisper, which knows speech, is not installed: this hears plain sound. {whisper_remedy()}")
     # A person at a terminal has Ctrl+C; reading there would swallow what they type next.
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
@@ -152,13 +156,25 @@ def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     from studio.training import recipe as recipes
 
     if resume is None:
-        return _settled(recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set))
+        return _settled(_chosen(args))
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
             f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
         )
     return _settled(kept.with_overrides(args.set))
+
+
+def _chosen(args: argparse.Namespace) -> Recipe:
+    """The recipe named, in its usual form unless another is asked for, with what was changed."""
+    from studio.training import recipe as recipes
+
+    load = recipes.load_recipe if _asks_for_form(args) else recipes.usual_recipe
+    return load(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+
+
+def _asks_for_form(args: argparse.Namespace) -> bool:
+    return any(word.partition("=")[0].strip() == "form" for word in args.set)
 
 
 def _settled(recipe: Recipe) -> Recipe:
@@ -175,7 +191,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
     from studio.training import recipe as recipes
 
-    chosen = recipes.load_recipe(args.recipe or recipes.DEFAULT).with_overrides(args.set)
+    chosen = _chosen(args)
     found = recipes.recipes()
     for info in found:
         text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"

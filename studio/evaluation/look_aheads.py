@@ -39,7 +39,7 @@ def store_look_aheads(chosen: Run, evaluation_set: EvaluationSet, on_step: OnSte
     network, rate = predictor.model.network, predictor.model.recipe.sound.sample_rate
     found: list[dict[str, Any]] = []
     # A run that hears whole sentences goes live at none of them.
-    offered = () if predictor.model.recipe.sound.uses_encoder else network.look_aheads
+    offered = network.look_aheads if predictor.model.recipe.sound.streams else ()
     of, begun = len(offered) * len(evaluation_set.material), count()
     for ms in offered:
         network.set_look_ahead(ms)

@@ -53,7 +53,7 @@ class ExportSource:
 
 @dataclass(frozen=True)
 class GenerationOptions:
-    """How a run is to move: its style (None for the one chosen on validation), seed and liveliness."""
+    """How a run is to move: its style (None for the run's default), seed and liveliness."""
 
     style: str | None = None
     seed: int = 0

@@ -11,4 +11,5 @@ examples          Training examples: rows of sound and columns of motion of a ta
                   varied crops of them
 motion            Motion as columns of numbers: which channels are learnt, how they are scaled, which are
                   carried through
+streaming_encoder Whisper's first blocks as a stream: what speech they hear is known a fifth of a second later
 """

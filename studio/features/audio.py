@@ -60,10 +60,28 @@ def span(spec: AudioSpec, fps: Fraction, row: int) -> tuple[int, int]:
     a, b = centre - spec.window_samples, centre + spec.window_samples + 1
     if not spec.uses_encoder:
         return a, b
+    if spec.streams:
+        from studio.features import streaming_encoder
+
+        first, _ = streaming_encoder.heard(streaming_encoder.chunk_of(centre), 1)
+        last = int(streaming_encoder.ready_at(np.array([centre]))[0])
+        return min(a, first - streaming_encoder.REACH_BACK), max(b, last)
     from studio.features.encoders import span as of_speech
 
     first, last = of_speech(centre)
     return min(a, first), max(b, last)
+
+
+def ready_at(spec: AudioSpec, centres: NDArray[np.int64]) -> NDArray[np.int64]:
+    """After how many samples of the whole sound rows centred on some samples (R,) are known; spec.streams."""
+    lead = spec.fft_size // 2 - (spec.fft_size - spec.window_samples) // 2
+    ready = centres + spec.window_samples - lead
+    if not spec.uses_encoder:
+        return ready
+    from studio.features import streaming_encoder
+
+    heard = streaming_encoder.ready_at(centres)
+    return np.maximum(ready, heard) if spec.mel_width else heard
 
 
 def _spectral_rows(

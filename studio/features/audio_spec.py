@@ -21,6 +21,8 @@ Floats = NDArray[np.float32]
 KINDS = ("log_mel", "mfcc", "speech", "log_mel_speech")
 WHISPER, WHISPER_WIDTH = "whisper", 384
 """The speech encoder that comes with a package, and the numbers of its tokens."""
+WHISPER_LIVE = "whisper_live"
+"""Its first blocks as a stream (features.streaming_encoder), which can follow a microphone."""
 
 _LIMITS = {
     "bands": (1, 512), "coefficients": (1, 512), "sample_rate": (1000, 192_000), "window_ms": (1, 500),
@@ -48,7 +50,8 @@ class AudioSpec:
         low_hz, high_hz: range of the bands; high_hz 0 is half the sample rate.
         steps_per_frame: rows per motion frame.
         window: rows a model looks at for one motion frame, centred on it.
-        encoder: of "speech": "whisper", or the name or folder of a wav2vec 2.0 (features.encoders).
+        encoder: of "speech": "whisper", "whisper_live" (which can follow a microphone), or the name or
+            folder of a wav2vec 2.0 (features.encoders).
         encoder_width, encoder_digest: numbers of its tokens and digest of its weights, once it was found.
     """
 
@@ -145,7 +148,12 @@ class AudioSpec:
     @property
     def speech_width(self) -> int:
         """Numbers of the encoder's tokens."""
-        return self.encoder_width or (WHISPER_WIDTH if self.encoder == WHISPER else 0)
+        return self.encoder_width or (WHISPER_WIDTH if self.encoder in (WHISPER, WHISPER_LIVE) else 0)
+
+    @property
+    def streams(self) -> bool:
+        """Whether rows can be made of live sound: all but an encoder's that hears half a minute at once."""
+        return not self.uses_encoder or self.encoder == WHISPER_LIVE
 
     @property
     def window_samples(self) -> int:

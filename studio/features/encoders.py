@@ -20,10 +20,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio_spec import WHISPER, WHISPER_WIDTH, AudioSpec, Floats, mel_filters, row_centres
+from studio.features.audio_spec import (
+    WHISPER,
+    WHISPER_LIVE,
+    WHISPER_WIDTH,
+    AudioSpec,
+    Floats,
+    mel_filters,
+    row_centres,
+)
 from studio.files import atomic
 
 if TYPE_CHECKING:
+    from studio.features.streaming_encoder import StreamingWhisper
     from studio.model._wav2vec2 import Wav2Vec2
     from studio.model._whisper import Whisper
 
@@ -49,12 +58,12 @@ def with_resolved_encoder(spec: AudioSpec) -> AudioSpec:
     Raises:
         StudioError: the encoder is not on this computer, or damaged.
     """
-    if not spec.uses_encoder and spec.encoder != WHISPER:
+    if not spec.uses_encoder and spec.encoder not in (WHISPER, WHISPER_LIVE):
         what = f"{spec.kind} needs no speech encoder, so sound.encoder would change nothing."
         raise RequestError(what, "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out.")
     if not spec.uses_encoder:
         return spec
-    if spec.encoder == WHISPER:
+    if spec.encoder in (WHISPER, WHISPER_LIVE):
         _must_be_whisper(_whisper_file())
         return replace(spec, encoder_width=WHISPER_WIDTH, encoder_digest=WHISPER_SHA256)
     if spec.encoder_digest:  # a run that is gone on with
@@ -378,7 +387,25 @@ def speech_rows(
     Raises:
         StudioError: the encoder is not on this computer.
     """
-    return cached_encoder(spec).rows(samples, row_centres(spec, fps, first, count), start_sample)
+    centres = row_centres(spec, fps, first, count)
+    if spec.streams:
+        return streaming_whisper().rows(samples, centres, start_sample)
+    return cached_encoder(spec).rows(samples, centres, start_sample)
+
+
+@lru_cache(maxsize=1)
+def streaming_whisper() -> StreamingWhisper:
+    """Whisper's first blocks as a stream.
+
+    Raises:
+        StudioError: its weights are not on this computer, or damaged.
+    """
+    from studio.features.streaming_encoder import StreamingWhisper
+    from studio.model import _whisper
+
+    path = _whisper_file()
+    _must_be_whisper(path)
+    return StreamingWhisper(_whisper.load(path))
 
 
 def span(centre: int) -> tuple[int, int]:

@@ -65,7 +65,7 @@ class Predictor:
             audio: any sound or video file.
             on_progress: told after every piece which fraction is done.
             on_piece: given every piece as soon as it is made.
-            style: one of `styles`; None takes the one chosen on validation.
+            style: one of `styles`; None takes the run's default.
             sampling: the seed and how lively the motion is; the same gives the same motion.
 
         Raises:
@@ -101,7 +101,7 @@ class Predictor:
         Args:
             blocks: mono sound at the model's sample rate, float32 (N,) each, any lengths.
             piece_seconds: length of a piece; memory grows with it and not with the sound.
-            style: one of `styles`; None takes the one chosen on validation.
+            style: one of `styles`; None takes the run's default.
             sampling: the seed and how lively the motion is.
 
         Yields:

@@ -1,4 +1,4 @@
-"""What a viewer sees in a face first: lips that close, a mouth in time with the voice, eyes that blink."""
+"""What a viewer sees first: lips that close, motion that fits its own sound, eyes that blink."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.metrics.scores import Figures, Pair
-from studio.motion import Motion, lag
-from studio.motion.channels import is_blink_shape
+from studio.metrics.scores import MOVING, Figures, Pair
+from studio.motion import Motion, lag, rotation
+from studio.motion.channels import is_blink_shape, is_mouth_shape
 
 Array = NDArray[np.floating]
 
@@ -21,22 +21,27 @@ VOWELS = frozenset({"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh"})
 
 CLOSED_SHARE = 0.15
 """The mouth counts as closed within this share of the captured opening's range from its low end."""
+LEAST_OPENING = 0.02
+"""A mouth that opens less than this all the while has no closures to find."""
 SPEAKING_DB = 30.0
 """Sound counts as speech down to this far below the loudest hundredth of a take."""
 LONGEST_STOP = 0.2
 """Seconds of quiet that still count as speaking: the sound of p, b and m stops while the lips are shut."""
 BLINK_SHUT, BLINK_OPEN = 0.5, 0.3
 """A blink begins above the first and is over below the second."""
+PIECE = 2.0
+"""Seconds of the pieces of the mismatch test: a few words."""
 LEAST_CONFIDENCE = 0.1
 """A mouth's delay is given from this confidence on (see motion.lag)."""
 
 
 def face_figures(pairs: Sequence[Pair]) -> Figures:
-    """Closures, lag and blinks over some takes, each None where it does not apply."""
+    """Closures, lag, blinks and the mismatch test over some takes, each None where it does not apply."""
     recall, precision = closures(pairs)
     return {
         "closure_recall": recall,
         "closure_precision": precision,
+        "sync_match": sync_match(pairs),
         "mouth_lag_ms": mouth_lag_ms(pairs),
         "blinks_per_minute": blinks_per_minute(pairs),
     }
@@ -59,7 +64,7 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
         # Percentiles, since one yawn would move the threshold for the whole take.
         low, high = np.percentile(captured, [5, 95])
         # A mouth that never opens has no closures to find.
-        if high - low < 0.02:
+        if high - low < LEAST_OPENING:
             continue
         # From the capture for both: with its own range a model that barely moves would close perfectly.
         limit = low + CLOSED_SHARE * (high - low)
@@ -75,14 +80,22 @@ def opening(motion: Motion) -> Array | None:
 
     None where no shape says so.
     """
-    low = {name.lower(): i for i, name in enumerate(motion.shape_names)}
-    jaw = next((low[name] for name in JAW_OPENS if name in low), None)
+    weights = opening_weights(motion.shape_names)
+    if not weights:
+        return None
+    columns = [motion.shape_names.index(name) for name in weights]
+    return np.clip(motion.shapes[:, columns] @ np.array(list(weights.values())), 0.0, None)
+
+
+def opening_weights(shape_names: Sequence[str]) -> dict[str, float]:
+    """What each shape adds to the mouth's opening; empty where none says so."""
+    named = {name.lower(): name for name in shape_names}
+    jaw = next((named[name] for name in JAW_OPENS if name in named), None)
     if jaw is not None:
-        sealed = motion.shapes[:, low[JAW_SEALED]] if JAW_SEALED in low else 0.0
-        return np.clip(motion.shapes[:, jaw] - sealed, 0.0, None)
+        sealed = {named[JAW_SEALED]: -1.0} if JAW_SEALED in named else {}
+        return {jaw: 1.0} | sealed
     # VRM faces have no jaw shape; their vowels open the mouth, one or several at a time.
-    vowels = [i for name, i in low.items() if name in VOWELS]
-    return motion.shapes[:, vowels].sum(axis=1) if vowels else None
+    return {name: 1.0 for low, name in named.items() if low in VOWELS}
 
 
 def speaking(pair: Pair) -> NDArray[np.bool_]:
@@ -102,6 +115,55 @@ def speaking(pair: Pair) -> NDArray[np.bool_]:
         if inside and end - start <= LONGEST_STOP * lag.RATE:
             loud[start:end] = True
     return loud[np.clip(np.round(times * lag.RATE).astype(int), 0, len(loud) - 1)]
+
+
+def sync_match(pairs: Sequence[Pair]) -> float | None:
+    """How often motion made for a sound fits the motion captured with it better than motion made for another.
+
+    Pieces of PIECE seconds are held against each other: the share of all (i, j) of a take, i not j, for which
+    captured piece i correlates better with predicted piece i than with piece j; .5 is chance. Of the
+    mouth's shapes, or of how fast the bones turn where there is none. RMSE cannot tell a motion that follows
+    its sound from one that is merely likely. Source: Chung and Zisserman 2016 (SyncNet), for the question.
+    """
+    won = tried = 0
+    for pair in pairs:
+        if len(pair.truth) < 2 or not (pair.shapes or pair.bones):
+            continue
+        curves = [_pieces(_curves(pair, motion), pair) for motion in (pair.truth, pair.predicted)]
+        if curves[0].shape[0] < 2 or not curves[0].shape[2]:
+            continue
+        captured, predicted = (_standardised(one) for one in curves)
+        # Channels weigh alike, whatever each is worth: (n, n), captured by predicted pieces.
+        fits = np.einsum("itc,jtc->ij", captured, predicted)
+        n = len(fits)
+        won += int((fits.diagonal()[:, None] > fits).sum())
+        tried += n * (n - 1)
+    return won / tried if tried else None
+
+
+def _curves(pair: Pair, motion: Motion) -> Array:
+    """Mouth shapes (T, C) of one of the two that move in the capture, or each bone's speed."""
+    mouth = [i for i, name in enumerate(pair.shapes) if is_mouth_shape(name)]
+    if mouth and (pair.faces(pair.truth)[:, mouth].std(axis=0) > MOVING).any():
+        moving = pair.faces(pair.truth)[:, mouth].std(axis=0) > MOVING
+        return pair.faces(motion)[:, mouth][:, moving]
+    turns = pair.turns(motion)
+    speeds = rotation.angle_between(turns[1:], turns[:-1])
+    return np.concatenate([speeds[:1], speeds]) if len(speeds) else np.zeros((len(turns), 0))
+
+
+def _pieces(curves: Array, pair: Pair) -> Array:
+    """Whole pieces (n, t, C) of curves that count throughout."""
+    length = max(2, round(PIECE * pair.truth.fps))
+    n = len(curves) // length
+    whole = pair.counts[: n * length].reshape(n, length).all(axis=1)
+    return curves[: n * length].reshape(n, length, curves.shape[1])[whole]
+
+
+def _standardised(pieces: Array) -> Array:
+    """Each piece's curves with mean 0 and length 1 over time; still ones stay 0."""
+    apart = pieces - pieces.mean(axis=1, keepdims=True)
+    return apart / np.maximum(np.linalg.norm(apart, axis=1, keepdims=True), 1e-9)
 
 
 def mouth_lag_ms(pairs: Sequence[Pair]) -> float | None:

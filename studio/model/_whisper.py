@@ -38,17 +38,28 @@ class TransformerBlock(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """(B, n, width) -> the same."""
         if self.norm_first:
-            x = x + self._attention(self.self_norm(x))
-            return x + self._feed_forward(self.ffn_norm(x))
-        x = self.self_norm(x + self._attention(x))
+            return self.attended(x, *self.projected(x))
+        x = self.self_norm(x + self._attention(*self._qkv(x)))
         normed: Tensor = self.ffn_norm(x + self._feed_forward(x))
         return normed
 
-    def _attention(self, x: Tensor) -> Tensor:
-        batch, count, width = x.shape
+    def projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Queries, keys and values (B, heads, n, width / heads) of tokens; norm_first only."""
+        return self._qkv(self.self_norm(x))
+
+    def attended(self, x: Tensor, query: Tensor, keys: Tensor, values: Tensor) -> Tensor:
+        """The block's tokens (B, n, width) with keys and values of these and others; norm_first only."""
+        x = x + self._attention(query, keys, values)
+        return x + self._feed_forward(self.ffn_norm(x))
+
+    def _qkv(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        batch, count, _ = x.shape
         qkv = self.self_qkv(x).view(batch, count, 3, self.heads, -1).permute(2, 0, 3, 1, 4)
-        attended = functional.scaled_dot_product_attention(qkv[0], qkv[1], qkv[2])
-        done: Tensor = self.self_out(attended.transpose(1, 2).reshape(batch, count, width))
+        return qkv[0], qkv[1], qkv[2]
+
+    def _attention(self, query: Tensor, keys: Tensor, values: Tensor) -> Tensor:
+        attended = functional.scaled_dot_product_attention(query, keys, values)
+        done: Tensor = self.self_out(attended.transpose(1, 2).flatten(2))
         return done
 
     def _feed_forward(self, x: Tensor) -> Tensor:
@@ -116,6 +127,73 @@ class Whisper(nn.Module):
             x = block(x)
         normed: Tensor = self.norm(x)[0]
         return normed
+
+
+State = list[tuple[Tensor, Tensor]]
+"""Keys and values (heads, kept, width / heads) of each block."""
+
+
+class WhisperStream:
+    """The first blocks of an encoder over chunks of tokens, one after another.
+
+    A chunk attends to itself, to some chunks before it, whose keys and values are remembered, and to some
+    tokens after it, which are made for its sake alone. Source: Shi et al. 2020, arXiv 2010.10759 (Emformer).
+
+    Args:
+        network: the whole encoder; its later blocks are not used.
+        blocks: how many are.
+        chunk: tokens of a chunk.
+        kept: chunks before it that are remembered.
+        after: tokens after it.
+    """
+
+    def __init__(self, network: Whisper, blocks: int, chunk: int, kept: int, after: int) -> None:
+        self._network, self._chunk, self._kept, self._after = network, chunk, kept * chunk, after
+        self._blocks = [b for b in list(network.blocks)[:blocks] if isinstance(b, TransformerBlock)]
+
+    def blank(self) -> State:
+        """A state that has heard nothing."""
+        heads = self._blocks[0].heads
+        empty = torch.zeros(heads, self._kept, self._network.width // heads)
+        return [(empty, empty) for _ in self._blocks]
+
+    @torch.inference_mode()
+    def advance(self, bands: Floats, number: int, state: State) -> tuple[Floats, State]:
+        """Tokens (n chunk, width) of n consecutive chunks, and the state after them.
+
+        Args:
+            bands: log-mel bands (80, 2 (n chunk + after) + 3): two more before and one after those of the
+                tokens, which the convolutions hear.
+            number: of the first chunk in the whole sound.
+            state: after the chunk before.
+        """
+        one, two = self._network.conv1, self._network.conv2
+        x = functional.gelu(functional.conv1d(torch.from_numpy(bands)[None], one.weight, one.bias))
+        x = functional.gelu(functional.conv1d(x, two.weight, two.bias, stride=2))[0].T
+        # Places begin again after half a minute, as Whisper's windows do.
+        at = (number * self._chunk + torch.arange(len(x))) % len(self._network.places)
+        # Each chunk with what comes after it, (n, chunk + after, width): chunks are a batch.
+        x = (x + self._network.places[at]).unfold(0, self._chunk + self._after, self._chunk).transpose(1, 2)
+        left: State = []
+        for block, kept in zip(self._blocks, state, strict=True):
+            query, *new = block.projected(x)
+            # Only a chunk's own keys are remembered: those of what comes after are made anew with it.
+            known = [torch.cat([old, self._own(one)], dim=1) for old, one in zip(kept, new, strict=True)]
+            keys, values = (
+                torch.cat([self._before(old), one], dim=2) for old, one in zip(known, new, strict=True)
+            )
+            x = block.attended(x, query, keys, values)
+            left.append((known[0][:, -self._kept :], known[1][:, -self._kept :]))
+        tokens: Floats = self._network.norm(x[:, : self._chunk].flatten(0, 1)).numpy()
+        return tokens, left
+
+    def _own(self, new: Tensor) -> Tensor:
+        """Of keys or values (n, heads, chunk + after, -) the chunks' own, (heads, n chunk, -)."""
+        return new[:, :, : self._chunk].transpose(0, 1).flatten(1, 2)
+
+    def _before(self, known: Tensor) -> Tensor:
+        """What each chunk attends to of those before it, (n, heads, kept, -)."""
+        return known.unfold(1, self._kept, self._chunk)[:, :-1].permute(1, 0, 3, 2)
 
 
 def load(path: Path) -> Whisper:

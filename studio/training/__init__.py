@@ -13,5 +13,6 @@ preview        A few seconds of a validation take as the model predicts them, ke
 recipe         Recipes: how a network is built and trained, as values anyone can read and change (no torch)
 recipe_values  One value of a recipe: how it is written, what it may be, and what to say where it may not be
 run_file       A run as one file: weights, recipe, channels and scaling, to be used on another computer
-styles         Styles, and which run, style, seed and liveliness are to make a motion (no torch)
+styles         Styles, of which the average is the default, and which run, style, seed and liveliness are to
+               make a motion (no torch)
 """

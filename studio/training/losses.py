@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -19,6 +19,26 @@ from studio.training.recipe import LossSettings
 _TINY = 1e-8
 _QUIET_SHAPE, _QUIET_BODY = 0.02, 0.002
 """Added to deviations before they are balanced, so that what hardly moves does not count for too much."""
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """How far the mouth is open, of scaled columns: columns times weights, plus bias, in deviations.
+
+    Args:
+        weights: (C,), 0 for all columns but those that open or seal the mouth.
+        bias: added to their sum.
+        closed: at most this counts as closed.
+    """
+
+    weights: Tensor
+    bias: float
+    closed: float
+
+    def of(self, poses: Tensor) -> Tensor:
+        """(..., C) to (...)."""
+        opening: Tensor = poses @ self.weights + self.bias
+        return opening
 
 
 @dataclass(frozen=True)
@@ -49,6 +69,7 @@ class Loss:
             deviations from the mean pose.
         device: where the columns live.
         balance: (C,) each column's weight; `column_weights` gives it.
+        opening: of the mouth; None where no column says so.
     """
 
     def __init__(
@@ -58,12 +79,16 @@ class Loss:
         shift: Tensor,
         device: torch.device | str = "cpu",
         balance: Tensor | None = None,
+        opening: Opening | None = None,
     ) -> None:
         self.settings = settings
         # One process alone averages nothing; `shared` replaces this where there are several.
         self._averaged: Callable[[Tensor], Tensor] = lambda number: number
         self.shift = shift.to(device)
         self.balance = (torch.ones(layout.width) if balance is None else balance).to(device)
+        self._opening = None
+        if opening is not None and settings.closures:
+            self._opening = replace(opening, weights=opening.weights.to(device))
         # Everything that is no blend shape goes with the body, the place of the hips too.
         groups = torch.from_numpy(layout.groups)
         face, body = (groups == FACE).nonzero()[:, 0], (groups != FACE).nonzero()[:, 0]
@@ -89,7 +114,20 @@ class Loss:
         for group in self.groups:
             y, t = predicted[..., group.columns], truth[..., group.columns]
             total = total + self._group(y, t, weight[..., group.columns], group)
+        if self._opening is not None:
+            total = total + self.settings.closures * self._ajar(self._opening, predicted, truth, weight)
         return total
+
+    def _ajar(self, opening: Opening, predicted: Tensor, truth: Tensor, weight: Tensor) -> Tensor:
+        """How much further open than captured where the mouth should be closed, and closed where open."""
+        captured, found = opening.of(truth), opening.of(predicted)
+        # A take that lacks one of the shapes says nothing of its mouth.
+        counts = weight[..., opening.weights != 0].amin(dim=-1)
+        shut = counts * (captured <= opening.closed)
+        ajar = (found - captured).clamp(min=0.0)
+        # The second, or the mouth would close by and by wherever that is the safer guess.
+        pressed = (opening.closed - found).clamp(min=0.0)
+        return self._mean(ajar, shut) + self._mean(pressed, counts - shut)
 
     def shared(self, averaged: Callable[[Tensor], Tensor]) -> Loss:
         """This loss for one of several processes, each with its own part of the crops.

@@ -47,6 +47,9 @@ class LossSettings:
             small movements count too; 0 leaves them.
         body_velocity, body_balance: those of bones where they differ; below 0 the same as of shapes. A body
             sways more slowly than lips move: a high velocity weight keeps it from trembling.
+        closures: weight of how much further than captured the mouth is open where it should be closed, and
+            of how far closed where it should be open (metrics.face says where that is); errors alone leave
+            lips ajar on every p, b and m.
         variance_over: deviations are those of each "crop", or of all crops of a step ("batch").
     """
 
@@ -65,6 +68,7 @@ class LossSettings:
     body_velocity: float = -1.0
     body_balance: float = -1.0
     variance_over: str = "crop"
+    closures: float = 0.0
 
     def of_body(self, name: str) -> float:
         """The "velocity" or "balance" that holds for bones."""
@@ -123,6 +127,8 @@ class TrainingSettings:
 
 
 DEFAULT = "balanced"
+PLAIN = "plain"
+"""What the form without a name is asked for by."""
 FORMAT_VERSION = 1
 _INHERITED_LEVELS = 8
 
@@ -138,6 +144,7 @@ class Recipe:
         minutes: expected time on two cores with ten minutes of takes.
         model: a module of studio.model.
         form: which of its forms, "" for the plain one.
+        with_encoder: the form that is meant where its speech encoder is installed; "" for none.
         network: keyword arguments of that module's `build`.
     """
 
@@ -148,6 +155,7 @@ class Recipe:
     minutes: float = 0.0
     model: str = "recurrent"
     form: str = ""
+    with_encoder: str = ""
     sound: AudioSpec = field(default_factory=AudioSpec)
     channels: ChannelSettings = field(default_factory=ChannelSettings)
     network: Mapping[str, Scalar] = field(default_factory=dict)
@@ -221,6 +229,7 @@ class RecipeInfo:
     preset: str
     minutes: float
     forms: tuple[str, ...] = ()
+    with_encoder: str = ""
 
     @property
     def expected_time(self) -> str:
@@ -259,7 +268,13 @@ def _info(path: Path) -> RecipeInfo:
     content = _content(path)
     recipe = _build(path.stem, content)
     return RecipeInfo(
-        recipe.name, recipe.title, recipe.summary, recipe.preset, recipe.minutes, tuple(content["forms"])
+        recipe.name,
+        recipe.title,
+        recipe.summary,
+        recipe.preset,
+        recipe.minutes,
+        tuple(content["forms"]),
+        recipe.with_encoder,
     )
 
 
@@ -274,6 +289,20 @@ def load_recipe(name: str) -> Recipe:
         known = ", ".join(info.name for info in recipes())
         raise RequestError(f"There is no recipe called {name}.", f"Choose one of: {known}.")
     return _build(name, _content(path))
+
+
+def usual_recipe(name: str) -> Recipe:
+    """A recipe as it is trained unless a form is asked for: with what knows speech, where that is installed.
+
+    Raises:
+        RequestError: there is none of that name.
+    """
+    recipe = load_recipe(name)
+    if not recipe.with_encoder:
+        return recipe
+    from studio.features.encoders import has_whisper
+
+    return _with_form(recipe, recipe.with_encoder) if has_whisper() else recipe
 
 
 class UnusableRunError(StudioError):
@@ -310,7 +339,7 @@ def from_dict(facts: Mapping[str, Any]) -> Recipe:
 def _with_form(recipe: Recipe, form: str) -> Recipe:
     path = resource("recipes", f"{recipe.name}.toml")
     content = _content(path) if path.is_file() else {"forms": {}}
-    if form in ("", "plain"):
+    if form in ("", PLAIN):
         return replace(_build(recipe.name, content), form="")
     if form not in content["forms"]:
         known = ", ".join(content["forms"]) or "none"
@@ -368,7 +397,7 @@ def _build(name: str, content: Mapping[str, Any]) -> Recipe:
         settings = recipe.settings()
     except (TypeError, ValueError) as error:
         raise StudioError(f"The recipe {name} is damaged: {error}.", "Restore the file.") from error
-    for key in ("title", "summary", "preset", "minutes", "model", "form"):
+    for key in ("title", "summary", "preset", "minutes", "model", "form", "with_encoder"):
         check_kind(key, getattr(recipe, key), getattr(_EMPTY, key))
     check(settings, recipe.network, _USUAL)
     return recipe

@@ -74,7 +74,7 @@ _LIMITS = {
     "training.average": (0, 0.99999), "training.liveliness": (0, 2), "training.validate_every": (1, 100_000),
     "training.devices": (1, 1024),
     "training.seed": (0, 2**32 - 1), "training.style_dropout": (0, 1), "loss.balance": (0, 2),
-    "loss.body_balance": (-1, 2), "loss.body_velocity": (-1, 1e6),
+    "loss.body_balance": (-1, 2), "loss.closures": (0, 100), "loss.body_velocity": (-1, 1e6),
     "augment.warp": (0, 0.3), "augment.stretch": (0, 0.5),
     "augment.gain_db": (0, 60), "augment.tilt_db": (0, 60), "augment.noise_db": (0, 100),
     "augment.time_masks": (0, 100), "augment.time_mask_frames": (0, 10_000), "augment.band_masks": (0, 100),

@@ -11,9 +11,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from studio.dataset.dataset import Selection
 from studio.errors import RequestError
 from studio.files.atomic import safe_name
@@ -21,11 +18,8 @@ from studio.project import Run
 from studio.project.run import run_title
 
 AVERAGE = "average"
-MOST_TRIED = 16
-"""Styles tried on the validation takes, those with most frames first; the menu offers all."""
-PARTS = 4
-"""Pieces of each validation take in which a default style must do no worse than the average."""
-_CLEARLY, _MOSTLY, _SHARE = 0.9, 0.75, 0.5
+"""What every run moves in unless a person asks for another style. The style that errs least on one validation
+take suits the next sound no better than chance: on takes left out it cost up to a fifth more error."""
 
 
 def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
@@ -46,36 +40,13 @@ def styles_of(selections: Sequence[Selection], by: str) -> tuple[str, ...]:
     return found if len(set(found) - {""}) > 1 else ("",) * len(found)
 
 
-def choose(errors: NDArray[np.floating]) -> int:
-    """The style to use unless a person chooses: 0, the average, unless the takes clearly speak for another.
-
-    A style suits the validation takes where its error is 10 % lower over all and lower in three parts of
-    four: one that suits a single moment would do harm elsewhere. The one that suits best is the default only
-    where at least half of the styles tried are 10 % nearer than the average: then the validation takes move
-    as most takes do, and so will the next one, probably. Where they are the exception, their style is no
-    guess for new sound.
-
-    Args:
-        errors: mean squared errors (S + 1, P) of the average and each style tried on parts of the validation
-            takes.
-    """
-    over_all = errors.mean(axis=1)
-    # Against the average, which is index 0: a style has to be worth leaving it.
-    near = over_all < _CLEARLY * over_all[0]
-    suits = ((errors < errors[:1]).mean(axis=1) >= _MOSTLY) & near
-    # One lucky style among many says more of chance than of the next sound.
-    if not suits.any() or near.sum() < _SHARE * (len(errors) - 1):
-        return 0
-    return int(np.where(suits, over_all, np.inf).argmin())
-
-
 def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -> int:
     """The index of a style by name; None takes the default.
 
     Args:
         style: what was asked for.
         styles: what the model knows besides the average.
-        default: chosen on validation, "" for the average.
+        default: of the run, "" for the average; runs of before 2027 may have chosen another.
         run: the model's name, for the sentence.
 
     Raises:
@@ -102,7 +73,7 @@ class RunSelection:
 
     Args:
         run: the run's id, "" for no run.
-        style: one that it knows, "" for the one chosen on validation.
+        style: one that it knows, "" for its default.
         seed: which of the takes that a run draws, for runs that draw.
         liveliness: how far drawn motion goes from what is expected: 0 not at all, 1 as it was learnt.
     """

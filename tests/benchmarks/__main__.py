@@ -23,8 +23,9 @@ HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"
 LIBRARIES = ("numpy", "scipy", "torch", "PySide6-Essentials", "pyqtgraph", "pyvista", "vtk", "pyarrow",
              "sounddevice", "soundfile", "librosa", "lightning-fabric", "python-osc")  # fmt: skip
-TIME_LIMIT = 30 * 60.0
-"""Seconds one benchmark may take."""
+TIME_LIMIT, LONG_LIMIT = 30 * 60.0, 6 * 3600.0
+"""Seconds one benchmark may take, and one of LONG."""
+LONG = {"learning"}
 
 
 def main(words: list[str]) -> int:
@@ -53,12 +54,12 @@ def measure(name: str) -> bool:
     path = RESULTS / f"{name}.json"
     beside = path.with_suffix(".new")
     beside.unlink(missing_ok=True)
-    start = time.monotonic()
+    start, limit = time.monotonic(), LONG_LIMIT if name in LONG else TIME_LIMIT
     command = [sys.executable, str(HERE), "--one", name, str(beside)]
     try:
-        code = subprocess.run(command, check=False, timeout=TIME_LIMIT).returncode
+        code = subprocess.run(command, check=False, timeout=limit).returncode
     except subprocess.TimeoutExpired:
-        print(f"  took longer than {TIME_LIMIT / 60:.0f} minutes and was ended")
+        print(f"  took longer than {limit / 60:.0f} minutes and was ended")
         return False
     if code or not beside.is_file():
         return False

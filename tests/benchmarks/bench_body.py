@@ -1,12 +1,12 @@
 """How alive and how right bodies are on takes never seen: the practice performer's sample project.
 
 Three minutes of it, two takes left out in turn and another one to choose on; the sample's own two with three
-seeds. Each place trains the balanced recipe in its alive form once and shows what can be made of it:
+seeds. Each place trains the balanced recipe on log-mels once and shows what can be made of it:
 
 - mean_pose: the mean of the training takes.
 - expected: the pose layer alone, which is liveliness 0 without gains.
 - gained: the same with gains matched on the validation take, which is what the plain form gives.
-- drawn: as the alive form generates, the mean of the figures of three draws.
+- drawn: as it generates, the mean of the figures of three draws.
 - captured: what was captured, held against itself.
 
 Figures are of the body alone. `python -m tests.benchmarks.bench_body [KEY=VALUE ...]` measures what is still
@@ -54,7 +54,7 @@ def run(*changes: str, places: Sequence[tuple[int, tuple[str, ...], str]] = PLAC
 
     kept = json.loads(RUNS.read_text(encoding="utf-8")) if RUNS.is_file() else {}
     kept |= {"machine": machine()}
-    mine = kept.setdefault(" ".join(("form=alive", *changes)), {})
+    mine = kept.setdefault(" ".join(("form=plain", *changes)), {})
     missing = [place for place in places if name_of(*place) not in mine]
     if missing:
         from studio.performer.sample import make_sample
@@ -82,7 +82,7 @@ def measured(
     from studio.training.loop import train
     from studio.training.recipe import load_recipe
 
-    recipe = load_recipe("balanced").with_overrides(["form=alive", *changes, f"seed={seed}"])
+    recipe = load_recipe("balanced").with_overrides(["form=plain", *changes, f"seed={seed}"])
     project = Project.open(folder)
     try:
         divide(project, test, val)

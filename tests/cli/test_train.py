@@ -212,7 +212,7 @@ def test_two_processes_train_like_one(
     project = make_toy_project()
     # Without dropout, whose chance belongs to a process, and with one member, since members share out what a
     # process has; three crops are not shared out evenly.
-    alike = ["--set", "dropout=0", "--set", "crops=3", "--set", "members=1"]
+    alike = ["--set", "dropout=0", "--set", "crops=3", "--set", "members=1", "--set", "network.body=plain"]
     more = [*TINY, "--set", "epochs=2", *alike, "--json"]
     words = [project.folder.as_posix(), *more]
     assert cli.main(["train", *words]) == 0

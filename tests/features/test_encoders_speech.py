@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -11,13 +12,23 @@ import pytest
 
 from studio.errors import StudioError
 from studio.features import encoders
-from studio.features.audio import non_silent_rows, rows, span
-from studio.features.audio_spec import AudioSpec, frame_rate, row_centres
-from studio.features.encoders import CONTEXT_SECONDS, CORE_SECONDS, RATE, CachedEncoder, cached_encoder
+from studio.features.audio import non_silent_rows, ready_at, rows, span
+from studio.features.audio_spec import WHISPER, WHISPER_LIVE, AudioSpec, frame_rate, row_centres
+from studio.features.encoders import (
+    CONTEXT_SECONDS,
+    CORE_SECONDS,
+    RATE,
+    CachedEncoder,
+    cached_encoder,
+    streaming_whisper,
+)
+from studio.features.streaming_encoder import TokenStream
 from tests.features.wav2vec2_example import voice
 from tests.tolerance import LAST_BITS
 
 SPEC = AudioSpec(kind="speech", steps_per_frame=2, window=2)
+STREAMED = replace(SPEC, encoder=WHISPER_LIVE)
+LIVE = streaming_whisper()
 GOLDEN = Path(__file__).parent.parent / "golden" / "whisper_tokens.json"
 
 
@@ -76,9 +87,10 @@ def test_whisper_hears_what_the_reference_hears() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("encoder", [WHISPER, WHISPER_LIVE])
 @pytest.mark.parametrize("kind", ["speech", "log_mel_speech"])
-def test_pieces_equal_the_whole(kind: str) -> None:
-    spec = AudioSpec(kind=kind, steps_per_frame=2, window=2)
+def test_pieces_equal_the_whole(kind: str, encoder: str) -> None:
+    spec = AudioSpec(kind=kind, steps_per_frame=2, window=2, encoder=encoder)
     sound, fps = voice(26.0), Fraction(30)
     whole = rows(sound, spec, fps, 1420, 60)  # over the border of two windows
     a, b = span(spec, fps, 1430)[0], span(spec, fps, 1455)[1]
@@ -86,6 +98,34 @@ def test_pieces_equal_the_whole(kind: str) -> None:
     part = rows(sound[low:high], spec, fps, 1430, 26, low)
     np.testing.assert_allclose(part, whole[10:36], atol=1e-4)
     assert whole.shape == (60, spec.width)
+
+
+def test_a_stream_hears_no_later_than_it_says_and_nothing_too_early() -> None:
+    """Sound after `ready_at` changes nothing, sound right before it does: Live waits no longer."""
+    sound, centres = voice(5.0), np.array([30_000, 40_000, 41_234], dtype=np.int64)
+    known = LIVE.rows(sound, centres, 0)
+    for centre, row in zip(centres, known, strict=True):
+        end = int(ready_at(STREAMED, np.array([centre]))[0])
+        assert 0 < end - centre <= 0.18 * RATE
+        for cut, same in ((end, True), (end - 400, False)):
+            heard = LIVE.rows(np.concatenate([sound[:cut], -0.1 * np.ones(RATE, np.float32)]), centres, 0)
+            assert (np.abs(heard[centres == centre][0] - row).max() < 1e-3) == same
+
+
+@pytest.mark.parametrize("block", [100, 1280, 7000])
+def test_a_stream_in_blocks_gives_the_rows_of_the_whole(block: int) -> None:
+    sound, fps = voice(4.0), Fraction(30)
+    centres = row_centres(STREAMED, fps, -2, 220)
+    ends = ready_at(STREAMED, centres)
+    whole, stream, found, done = LIVE.rows(sound, centres, 0), TokenStream(LIVE, -1), [], 0
+    for heard in range(block, len(sound), block):
+        ready = min(int(np.searchsorted(ends, heard, side="right")), len(centres) - 1)
+        if ready > done:
+            found.append(stream.rows(sound[:heard], centres[done:ready], 0))
+            stream.forget(int(centres[ready]))
+            done = ready
+    assert done > 200
+    np.testing.assert_allclose(np.concatenate(found), whole[:done], atol=1e-3)
 
 
 def test_silence_and_next_to_nothing_are_heard() -> None:

@@ -202,7 +202,7 @@ def test_drawn_motion_is_repeated_by_its_seed_in_any_pieces() -> None:
 
 
 def test_liveliness_widens_a_model_without_chance_too() -> None:
-    made, sound = predictor(), speech(3.0)
+    made, sound = predictor("balanced", "30", "network.body=plain"), speech(3.0)
     still, plain, wide = (
         made.generate_samples(sound, sampling=SamplingOptions(0, x)).shapes for x in (0.0, 1.0, 1.5)
     )

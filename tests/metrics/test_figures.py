@@ -95,6 +95,31 @@ def test_blinks_are_counted_not_the_trembling_within_one() -> None:
     assert metrics_face.blinks_per_minute([Pair(face(eyes, "A"), face(eyes, "A"))]) is None
 
 
+def test_motion_made_for_another_sound_is_told_from_its_own() -> None:
+    truth = bursts(T)
+    other = np.roll(truth, 290)
+    rng = np.random.default_rng(3)
+
+    def match(values: np.ndarray) -> float:
+        found = metrics_face.sync_match([Pair(face(truth, "jawOpen"), face(values, "jawOpen"))])
+        assert found is not None
+        return found
+
+    assert match(0.3 * truth + 0.2) == 1.0  # calmer and ajar, but in time
+    assert match(truth + rng.normal(0, 0.3, 600)) > 0.9
+    assert abs(match(other) - 0.5) < 0.2
+    assert match(np.full(600, truth.mean())) == 0.0  # the mean pose fits no sound better than another
+
+
+def test_a_body_that_moves_with_its_sound_is_told_from_one_that_does_not() -> None:
+    lively = np.cumsum(np.abs(bursts(T))) / 30
+    own = metrics_face.sync_match([Pair(arm(lively), arm(0.5 * lively))])
+    swapped = metrics_face.sync_match([Pair(arm(lively), arm(np.roll(lively, 290)))])
+    assert own == 1.0
+    assert swapped is not None
+    assert swapped < 0.75
+
+
 def arm(angles: np.ndarray) -> Motion:
     bones = ("Hips", "LeftUpperArm", "LeftLowerArm", "LeftHand", "Head")
     turns = np.tile(rotation.IDENTITY, (len(angles), 5, 1))

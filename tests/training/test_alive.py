@@ -1,4 +1,4 @@
-"""The alive form from training to export: a drawn body, a plain face, and nothing new for faces alone."""
+"""Bodies from training to export: drawn by chance, a plain face, and nothing new for faces alone."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def speech() -> np.ndarray:
 
 @pytest.mark.parametrize("recipe", ["balanced", "best"])
 def test_a_run_draws_its_bodies_by_seed_and_liveliness(make_toy_project: MakeProject, recipe: str) -> None:
-    run = trained(make_toy_project(("train", "val")), "form=alive", recipe=recipe)
+    run = trained(make_toy_project(("train", "val")), recipe=recipe)
     assert run.report is not None
     assert run.report.draws is True
     predictor = load_predictor(run.folder)
@@ -47,7 +47,7 @@ def test_a_run_draws_its_bodies_by_seed_and_liveliness(make_toy_project: MakePro
 
 
 def test_a_run_file_carries_the_head(make_toy_project: MakeProject, tmp_path: Path) -> None:
-    run = trained(make_toy_project(("train", "val")), "form=alive")
+    run = trained(make_toy_project(("train", "val")))
     file = tmp_path / "alive.saiarun"
     pack_run(run, file)
     elsewhere = Project.create(tmp_path / "another computer")
@@ -59,9 +59,9 @@ def test_a_run_file_carries_the_head(make_toy_project: MakeProject, tmp_path: Pa
     np.testing.assert_allclose(here.rotations, there.rotations, atol=LAST_BITS)
 
 
-def test_faces_alone_are_learnt_as_by_the_plain_form(make_toy_project: MakeProject) -> None:
+def test_faces_alone_are_learnt_as_with_a_plain_body(make_toy_project: MakeProject) -> None:
     project = make_toy_project(("train", "val"), bones=False)
-    alive, plain = trained(project, "form=alive"), trained(project)
+    alive, plain = trained(project), trained(project, "network.body=plain")
     assert alive.report is not None
     assert alive.report.draws is False
     assert same_weights(alive.folder / BEST, plain.folder / BEST)
@@ -78,7 +78,7 @@ def test_takes_without_bodies_are_learnt_beside_those_with(make_toy_project: Mak
     assert source.motion_path is not None
     project.add_take("Only_face", TakeInfo("x"), read_motion(source.motion_path), source.audio_path)
     project.edit("Split", edits.set_split(project.dataset, ["Only_face"], "train"))
-    run = trained(project, "form=alive")
+    run = trained(project)
     made = load_predictor(run.folder).generate_samples(speech(), sampling=SamplingOptions(1))
     assert np.isfinite(made.rotations).all()
     assert np.isfinite(run.epochs()[-1]["train_loss"])

@@ -8,7 +8,7 @@ import torch
 
 from studio.features.motion import Layout, fit
 from studio.motion import Motion, rotation
-from studio.training.losses import Loss, column_weights
+from studio.training.losses import Loss, Opening, column_weights
 from studio.training.recipe import LossSettings
 
 
@@ -102,6 +102,24 @@ def test_perfect_prediction_costs_nothing(layout: Layout) -> None:
         assert loss_of(layout, poses(layout), poses(layout), point=point, face_variance=1.0) == pytest.approx(
             0.0, abs=1e-6
         )
+
+
+def test_an_open_mouth_costs_where_it_should_be_closed_and_a_closed_one_where_open(layout: Layout) -> None:
+    weights = torch.zeros(layout.width)
+    weights[0] = 1.0
+    settings = LossSettings(face=0.0, body=0.0, closures=0.5)
+    loss = Loss(settings, layout, torch.zeros(layout.width), opening=Opening(weights, 1.0, 0.5))
+    truth = torch.full((1, 4, layout.width), -1.0)  # opening 0: closed
+    truth[:, 2:] = 1.0  # opening 2
+    every = torch.ones_like(truth)
+    assert float(loss(truth, truth, every)) == 0.0
+    ajar, pressed = truth.clone(), truth.clone()
+    ajar[:, 0, 0] += 0.4
+    pressed[:, 3, 0] = -1.0
+    assert float(loss(ajar, truth, every)) == pytest.approx(0.5 * 0.4 / 2)
+    assert float(loss(pressed, truth, every)) == pytest.approx(0.5 * 0.5 / 2)
+    every[:, 0, 0] = 0.0  # a frame whose jaw was not captured
+    assert float(loss(ajar, truth, every)) == 0.0
 
 
 def test_balance_lets_small_movements_count() -> None:

@@ -82,7 +82,7 @@ def test_audio2face_is_as_published() -> None:
             "both_directions=perhaps",
             "'perhaps' is not possible for network.both_directions. Give yes or no.",
         ),
-        ("form=best", "The recipe balanced has no form called best. Forms it has: alive, speech."),
+        ("form=best", "The recipe balanced has no form called best. Forms it has: speech."),
         (
             "sound.kind=wave",
             "There is no sound feature called wave. Use log_mel, mfcc, speech or log_mel_speech.",

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studio import cli
 from studio.errors import StudioError
 from studio.features import encoders
 from studio.features.encoders import WHISPER_SHA256, with_resolved_encoder
@@ -30,10 +31,11 @@ def run_of(project: Project, name: str, *changes: str) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("recipe", ["balanced", "best"])
 def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
-    make_toy_project: MakeProject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    make_toy_project: MakeProject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recipe: str
 ) -> None:
-    folder = run_of(make_toy_project(), "balanced", "form=speech", "units=8")
+    folder = run_of(make_toy_project(), recipe, "form=speech", "units=8")
     predictor = load_predictor(folder)
     assert predictor.model.recipe.sound.encoder_digest == WHISPER_SHA256
     sound = example.voice(3.0)
@@ -42,6 +44,7 @@ def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
     parts = concatenate(list(predictor.stream(blocks, 0.7)))
     np.testing.assert_allclose(parts.shapes, whole.shapes, atol=1e-4)
     encoders._cached_by_name.cache_clear()
+    encoders.streaming_whisper.cache_clear()
     monkeypatch.setattr("sys.path", [str(tmp_path)])
     monkeypatch.setattr("sys.path_importer_cache", {})
     with pytest.raises(StudioError) as caught:
@@ -67,3 +70,20 @@ def test_faceformer_hears_with_a_wav2vec_and_any_length(
     encoders._cached_by_name.cache_clear()
     with pytest.raises(StudioError, match=r"^The speech encoder tiny is not on this computer\."):
         load_predictor(folder).generate_samples(sound)
+
+
+def test_balanced_hears_with_whisper_where_it_is_and_plain_sound_where_it_is_not(
+    make_toy_project: MakeProject, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = make_toy_project()
+    words = ["train", str(project.folder), *(w for change in (*TINY, "units=8") for w in ("--set", change))]
+    assert cli.main(words) == 0
+    assert "not installed" not in capsys.readouterr().out
+    monkeypatch.setattr(encoders, "PACKAGE", "not_installed_anywhere")
+    assert cli.main(words) == 0
+    assert "Whisper, which knows speech, is not installed: this hears plain sound." in capsys.readouterr().out
+    assert cli.main([*words, "--set", "form=plain"]) == 0
+    assert "not installed" not in capsys.readouterr().out
+    kept = [load_predictor(run.folder).model.recipe for run in project.runs]
+    assert [recipe.form for recipe in kept] == ["speech", "", ""]
+    assert [recipe.sound.streams and recipe.sound.uses_encoder for recipe in kept] == [True, False, False]

@@ -10,21 +10,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 
 from studio.errors import RequestError, StudioError
-from studio.features.audio import rows
+from studio.features.audio import ready_at, rows
 from studio.features.audio_spec import AudioSpec, Floats, row_centres
 from studio.model._network import Network, SamplingOptions, State
 from studio.model._recurrent_steps import steps_of
 from studio.training.checkpoint import Model
 
+if TYPE_CHECKING:
+    from studio.features.streaming_encoder import TokenStream
+
 WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
 """How far back a window of a network that reads both ways reaches, and how often it is moved on."""
 WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
 USUAL_MS, WINDOW_USUAL_MS = 100, 500
+_CYCLE_S = 4
+"""Seconds after which frames and an encoder's chunks lie alike again, at whole frame rates."""
 
 
 @dataclass(frozen=True)
@@ -87,21 +93,19 @@ def _ahead(network: Network, ms: int = 0) -> float:
 def _reach_ms(model: Model, ahead: float) -> float:
     """Milliseconds of sound after a pose's moment that go into it with so many frames ahead."""
     spec, k = model.recipe.sound, model.recipe.sound.steps_per_frame
-    last = int(row_centres(spec, model.fps, round((1 + ahead) * k) - 1, 1)[0]) + _behind(spec)
-    return last / spec.sample_rate * 1000
-
-
-def _behind(spec: AudioSpec) -> int:
-    """Samples a row is made of from its centre on."""
-    lead = spec.fft_size // 2 - (spec.fft_size - spec.window_samples) // 2
-    return spec.window_samples - lead
+    # A speech encoder hears in chunks, of which some frames wait for more than others: the longest counts.
+    frames = np.arange(_CYCLE_S * math.ceil(model.fps) if spec.uses_encoder else 1)
+    last_rows = round((1 + ahead) * k) - 1 + k * frames
+    centres = np.concatenate([row_centres(spec, model.fps, int(row), 1) for row in last_rows])
+    waited = ready_at(spec, centres) / spec.sample_rate - frames / float(model.fps)
+    return float(waited.max()) * 1000
 
 
 def _must_be_rows(spec: AudioSpec) -> None:
-    # A speech encoder sees windows of half a minute; there is no moment at which one is complete live.
-    if spec.kind not in ("log_mel", "mfcc"):
+    # The whole encoder sees windows of half a minute; there is no moment at which one is complete live.
+    if not spec.streams:
         raise RequestError(
-            f"This run hears with {spec.kind}, which needs whole sentences.",
+            f"This run hears with {spec.encoder}, which needs whole sentences.",
             "Choose a run that was trained with the recipe balanced for live use.",
         )
 
@@ -123,7 +127,6 @@ class LiveSteps:
         self._style = torch.tensor([style])
         self._sampling = sampling or SamplingOptions()
         self._spec, self._k = model.recipe.sound, model.recipe.sound.steps_per_frame
-        self._behind = _behind(self._spec)
         network, fps = model.network, float(model.fps)
         if network.look_aheads:
             network.set_look_ahead(look_ahead.look_ahead_ms)
@@ -140,6 +143,7 @@ class LiveSteps:
         self._frame = 0  # the next frame to give
         self._first_row = -self._back * self._k - network.before
         self._rows = np.zeros((0, self._spec.width), dtype=np.float32)
+        self._heard = self._token_stream()
         self._state: State | None = None
         self._due = 0  # how many samples the next frames need
 
@@ -167,7 +171,7 @@ class LiveSteps:
             last = ready if self._hop == 1 else self._frame + self._hop
             yield self._frame, self._give(last)
         row = (self._frame + self._hop + self._ahead) * self._k + self._network.after - 1
-        self._due = int(row_centres(self._spec, self._model.fps, row, 1)[0]) + self._behind
+        self._due = int(ready_at(self._spec, row_centres(self._spec, self._model.fps, row, 1))[0])
 
     def _hear(self) -> None:
         """Make the rows whose sound is all there."""
@@ -176,15 +180,39 @@ class LiveSteps:
         most = int((total * self._k * self._model.fps) // self._spec.sample_rate) + self._k - next_row + 1
         if most <= 0:
             return
-        ends = row_centres(self._spec, self._model.fps, next_row, most) + self._behind
+        ends = ready_at(self._spec, row_centres(self._spec, self._model.fps, next_row, most))
         # Rows are exact only once all their sound is there; offline they see the same samples.
         count = int(np.searchsorted(ends, total, side="right"))
         if count:
-            fresh = rows(self._samples, self._spec, self._model.fps, next_row, count, self._start)
-            self._rows = np.concatenate([self._rows, fresh])
-            oldest = int(row_centres(self._spec, self._model.fps, next_row + count, 1)[0])
-            drop = min(max(oldest - self._spec.window_samples - self._start, 0), len(self._samples))
+            self._rows = np.concatenate([self._rows, self._fresh(next_row, count)])
+            centre = int(row_centres(self._spec, self._model.fps, next_row + count, 1)[0])
+            oldest = centre - self._spec.window_samples
+            if self._heard is not None:
+                self._heard.forget(centre)
+                oldest = min(oldest, self._heard.next_sample)
+            drop = min(max(oldest - self._start, 0), len(self._samples))
             self._samples, self._start = self._samples[drop:], self._start + drop
+
+    def _token_stream(self) -> TokenStream | None:
+        """Where a speech encoder hears: its state from chunk to chunk."""
+        if not self._spec.uses_encoder:
+            return None
+        from studio.features.encoders import streaming_whisper
+        from studio.features.streaming_encoder import TokenStream, chunk_of
+
+        first = int(row_centres(self._spec, self._model.fps, self._first_row, 1)[0])
+        return TokenStream(streaming_whisper(), chunk_of(first))
+
+    def _fresh(self, first: int, count: int) -> Floats:
+        """Rows whose sound is all there."""
+        spec, fps = self._spec, self._model.fps
+        if self._heard is None:
+            return rows(self._samples, spec, fps, first, count, self._start)
+        heard = self._heard.rows(self._samples, row_centres(spec, fps, first, count), self._start)
+        if not spec.mel_width:
+            return heard
+        mel = rows(self._samples, replace(spec, kind="log_mel"), fps, first, count, self._start)
+        return np.concatenate([mel, heard], axis=1)
 
     def _known_until(self) -> int:
         """The frame after the last one that can be given."""

@@ -203,6 +203,7 @@ class RecipeEvent(ChildEvent, frozen=True):
     preset: str = ""
     minutes: float = 0.0
     forms: tuple[str, ...] = ()
+    with_encoder: str = ""
 
 
 class ChosenEvent(ChildEvent, frozen=True):

@@ -210,7 +210,8 @@ class Progress:
 
     Args:
         epoch: the last one that is over.
-        best_epoch, best_loss, best_style, best_val: of the weights kept as best, 0 where there are none yet.
+        best_epoch, best_loss, best_val: of the weights kept as best, 0 where there are none yet.
+        best_style: the default style of those, 0 but for trainings begun before the average was always it.
         seconds_before: of earlier sittings.
         began: when this sitting did; this and the following are by the monotonic clock.
         ends: when epochs of this sitting were over.

@@ -11,16 +11,18 @@ import lightning_fabric
 import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
+from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
+from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
 from studio.model._network import Network
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.gather import Gathered
-from studio.training.losses import Loss, column_weights
+from studio.training.losses import Loss, Opening, column_weights
 from studio.training.recipe import Recipe, TrainingSettings
 
 _SHORTEST_CROP = 30
@@ -164,7 +166,25 @@ def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
     # In natural units: the group's scale would make a still brow look as lively as the jaw.
     deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
     balance = column_weights(deviation, torch.from_numpy(layout.groups), recipe.loss)
-    return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance)
+    opening = _opening(layout, values)
+    return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance, opening)
+
+
+def _opening(layout: Layout, values: NDArray[np.floating]) -> Opening | None:
+    """How the columns open the mouth, and when it counts as closed in scaled poses (T, C) of the takes."""
+    learnt = [layout.shape_names[i] for i in layout.learnt_shapes]
+    weights = np.zeros(layout.width)
+    for name, weight in opening_weights(learnt).items():
+        weights[learnt.index(name)] = weight
+    opening = layout.natural(values) @ weights
+    low, high = np.percentile(opening, [5, 95])
+    if high - low < LEAST_OPENING:
+        return None
+    # In deviations, so that the weight means the same for every face.
+    unit = float(opening.std())
+    bias = float((weights * layout.offset).sum()) / unit
+    closed = float(low + CLOSED_SHARE * (high - low)) / unit
+    return Opening(torch.from_numpy(weights * layout.scale / unit).float(), bias, closed)
 
 
 def make_optimiser(network: Network, settings: TrainingSettings) -> torch.optim.Optimizer:

@@ -257,8 +257,8 @@ class _Training:
     def _keep_best(self, found: ValidationResult) -> None:
         """Write the model as it would be used, gains and all: whatever ends the training, it is complete."""
         progress = self.progress
-        progress.best_loss, progress.best_epoch, progress.best_style = found.loss, progress.epoch, found.style
-        made = replace(self.model, epoch=progress.epoch, style=self._style_name(found.style))
+        progress.best_loss, progress.best_epoch, progress.best_style = found.loss, progress.epoch, 0
+        made = replace(self.model, epoch=progress.epoch, style="")
         gain = {"gain": torch.from_numpy(found.gain)}
         # In this order: averaged weights replace the network's own, and the gain found with them its gain.
         weights = {**self.model.network.state_dict(), **self.steps.average, **gain}
@@ -271,7 +271,7 @@ class _Training:
         """Give the best model its gains where it has none: older versions gave them at the end."""
         target, path = self.recipe.training.liveliness, self.folder.path / BEST
         if target and self.fabric.is_global_zero and path.is_file():
-            enliven(path, self.data.val or self.data.train, self.progress.best_style, target)
+            enliven(path, self.data.val or self.data.train, target)
 
     def _should_stop(self) -> bool:
         asked = self.stop() if self.fabric.is_global_zero else False

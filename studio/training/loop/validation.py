@@ -1,4 +1,4 @@
-"""Validation while training: whole takes predicted, loss, figures, best style, and gains of each region.
+"""Validation while training: whole takes predicted, loss, figures, and gains of each region.
 
 A network that errs least stands too still where sound says little, and one that is told to be lively may
 tremble where the body only sways. A gain about the mean pose for each region of the body repairs both. The
@@ -23,7 +23,7 @@ from studio.metrics import scores
 from studio.metrics.scores import REGIONS, in_region
 from studio.model._network import Network, SamplingOptions
 from studio.motion import rotation
-from studio.training import checkpoint, styles
+from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.gather import Gathered
 from studio.training.losses import Loss
@@ -36,14 +36,12 @@ class ValidationResult:
     Args:
         loss: before gains; it chooses the best epoch.
         figures: metrics of what the kept model would generate.
-        style: the style that erred least.
         gain: (C,) what would be kept beside the weights.
         first: the first take as captured and as predicted, None where there is no take.
     """
 
     loss: float
     figures: scores.Figures
-    style: int
     gain: Floats
     first: scores.Pair | None
 
@@ -60,7 +58,6 @@ class Validation:
 
     def __init__(self, data: Gathered, model: Model, loss: Loss, device: torch.device) -> None:
         self._data, self._model, self._loss, self._device = data, model, loss, device
-        self._tried = _tried_styles(data)
 
     def __call__(self, average: Mapping[str, Tensor]) -> ValidationResult:
         """Validate; `average` takes the place of the network's own weights where it has some."""
@@ -68,14 +65,9 @@ class Validation:
         # The averaged weights are those that are kept, so they and not the live ones are judged.
         with swapped(network, average), torch.no_grad():
             network.eval()
-            in_styles = [predict_styles(network, e, self._device, self._tried) for e in val]
-            errors = [part_errors(p, e, styles.PARTS) for p, e in zip(in_styles, val, strict=True)]
-            # On parts of takes: one good moment must not choose a style for a whole project.
-            best = styles.choose(np.concatenate(errors, axis=1))
-            expected = [p[best] for p in in_styles]
-            style = self._tried[best]
+            expected = [predict(network, e, self._device) for e in val]
             # People see what is drawn; the expected poses only choose the epoch.
-            seen = [drawn(network, e, self._device, style) for e in val] if network.draws else expected
+            seen = [drawn(network, e, self._device) for e in val] if network.draws else expected
         losses = [self._take_loss(p, e) for p, e in zip(expected, val, strict=True)]
         gain = self._gain(seen, expected if network.draws else None)
         mean = self._data.layout.scaled_mean.astype(np.float32)
@@ -85,7 +77,7 @@ class Validation:
         pairs = [self._pair(p, e) for p, e in zip(kept, val, strict=True)]
         # By frames: two takes of ten seconds must not outweigh one of ten minutes.
         loss = float(np.average(losses, weights=[example.frames for example in val]))
-        return ValidationResult(loss, scores.score(pairs), style, gain, pairs[0] if pairs else None)
+        return ValidationResult(loss, scores.score(pairs), gain, pairs[0] if pairs else None)
 
     def _gain(self, seen: list[Floats], around: list[Floats] | None) -> Floats:
         """What deviations from the mean pose, or from what is around, would be multiplied by, (C,)."""
@@ -107,70 +99,44 @@ class Validation:
         return scores.Pair(example.grid.motion, motion, example.grid.valid)
 
 
-def _tried_styles(data: Gathered) -> list[int]:
-    """The average and the styles with most frames."""
-    frames = np.zeros(len(data.styles) + 1)
-    for example in data.train:
-        frames[example.style] += example.frames
-    # Stable, so that equal takes are tried in their order and a run repeats.
-    most = 1 + np.argsort(-frames[1:], kind="stable")[: styles.MOST_TRIED]
-    return [0, *sorted(map(int, most))] if data.styles else [0]
-
-
 PIECE_FRAMES = 1024
 """Frames predicted at once."""
 
 
-def predict(network: Network, example: Example, device: torch.device | str = "cpu", style: int = 0) -> Floats:
-    """Scaled poses (T, C) of a whole example in a style, in pieces, as generating does it."""
-    return predict_styles(network, example, device, (style,))[0]
-
-
-def drawn(network: Network, example: Example, device: torch.device | str, style: int) -> Floats:
+def drawn(network: Network, example: Example, device: torch.device | str = "cpu") -> Floats:
     """Scaled poses (T, C) as generating draws them where nothing else is asked for."""
-    return predict_styles(network, example, device, (style,), SamplingOptions())[0]
+    return predict(network, example, device, SamplingOptions())
 
 
-def predict_styles(
+def predict(
     network: Network,
     example: Example,
     device: torch.device | str = "cpu",
-    styles: Sequence[int] = (0,),
     sampling: SamplingOptions | None = None,
 ) -> Floats:
-    """Scaled poses (S, T, C) of a whole example in several styles at once; expected ones without chance."""
+    """Scaled poses (T, C) of a whole example in the average style, in pieces, as generating does it.
+
+    Expected ones, without chance, where there is no sampling.
+    """
     k, out, state = network.sizes.steps_per_frame, [], None
-    chosen = torch.tensor(styles, device=device)
+    average = torch.zeros(1, dtype=torch.long, device=device)
     for first in range(0, example.frames, PIECE_FRAMES):
         last = min(first + PIECE_FRAMES, example.frames)
         # Networks that read both ways see a margin on either side, else each piece's ends would differ.
         a, b = first - network.margin, last + network.margin
         rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
-        heard = torch.from_numpy(rows).to(device).expand(len(styles), -1, -1)
         here = None if sampling is None else replace(sampling, first=a)
-        poses, state = network.predict(heard, state, chosen, here)
-        out.append(poses[:, network.margin : network.margin + last - first].cpu().numpy())
-    return np.concatenate(out, axis=1)
+        poses, state = network.predict(torch.from_numpy(rows)[None].to(device), state, average, here)
+        out.append(poses[0, network.margin : network.margin + last - first].cpu().numpy())
+    return np.concatenate(out)
 
 
-def part_errors(predicted: Floats, example: Example, parts: int) -> Floats:
-    """Mean squared errors (S, parts) of scaled poses (S, T, C) on even parts of an example."""
-    weight = example.grid.valid[:, None] * example.mask[None]
-    squares = np.square(predicted - example.values[None]) * weight
-    edges = np.linspace(0, example.frames, min(parts, example.frames) + 1).astype(int)[:-1]
-    counts = np.add.reduceat(weight.sum(axis=1), edges)
-    sums = np.add.reduceat(squares.sum(axis=2), edges, axis=1)
-    errors: Floats = (sums / np.maximum(counts, 1.0))[:, counts > 0].astype(np.float32)
-    return errors
-
-
-def enliven(path: Path, takes: Sequence[Example], style: int, target: float) -> None:
+def enliven(path: Path, takes: Sequence[Example], target: float) -> None:
     """Give a kept model the gains that match how lively its regions are to the capture, once.
 
     Args:
         path: the model's file, rewritten.
         takes: not learnt from.
-        style: it is measured in.
         target: 1 for the whole gain, 0 for none.
     """
     made = checkpoint.load_model(path)
@@ -178,9 +144,9 @@ def enliven(path: Path, takes: Sequence[Example], style: int, target: float) -> 
     if not bool((made.network.gain == 1).all()):
         return
     with torch.no_grad():
-        expected = [predict(made.network, example, style=style) for example in takes]
+        expected = [predict(made.network, example) for example in takes]
         if made.network.draws:
-            poses = [drawn(made.network, example, "cpu", style) for example in takes]
+            poses = [drawn(made.network, example) for example in takes]
             gain = region_gains(poses, takes, made.layout, expected)
         else:
             gain = region_gains(expected, takes, made.layout)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from studio.project import Run
 
 DEFAULT_MS = 100
-"""The look-ahead that `saia live` uses where none is chosen, for runs that do not read both ways."""
+"""As inference/live/steps.USUAL_MS (which needs torch): of runs that do not read both ways."""
 
 
 class LatencyPresenter(QObject):

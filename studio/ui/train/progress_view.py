@@ -189,13 +189,15 @@ class ProgressCard(Card):
         self.loss_plot.setToolTip(
             self.tr(
                 "What the network tries to make small, by epoch; good when both fall. Where training falls "
-                "and validation rises it learns the takes by heart: the best epoch before that is kept."
+                "and validation rises it learns the takes by heart. Kept is the epoch of the last fifth, "
+                "where learning has settled, with the lowest loss on validation."
             )
         )
         self.error_plot.setToolTip(
             self.tr(
                 "How far face and body together are off on the validation takes (root mean square error). "
-                "Below 0.1 is good, less is better."
+                "Below 0.1 is good, less is better. These takes also chose the epoch that is kept, so they "
+                "flatter it a little; a take marked as test tells the truth."
             )
         )
         self.motion_plot.setToolTip(

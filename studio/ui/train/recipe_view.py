@@ -39,7 +39,8 @@ class Form:
         epochs: the recipe's own.
         look_ahead_ms: None where there is nothing to set: the network has none, or its encoder hears
             far ahead whatever is set.
-        speaks: a pretrained encoder listens to the speech.
+        speaks: a pretrained encoder listens to the speech, and needs whole sentences for it.
+        usual: the recipe is trained in it unless another is chosen.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Form:
     epochs: int
     look_ahead_ms: int | None
     speaks: bool = False
+    usual: bool = False
 
 
 def forms_of(recipe: str) -> tuple[Form, ...]:
@@ -56,12 +58,12 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
         StudioError: the recipe cannot be read.
     """
     names = next((info.forms for info in recipes.recipes() if info.name == recipe), ())
-    found = []
+    usual, found = recipes.usual_recipe(recipe).form, []
     for name in ("", *names):
         made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
-        ahead, speaks = made.settings().get(LOOK_AHEAD), made.sound.uses_encoder
+        ahead, speaks = made.settings().get(LOOK_AHEAD), not made.sound.streams
         ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
-        found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks))
+        found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks, name == usual))
     return tuple(found)
 
 
@@ -112,7 +114,7 @@ class AdvancedDrawer(QWidget):
         self._lay_out()
 
     def show_forms(self, forms: Sequence[Form]) -> None:
-        """Offer a recipe's forms; the plain one is chosen."""
+        """Offer a recipe's forms; the one it is usually trained in is chosen."""
         self._forms = tuple(forms)
         # Filling the list is no choice that a person made.
         with QSignalBlocker(self.form):
@@ -120,6 +122,8 @@ class AdvancedDrawer(QWidget):
             for form in self._forms:
                 self.form.addItem(form.name or self.tr("Plain"), form.name)
                 self.form.setItemData(self.form.count() - 1, form.summary, Qt.ItemDataRole.ToolTipRole)
+                if form.usual:
+                    self.form.setCurrentIndex(self.form.count() - 1)
         self.form.setEnabled(len(self._forms) > 1)
         self._show_form()
 
@@ -147,7 +151,7 @@ class AdvancedDrawer(QWidget):
         form = self._chosen()
         if form is None:
             return ()
-        found = [f"form={form.name}"] if form.name else []
+        found = [f"form={form.name or recipes.PLAIN}"] if len(self._forms) > 1 else []
         if form.look_ahead_ms is not None and self.look_ahead.value() != form.look_ahead_ms:
             found.append(f"{LOOK_AHEAD}={self.look_ahead.value()}")
         found += [f"training.epochs={self.epochs.value()}", f"training.seed={self.seed.value()}"]

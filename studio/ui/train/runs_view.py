@@ -204,10 +204,14 @@ class RunsTable(QTableWidget):
         tips = {
             STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
-            BEST: self.tr("The epoch with the lowest loss on validation; its weights are kept and used"),
+            BEST: self.tr(
+                "The epoch that is kept and used: of the last fifth of the training, where it has settled, "
+                "the one with the lowest loss on validation"
+            ),
             RMSE: self.tr(
-                "How far face and body together are off on takes it has not learnt from (RMSE): below 0.1 is "
-                "good, less is better. Compare only runs of the same takes. Review's is the face's alone."
+                "How far face and body together are off on the validation takes (RMSE): below 0.1 is good, "
+                "less is better. They also chose the epoch, so they flatter it a little. Compare only runs "
+                "of the same takes. Review's is the face's alone."
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "

@@ -29,13 +29,17 @@ def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
     layout = fit([Motion.build(t, ("A", "O", "Neutral"), shapes, ("Head",), None, turns)])
     small = ["width=16", "hearing=2"] if name == "faceformer" else ["units=8"]
     small += ["network.look_aheads="] if name in ("balanced", "best") else []
-    recipe = load_recipe(name).with_overrides([*small, *overrides])
+    speaks = name == "speech"  # balanced as it hears with a speech encoder
+    recipe = load_recipe("balanced" if speaks else name).with_overrides([*small, *overrides])
+    if speaks:
+        recipe = load_recipe("balanced").with_overrides(["form=speech", "units=8", *overrides])
     torch.manual_seed(1)
     network = checkpoint.build_network(recipe, layout, Fraction(fps)).eval()
     last = network.members[0].pose if hasattr(network, "members") else network.output
     torch.nn.init.normal_(last.weight)
-    network.row_mean.fill_(-60.0)
-    network.row_deviation.fill_(20.0)
+    if not speaks:
+        network.row_mean.fill_(-60.0)
+        network.row_deviation.fill_(20.0)
     return Model(network, recipe, layout, Fraction(fps))
 
 
@@ -64,6 +68,8 @@ EXACT = [
     ("best", "60"),
     ("audio2face", "30"),
     ("faceformer", "30"),
+    ("speech", "30"),
+    ("speech", "50"),
 ]
 
 
@@ -100,7 +106,9 @@ def test_a_pose_comes_as_soon_as_its_sound_is_there(name: str, fps: str) -> None
     _, after = performed(model, heard, speech(2.0), 60)
     waited = np.array(after) / RATE - np.arange(len(after)) / float(model.fps)
     assert waited.max() * 1000 <= heard.latency_ms + 4.0
-    assert waited.min() * 1000 >= heard.reach_ms - 0.1
+    # An encoder hears 80 ms at once: some frames wait for less of it than others.
+    chunks = 80.0 if name == "speech" else 0.0
+    assert waited.min() * 1000 >= heard.reach_ms - chunks - 0.1
 
 
 AHEADS = "look_aheads=0 100 200 500"
@@ -169,9 +177,8 @@ def test_a_window_that_hears_everything_is_near_the_whole() -> None:
 
 def test_features_that_need_whole_sentences_are_declined() -> None:
     model = untrained("balanced")
-    sound = replace(model.recipe.sound)
-    object.__setattr__(sound, "kind", "wav2vec2")
-    with pytest.raises(RequestError, match="hears with wav2vec2, which needs whole sentences"):
+    sound = replace(model.recipe.sound, kind="speech")
+    with pytest.raises(RequestError, match="hears with whisper, which needs whole sentences"):
         look_ahead_of(replace(model, recipe=replace(model.recipe, sound=sound)))
 
 
@@ -183,7 +190,7 @@ def test_sound_that_is_no_number_is_a_sentence() -> None:
 
 
 def test_lasting_silence_gives_the_pose_at_rest() -> None:
-    model = untrained("balanced")
+    model = untrained("balanced", "30", "network.body=plain")
     rest = silent_pose(model)
     poses, _ = performed(model, look_ahead_of(model), np.zeros(4 * RATE, np.float32), 900)
     np.testing.assert_allclose(poses[-1], rest, atol=1e-3)

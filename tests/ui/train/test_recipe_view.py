@@ -24,7 +24,7 @@ def test_every_form_of_every_recipe_can_be_chosen_and_is_understood(qtbot: QtBot
         plain = load_recipe(name).with_overrides([f"form={form}"] if form else [])
         asked = load_recipe(name).with_overrides(drawer.overrides())
         assert asked == plain, "what the drawer shows is the recipe's own until somebody changes it"
-        settable = LOOK_AHEAD in plain.settings() and not plain.sound.uses_encoder
+        settable = LOOK_AHEAD in plain.settings() and plain.sound.streams
         assert drawer.look_ahead.isEnabled() == settable
         assert (drawer.look_ahead.text() == "–") == (not settable)
 
