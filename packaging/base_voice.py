@@ -53,10 +53,12 @@ with its full vowels the mouth hardly moved between one and the next."""
 LONG_PAUSE = (2.5, 7.0)
 """Of every fourth performer: a mouth that has rested for seconds must stay shut, too."""
 CHANGES = (
-    "form=alive", "units=96", "members=1", "look_ahead_ms=60", "look_aheads=0 100 200", "style_by=none",
-    "epochs=40", "steps=40", "accelerator=cpu",
+    "network.body=flow", "units=96", "members=1", "look_ahead_ms=60", "look_aheads=0 100 200",
+    "style_by=none", "epochs=32", "steps=40", "accelerator=cpu", "closures=0.5",
     # A real voice and microphone differ from a synthesiser's by more than two of one's own takes.
-    "gain_db=12", "tilt_db=6", "warp=0.2", "noise_db=20", "band_mask_width=5",
+    "gain_db=12", "tilt_db=6", "warp=0.2", "noise_db=16",
+    # A moment of silence is the stop of a p or a b: lips are shut in it, and the masks would say otherwise.
+    "time_masks=0",
 )  # fmt: skip
 
 
@@ -69,7 +71,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the recipe")
     args = parser.parse_args(argv)
     recipe = load_recipe("balanced").with_overrides((*CHANGES, *args.set))
-    recipe = replace(recipe, name="base_voice", title="Base voice", summary="Any voice.", preset="", form="")
+    recipe = replace(
+        recipe, name="base_voice", title="Base voice", summary="Any voice.", preset="", with_encoder=""
+    )
     with tempfile.TemporaryDirectory() as folder:
         project = Project.create(Path(folder) / "Voices")
         try:
