@@ -266,7 +266,7 @@ def _rank(preset: str) -> int:
 
 def _info(path: Path) -> RecipeInfo:
     content = _content(path)
-    recipe = _build(path.stem, content)
+    recipe = usual_recipe(path.stem)
     return RecipeInfo(
         recipe.name,
         recipe.title,

@@ -143,7 +143,7 @@ class RunChooser(QWidget):
         with QSignalBlocker(self.styles):
             self.styles.clear()
             if run is not None and run.styles:
-                self.styles.addItem(self.tr("{0} (best)").format(self._title(run.style)), "")
+                self.styles.addItem(self.tr("{0} (usual)").format(self._title(run.style)), "")
                 for name in run.styles:
                     if name != run.style:
                         self.styles.addItem(self._title(name), name)

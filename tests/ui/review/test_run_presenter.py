@@ -79,7 +79,7 @@ def _text(view: ReviewView, name: str) -> str:
 def test_a_run_offers_its_styles_and_the_validated_one_first(qtbot: QtBot, tab: Tab) -> None:
     view, presenter = tab
     box = view.bar.first.styles
-    assert [box.itemText(i) for i in range(box.count())] == ["toy_001 (best)", "average", "友: 静か"]
+    assert [box.itemText(i) for i in range(box.count())] == ["toy_001 (usual)", "average", "友: 静か"]
     box.setCurrentIndex(2)
     qtbot.waitUntil(lambda: _peak(presenter) == pytest.approx(0.2, abs=0.01), timeout=MINUTE)
     assert presenter.model.name == "toy_003_styled_001_友_ 静か"
