@@ -163,6 +163,9 @@ _ALL = (
             listed=_tr("Captured figure over the predicted one")),
     _action("other_run", _tr("Switch between A and B"), "B", at="review", needs="run",
             help=_tr("Switch at once, while it plays"), listed=_tr("Switch between A and B")),
+    _action("move_like_this", _tr("Move like this"), at="review", needs="take run",
+            help=_tr("Move like this: shows the run how to move by the stretch of this take that is selected "
+                     "or ten seconds around the playhead; from then on that is one of its styles")),
     _action("remove_sound", _tr("Remove a dropped sound from the list"), "Del", at=LIST, needs="project",
             group="review"),
     _action("export", _tr("Export"), at="review", needs="take"),

@@ -192,6 +192,10 @@ def load() -> Settings:
         host, port = content.get("send_host", USUAL.host), content.get("send_port", USUAL.port)
         content = {**content, "send_targets": [f"={host}:{port}"]}
     for name, value in content.items():
+        about = Settings.info().get(name)
+        if about is not None and about.form and isinstance(value, list):
+            # One that was spoilt by hand must not cost a person all the others.
+            value = [one for one in value if isinstance(one, str) and about.is_valid(one)]
         try:
             settings = settings.changed(**{name: value})
         except RequestError:

@@ -59,6 +59,7 @@ VERBS = {
     "find": "find missing sound, motion or takes in a folder, and put them back",
     "pack": "put a whole project, or one run, into one file",
     "settings": "list what is set, here and in the window, or change it",
+    "style": "show a run how to move by some seconds of a take; from then on that is one of its styles",
     "suggest": "list what to look at first: takes and spans that are most likely bad",
     "unpack": "make a project folder of a packed zip, or bring a packed run into a project",
 }

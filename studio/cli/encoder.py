@@ -27,13 +27,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.encoder is None:
         _list(out)
         return
-    from studio.features.audio_spec import WHISPER
+    from studio.features.audio_spec import WHISPER, WHISPER_LIVE
     from studio.features.encoder_download import fetch
     from studio.features.encoders import bring, whisper_remedy
     from studio.files.atomic import size_text
 
     # It comes as a Python package, so there is nothing to fetch.
-    if args.encoder == WHISPER:
+    if args.encoder in (WHISPER, WHISPER_LIVE):
         raise RequestError("Whisper comes as a package of Python.", whisper_remedy())
     folder = Path(args.encoder).expanduser()
 

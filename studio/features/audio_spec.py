@@ -94,6 +94,9 @@ class AudioSpec:
                 f"Speech encoders do not hear {self.sample_rate} samples a second.",
                 "Leave sound.sample_rate at 16000.",
             )
+        if self.encoder in (WHISPER, WHISPER_LIVE) and self.encoder_width not in (0, WHISPER_WIDTH):
+            what = f"Whisper's tokens are {WHISPER_WIDTH} numbers wide, not {self.encoder_width}."
+            raise RequestError(what, "Leave sound.encoder_width out.")
         if self.kind == "mfcc" and self.coefficients > self.bands:
             raise RequestError(
                 f"{self.coefficients} MFCC cannot come from {self.bands} mel bands.",

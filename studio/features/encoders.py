@@ -87,6 +87,8 @@ def load_encoder(name: str, digest: str) -> Encoder:
     if name == WHISPER:
         from studio.model import _whisper
 
+        _must_be_learnt_with(name, digest)
+
         path = _whisper_file()
         _must_be_whisper(path)
         return _WhisperEncoder(_whisper.load(path))
@@ -267,6 +269,11 @@ def _whisper_file() -> Path:
     return Path(places[0], "model", "model.bin")
 
 
+def _must_be_learnt_with(name: str, digest: str) -> None:
+    if digest not in ("", WHISPER_SHA256):
+        raise _another(name)
+
+
 def _must_be_whisper(path: Path) -> None:
     try:
         if digest_of(path) == WHISPER_SHA256:
@@ -389,6 +396,7 @@ def speech_rows(
     """
     centres = row_centres(spec, fps, first, count)
     if spec.streams:
+        _must_be_learnt_with(spec.encoder, spec.encoder_digest)
         return streaming_whisper().rows(samples, centres, start_sample)
     return cached_encoder(spec).rows(samples, centres, start_sample)
 

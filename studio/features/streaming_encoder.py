@@ -20,6 +20,7 @@ from studio.features.audio_spec import Floats, mel_filters
 if TYPE_CHECKING:
     from studio.model._whisper import Whisper
 
+# Runs have learnt from what these numbers give: other ones would be another encoder, by another name.
 BLOCKS = 2
 """More blocks cost more of a core and bring nothing to a mouth."""
 CHUNK, KEPT, AFTER = 4, 22, 3
@@ -34,6 +35,7 @@ _LATER = AFTER * STEP + _FFT // 2
 """Samples after the end of a chunk that its tokens hear."""
 _AT_ONCE = 96
 """Chunks worked out together where all the sound is there."""
+_ROWS_AT_ONCE = 4096
 _BEFORE = 2 * _HOP + _FFT // 2
 """Samples before a chunk that its convolutions hear."""
 LOUDEST = 1.4
@@ -75,9 +77,16 @@ class StreamingWhisper:
         Returns:
             (R, width).
         """
+        out = np.empty((len(centres), self.width), dtype=np.float32)
         if not len(centres):
-            return np.zeros((0, self.width), dtype=np.float32)
-        return TokenStream(self, chunk_of(int(centres[0]))).rows(samples, centres, start_sample)
+            return out
+        stream = TokenStream(self, chunk_of(int(centres[0])))
+        # In slices: the tokens of an hour at once would be gigabytes.
+        for first in range(0, len(centres), _ROWS_AT_ONCE):
+            part = centres[first : first + _ROWS_AT_ONCE]
+            stream.forget(int(part[0]))
+            out[first : first + len(part)] = stream.rows(samples, part, start_sample)
+        return out
 
 
 class TokenStream:

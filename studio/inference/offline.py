@@ -108,9 +108,9 @@ class Predictor:
             Pieces one after another in time; a model that hears only a little ahead gives the same
             motion whatever the blocks and pieces are.
         """
-        chosen = self.model.style_index(style, self._name)
+        model, chosen = self.model.in_style(self.model.style_index(style, self._name))
         _must_be_possible(sampling)
-        run = _Stream(self.model, max(1, round(piece_seconds * self.fps)), chosen, sampling)
+        run = _Stream(model, max(1, round(piece_seconds * self.fps)), chosen, sampling)
         for block in blocks:
             _must_be_numbers(block)
             yield from run.feed(block)

@@ -125,18 +125,19 @@ def sync_match(pairs: Sequence[Pair]) -> float | None:
     mouth's shapes, or of how fast the bones turn where there is none. RMSE cannot tell a motion that follows
     its sound from one that is merely likely. Source: Chung and Zisserman 2016 (SyncNet), for the question.
     """
-    won = tried = 0
+    won, tried = 0.0, 0
     for pair in pairs:
         if len(pair.truth) < 2 or not (pair.shapes or pair.bones):
             continue
-        curves = [_pieces(_curves(pair, motion), pair) for motion in (pair.truth, pair.predicted)]
-        if curves[0].shape[0] < 2 or not curves[0].shape[2]:
-            continue
-        captured, predicted = (_standardised(one) for one in curves)
+        captured, predicted = (_pieces(_curves(pair, one), pair) for one in (pair.truth, pair.predicted))
+        # In silence there is nothing to be told by, and noise must not be blown up to it.
+        moving = captured.std(axis=1).max(axis=1, initial=0.0) > MOVING
+        captured, predicted = _standardised(captured[moving]), _standardised(predicted[moving])
         # Channels weigh alike, whatever each is worth: (n, n), captured by predicted pieces.
         fits = np.einsum("itc,jtc->ij", captured, predicted)
-        n = len(fits)
-        won += int((fits.diagonal()[:, None] > fits).sum())
+        own, n = fits.diagonal()[:, None], len(fits)
+        # A tie is half a win, so that the mean pose is at chance; each piece ties with itself.
+        won += float((own > fits).sum()) + ((own == fits).sum() - n) / 2
         tried += n * (n - 1)
     return won / tried if tried else None
 

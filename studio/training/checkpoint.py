@@ -6,7 +6,8 @@ import inspect
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from studio.training import recipe as recipes
 from studio.training import styles
 from studio.training.recipe import Recipe, UnusableRunError
 from studio.training.recipe_values import check_kind
+from studio.training.styles import FittedStyle
 
 FORMAT_VERSION = 3
 """2 added styles; files of version 1 have none and are read as they are. 3 gave FaceFormer's weights the
@@ -62,6 +64,7 @@ class Model:
         epoch: when its weights were taken.
         styles: names of the styles it tells apart besides the average.
         style: the one used unless another is asked for, "" for the average.
+        fitted: styles it was shown when it was finished, numbered behind those of the network.
     """
 
     network: Network
@@ -71,23 +74,32 @@ class Model:
     epoch: int = 0
     styles: tuple[str, ...] = ()
     style: str = ""
+    fitted: tuple[FittedStyle, ...] = ()
 
     @property
     def style_names(self) -> tuple[str, ...]:
-        """Names to ask for a style by: "average" and the styles told apart; empty where there are none."""
-        return (styles.AVERAGE, *self.styles) if self.styles else ()
+        """Names to ask for a style by, "average" first; empty where there are no styles."""
+        names = (*self.styles, *(one.name for one in self.fitted))
+        return (styles.AVERAGE, *names) if names else ()
 
     def style_index(self, name: str | None, run: str) -> int:
-        """A style's number for the network, 0 for the average; None gives the one used by itself.
+        """A style's number, 0 for the average; None gives the one used by itself.
 
         Raises:
             RequestError: the model does not know it; `run` is what the sentence calls the model.
         """
-        return styles.index_of(name, self.styles, self.style, run)
+        return styles.index_of(name, self.style_names[1:], self.style, run)
 
     def style_name(self, index: int) -> str:
         """The name of a style by its number."""
-        return self.styles[index - 1] if index else styles.AVERAGE
+        return self.style_names[index] if index else styles.AVERAGE
+
+    def in_style(self, index: int) -> tuple[Model, int]:
+        """The model as it moves in a style by its number, and the number that its network knows."""
+        if index <= len(self.styles):
+            return self, index
+        fitted = self.fitted[index - len(self.styles) - 1]
+        return replace(self, layout=fitted.applied(self.layout)), 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +154,8 @@ def save_model(path: Path, made: Model, weights: Mapping[str, Tensor] | None = N
         "epoch": made.epoch,
         "styles": list(made.styles),
         "style": made.style,
+        # Programs of before 2027 pass over it, and know the run without these styles.
+        "fitted": [one.as_dict() for one in made.fitted],
     }
     _write(path, dict(weights or made.network.state_dict()), facts)
 
@@ -160,6 +174,7 @@ def load_model(path: Path) -> Model:
         names, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
         if style and style not in names:
             raise ValueError("the default style is not among the styles")
+        fitted = tuple(FittedStyle.from_dict(one, layout.width) for one in facts.get("fitted", ()))
         # Before anything is built: the file may come from anybody.
         if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
@@ -185,7 +200,15 @@ def load_model(path: Path) -> Model:
     for parameter in network.parameters():
         # Only used from here on; gradients would be kept for nothing.
         parameter.requires_grad_(False)
-    return Model(network.eval(), recipe, layout, fps, epoch, names, style)
+    return Model(network.eval(), recipe, layout, fps, epoch, names, style, fitted)
+
+
+def fitted_names(path: Path) -> tuple[str, ...]:
+    """Names of the styles that a model was shown, without reading its weights; none where it has no file."""
+    unreadable = (SafetensorError, OSError, KeyError, TypeError, ValueError, RecursionError)
+    with suppress(*unreadable), safe_open(str(path), framework="pt", device="cpu") as file:
+        return tuple(str(one["name"]) for one in json.loads((file.metadata() or {})[_KEY])["fitted"])
+    return ()
 
 
 def _is_learnt(weights: Tensor) -> bool:

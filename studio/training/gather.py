@@ -133,7 +133,7 @@ def _materials(
     if not train:
         why = f": {notes[0].removesuffix(_LEFT_OUT)}" if notes else ""
         raise RequestError(f"No take with sound and motion is marked for training{why}.", _MARK)
-    if all(_is_silent(material) for material in train):
+    if all(is_silent(material) for material in train):
         raise RequestError(
             "The training takes are silent; nothing can be learnt from their sound.",
             "Check the microphone with Test in Record, and record again.",
@@ -173,13 +173,14 @@ def _usable(
         elif len(material.motion) < 2:
             notes.append(f"{selection.id} has no motion{_LEFT_OUT}")
         else:
-            if _is_silent(material):
+            if is_silent(material):
                 notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
             found.append(material)
     return found
 
 
-def _is_silent(material: TrainingMaterial) -> bool:
+def is_silent(material: TrainingMaterial) -> bool:
+    """Whether nothing can be heard in it."""
     return float(np.abs(material.samples).max()) < _SILENCE
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from studio.vmc import PERFORMER_PORT
 
+BLANK = frozenset(" \t,")
+
 
 @dataclass(frozen=True)
 class Address:
@@ -18,7 +20,8 @@ class Address:
     @property
     def text(self) -> str:
         """As the settings keep it: program=host:port."""
-        return f"{self.title}={self.host}:{self.port}"
+        # Several stand in one line with commas between them.
+        return f"{self.title.replace(',', ' ')}={self.host}:{self.port}"
 
     @property
     def where(self) -> str:
@@ -32,7 +35,7 @@ class Address:
         host, _, port = where.rpartition(":")
         # isdigit alone takes digits of other scripts.
         known = port.isascii() and port.isdigit() and 1 <= int(port) <= 65535
-        return cls(title, host.strip("[]"), int(port)) if host and known else None
+        return cls(title, host.strip("[]"), int(port)) if host and known and not set(host) & BLANK else None
 
 
 USUAL = Address("VSeeFace", "127.0.0.1", PERFORMER_PORT)

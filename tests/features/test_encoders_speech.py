@@ -29,6 +29,7 @@ from tests.tolerance import LAST_BITS
 SPEC = AudioSpec(kind="speech", steps_per_frame=2, window=2)
 STREAMED = replace(SPEC, encoder=WHISPER_LIVE)
 LIVE = streaming_whisper()
+STREAM_GOLDEN = Path(__file__).parent.parent / "golden" / "whisper_stream.json"
 GOLDEN = Path(__file__).parent.parent / "golden" / "whisper_tokens.json"
 
 
@@ -84,6 +85,13 @@ def test_whisper_hears_what_the_reference_hears() -> None:
     tokens = cached_encoder(SPEC).encoder.tokens(voice(30.0))
     ours = tokens[kept["tokens"]][:, kept["columns"]]
     np.testing.assert_allclose(ours, np.array(kept["values"]), atol=2e-3)
+
+
+def test_the_stream_gives_what_runs_have_learnt_from() -> None:
+    """Rows as the stream gave them when runs were first taught with it; others would be another encoder."""
+    kept = json.loads(STREAM_GOLDEN.read_text(encoding="utf-8"))
+    found = LIVE.rows(voice(40.0), np.array(kept["centres"], dtype=np.int64), 0)[:, kept["columns"]]
+    np.testing.assert_allclose(found, np.array(kept["values"]), atol=2e-3)
 
 
 @pytest.mark.slow

@@ -108,7 +108,9 @@ def test_motion_made_for_another_sound_is_told_from_its_own() -> None:
     assert match(0.3 * truth + 0.2) == 1.0  # calmer and ajar, but in time
     assert match(truth + rng.normal(0, 0.3, 600)) > 0.9
     assert abs(match(other) - 0.5) < 0.2
-    assert match(np.full(600, truth.mean())) == 0.0  # the mean pose fits no sound better than another
+    assert match(np.full(600, truth.mean())) == 0.5  # the mean pose fits no sound better than another
+    truth[300:] = 0.0
+    assert match(truth) == 1.0  # silence, in which nothing can be told, does not count
 
 
 def test_a_body_that_moves_with_its_sound_is_told_from_one_that_does_not() -> None:

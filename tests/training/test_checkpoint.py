@@ -21,6 +21,7 @@ from studio.motion import Motion
 from studio.training import checkpoint
 from studio.training.checkpoint import Model, TrainingState
 from studio.training.recipe import load_recipe
+from studio.training.styles import FittedStyle
 
 
 def small_model() -> Model:
@@ -51,6 +52,41 @@ def test_a_model_comes_back_as_it_was(tmp_path: Path) -> None:
     assert again.layout.shape_names == ("A", "口")
     for name, tensor in made.network.state_dict().items():
         torch.testing.assert_close(again.network.state_dict()[name], tensor, rtol=0, atol=0)
+
+
+def test_styles_that_were_shown_come_back_and_a_file_of_before_has_none(tmp_path: Path) -> None:
+    made, path = small_model(), tmp_path / "best.safetensors"
+    shown = FittedStyle("静か", np.array([0.3, 1.0]), np.array([0.1, -0.2]))
+    checkpoint.save_model(path, replace(made, fitted=(shown,)))
+    again = checkpoint.load_model(path)
+    assert again.style_names == ("average", "静か")
+    assert checkpoint.fitted_names(path) == ("静か",)
+    styled, number = again.in_style(1)
+    assert number == 0
+    natural = made.layout.natural(np.array([[0.5, 0.5]]) * shown.gain + shown.shift)
+    np.testing.assert_allclose(styled.layout.natural(np.array([[0.5, 0.5]])), natural)
+    rewrite(path, {name: fact for name, fact in header(path).items() if name != "fitted"})
+    assert checkpoint.load_model(path).style_names == checkpoint.fitted_names(path) == ()
+
+
+@pytest.mark.parametrize(
+    "style",
+    [
+        {"name": "a", "gain": [1.0], "shift": [0.0]},
+        {"name": "a", "gain": [1.0, 1e9], "shift": [0.0, 0.0]},
+        {"name": "a", "gain": [1.0, float("nan")], "shift": [0.0, 0.0]},
+        {"name": "a", "gain": [1.0, 1.0], "shift": [0.0, float("inf")]},
+        {"name": "a", "gain": "loud", "shift": [0.0, 0.0]},
+        {"gain": [1.0, 1.0], "shift": [0.0, 0.0]},
+        "calm",
+    ],
+)
+def test_a_style_that_nobody_can_have_shown_is_damage(tmp_path: Path, style: object) -> None:
+    path = tmp_path / "Run_001" / "best.safetensors"
+    checkpoint.save_model(path, small_model())
+    rewrite(path, header(path) | {"fitted": [style]})
+    with pytest.raises(StudioError, match=r"best\.safetensors of the run Run_001 is damaged"):
+        checkpoint.load_model(path)
 
 
 def test_best_weights_do_not_follow_the_live_ones(tmp_path: Path) -> None:

@@ -27,10 +27,11 @@ from tests import toys
 
 WEIGHTS = "best.safetensors"
 EACH = 60
-RECIPES = ("quick", "balanced", "saia", "faceformer", "audio2face")
+RECIPES = ("quick", "balanced", "best", "saia", "faceformer", "audio2face")
 SMALL = {
     "quick": ["units=8"],
-    "balanced": ["units=8", "form=alive", "members=2"],
+    "balanced": ["units=8", "members=2"],
+    "best": ["form=speech", "units=8", "encoder=whisper_live"],
     "saia": ["units=8", "mixtures=2"],
     "faceformer": ["width=16", "heads=2"],
     "audio2face": ["units=8", "dense=8"],

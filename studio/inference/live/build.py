@@ -192,7 +192,9 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
         StudioError: the run has no weights, or cannot be performed live as wanted.
     """
     model = load_model(run_folder / BEST)
-    style = model.style_index(options.style, run_folder.name)
+    index = model.style_index(options.style, run_folder.name)
+    name = model.style_name(index)
+    model, style = model.in_style(index)
     sampling = sampling_of(options.seed, options.liveliness)
     look_ahead = look_ahead_of(model, options.look_ahead_ms)
     rate = model.recipe.sound.sample_rate
@@ -201,7 +203,7 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
     layers = PoseLayers(rest_motion(model, style), idles=options.gate, blinks=options.blinks)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
-    return LivePerformance(run_folder.name, performance, model.style_name(style))
+    return LivePerformance(run_folder.name, performance, name)
 
 
 def _source(options: LiveOptions, look_ahead: LookAhead) -> AudioSource:

@@ -30,7 +30,7 @@ WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
 WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
 USUAL_MS, WINDOW_USUAL_MS = 100, 500
 _CYCLE_S = 4
-"""Seconds after which frames and an encoder's chunks lie alike again, at whole frame rates."""
+"""Seconds, times the rate's denominator, after which frames and an encoder's chunks lie alike again."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _reach_ms(model: Model, ahead: float) -> float:
     """Milliseconds of sound after a pose's moment that go into it with so many frames ahead."""
     spec, k = model.recipe.sound, model.recipe.sound.steps_per_frame
     # A speech encoder hears in chunks, of which some frames wait for more than others: the longest counts.
-    frames = np.arange(_CYCLE_S * math.ceil(model.fps) if spec.uses_encoder else 1)
+    frames = np.arange(_CYCLE_S * math.ceil(model.fps) * model.fps.denominator if spec.uses_encoder else 1)
     last_rows = round((1 + ahead) * k) - 1 + k * frames
     centres = np.concatenate([row_centres(spec, model.fps, int(row), 1) for row in last_rows])
     waited = ready_at(spec, centres) / spec.sample_rate - frames / float(model.fps)
@@ -105,8 +105,8 @@ def _must_be_rows(spec: AudioSpec) -> None:
     # The whole encoder sees windows of half a minute; there is no moment at which one is complete live.
     if not spec.streams:
         raise RequestError(
-            f"This run hears with {spec.encoder}, which needs whole sentences.",
-            "Choose a run that was trained with the recipe balanced for live use.",
+            "This run hears whole sentences before it moves, so it cannot follow a microphone.",
+            "Choose another run, or train Balanced.",
         )
 
 

@@ -5,8 +5,8 @@ NAME is the line's `event`; VERBS are the commands that mean this by it, () for 
 common    Events that many commands print: notes, problems, progress, and the last line
 live      Events of a live performance, the practice performer, the doctor, the settings and the tour
 takes     Events of commands that record, import, change and export takes
-training  Events of commands that train, measure and describe: train, evaluate, compare, suggest, card,
-          encoder
+training  Events of commands that train, measure and describe: train, style, evaluate, compare, suggest,
+          card, encoder
 """
 
 from __future__ import annotations

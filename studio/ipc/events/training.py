@@ -288,6 +288,24 @@ class EvaluateDone(DoneEvent, frozen=True):
     baselines: Mapping[str, Figures] = msgspec.field(default_factory=dict)
 
 
+class StyleDone(DoneEvent, frozen=True):
+    """The style that a run was shown or forgot, and all that it knows now.
+
+    Args:
+        run: its id.
+        style: the style's name; "" where they are only listed.
+        styles: names of all its styles, "average" first.
+        shown: those of them that it was shown.
+    """
+
+    VERBS = ("style",)
+
+    run: str = ""
+    style: str = ""
+    styles: tuple[str, ...] = ()
+    shown: tuple[str, ...] = ()
+
+
 class MeasuredEvent(ChildEvent, frozen=True):
     """A run (compare) or a selection (suggest) is measured."""
 

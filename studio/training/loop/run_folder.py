@@ -256,10 +256,12 @@ class Progress:
     @classmethod
     def from_dict(cls, facts: Mapping[str, Any]) -> Progress:
         """The progress `as_dict` gave, going on now."""
+        # A loss in a style chosen on validation is not to be compared with one in the average.
+        known = facts["best_loss"] is not None and not facts.get("best_style")
         return cls(
             int(facts["epoch"]),
             int(facts["best_epoch"]),
-            float(facts["best_loss"]) if facts["best_loss"] is not None else math.inf,
+            float(facts["best_loss"]) if known else math.inf,
             int(facts.get("best_style", 0)),
             facts.get("best_val"),
             float(facts["seconds"]),

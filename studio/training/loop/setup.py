@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,6 @@ import lightning_fabric
 import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
-from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import non_silent_rows
@@ -166,17 +166,20 @@ def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
     # In natural units: the group's scale would make a still brow look as lively as the jaw.
     deviation = torch.from_numpy(values.std(axis=0) * layout.scale).float()
     balance = column_weights(deviation, torch.from_numpy(layout.groups), recipe.loss)
-    opening = _opening(layout, values)
+    opening = _opening(layout, data.train)
     return Loss(recipe.loss, layout, torch.from_numpy(shift).float(), device, balance, opening)
 
 
-def _opening(layout: Layout, values: NDArray[np.floating]) -> Opening | None:
-    """How the columns open the mouth, and when it counts as closed in scaled poses (T, C) of the takes."""
+def _opening(layout: Layout, takes: Sequence[Example]) -> Opening | None:
+    """How the columns open the mouth, and when it counts as closed in the takes that captured it."""
     learnt = [layout.shape_names[i] for i in layout.learnt_shapes]
     weights = np.zeros(layout.width)
     for name, weight in opening_weights(learnt).items():
         weights[learnt.index(name)] = weight
-    opening = layout.natural(values) @ weights
+    captured = [e.values[e.grid.valid > 0] for e in takes if e.mask[weights != 0].all()]
+    if not weights.any() or not captured:
+        return None
+    opening = np.clip(layout.natural(np.concatenate(captured)) @ weights, 0.0, None)
     low, high = np.percentile(opening, [5, 95])
     if high - low < LEAST_OPENING:
         return None

@@ -324,7 +324,8 @@ class _Training:
             minutes=round(data.frames / float(data.fps) / 60, 2),
             fps=float(data.fps),
             performers=tuple(data.performers),
-            styles=tuple(data.styles),
+            # A run that goes on may have been shown styles; they last until its best weights are others.
+            styles=(*data.styles, *checkpoint.fitted_names(self.folder.path / BEST)),
             style=self._style_name(progress.best_style) or styles.AVERAGE,
             channels=data.layout.width,
             parameters=sum(p.numel() for p in self.model.network.parameters()),

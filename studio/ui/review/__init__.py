@@ -19,6 +19,7 @@ sources_presenter    Presenter of the list of what can be reviewed: sounds are a
 sources_view         The list of what can be reviewed, with what is added and removed
 stage_presenter      Draws what the stage shows: figures, faces, curves, heat and the comparison's figures
 stage_view           The stage: two panes that share a camera, its views and turntable, and the face's meters
+style_presenter      Presenter of "Move like this": a run is shown a style by some seconds of a take
 transport_presenter  Plays, seeks, steps and loops, and brings the picture to where the sound is
 tune_controls        What the Tune panel is built of: numbers with sliders, folds, and special folds
 tune_presenter       Presenter of the Tune panel: lays its sliders over the motions, and remembers them

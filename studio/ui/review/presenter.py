@@ -13,6 +13,7 @@ from studio.ui.review.run_presenter import RunPresenter
 from studio.ui.review.send_presenter import SendPresenter
 from studio.ui.review.sources_presenter import SourcesPresenter
 from studio.ui.review.stage_presenter import StagePresenter
+from studio.ui.review.style_presenter import StylePresenter
 from studio.ui.review.transport_presenter import TransportPresenter
 from studio.ui.review.tune_presenter import TunePresenter
 from studio.ui.review.view import ReviewView
@@ -38,6 +39,7 @@ class ReviewPresenter(QObject):
         self.transport = TransportPresenter(view, model)
         self.sources = SourcesPresenter(view, model, session)
         self.runs = RunPresenter(view.bar, model, session)
+        self.style = StylePresenter(view.bar, model, session)
         self.tune = TunePresenter(view, model, session)
         self.presets = TuningPresetPresenter(view.tune, session)
         self.send = SendPresenter(view.send, model, session)
@@ -67,7 +69,7 @@ class ReviewPresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         # The model goes last, with the player that all of them follow.
-        for card in (self.transport, self.runs, self.send, self.export, self.batch):
+        for card in (self.transport, self.runs, self.style, self.send, self.export, self.batch):
             card.close()
         self.model.close()
         self._view.stage.dispose()

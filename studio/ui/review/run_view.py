@@ -154,6 +154,48 @@ class VoteBar(QWidget):
         return button
 
 
+class WorkProgress(QWidget):
+    """How far a child process is, with a button that ends it.
+
+    Args:
+        names: object names of its bar, text and button.
+        title: what is done, for people who do not see the bar.
+
+    Signals:
+        cancelled: end it.
+    """
+
+    cancelled = Signal()
+
+    def __init__(self, names: tuple[str, str, str], title: str) -> None:
+        super().__init__()
+        self._bar = QProgressBar()
+        self._bar.setObjectName(names[0])
+        self._bar.setAccessibleName(title)
+        self._bar.setTextVisible(False)
+        self._bar.setFixedWidth(120)
+        self._text: QLabel = label("", "caption", names[1])
+        cancel = QPushButton(self.tr("Cancel"))
+        cancel.setObjectName(names[2])
+        theme.as_role(cancel, "quiet")
+        cancel.clicked.connect(self.cancelled)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme.INSIDE)
+        for widget in (self._bar, self._text, cancel):
+            row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
+        self.hide()
+
+    def show_progress(self, text: str, fraction: float | None) -> None:
+        """Say how far it is; None hides it, a negative fraction only moves."""
+        self.setVisible(fraction is not None)
+        self._text.setText(text)
+        if fraction is not None:
+            # From 0 to 0 Qt's bar moves without saying how far it is.
+            self._bar.setRange(0, 0 if fraction < 0 else 1000)
+            self._bar.setValue(round(1000 * max(fraction, 0.0)))
+
+
 class RunBar(QWidget):
     """All of it: one row, and a second one while two runs are compared or motion is made.
 
@@ -165,6 +207,7 @@ class RunBar(QWidget):
         train_requested: there is no run but the base voice.
         ghost_toggled: the button went down or up.
         view_requested: "front", "three_quarter" or "side".
+        style_requested: the run is to move like the take on the stage.
     """
 
     chosen = Signal(int, object)
@@ -174,6 +217,7 @@ class RunBar(QWidget):
     train_requested = Signal()
     ghost_toggled = Signal(bool)
     view_requested = Signal(str)
+    style_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -181,7 +225,7 @@ class RunBar(QWidget):
         self.second = RunChooser("B", "_b", self.tr("Choose a run"))
         self.first.chosen.connect(lambda selection: self.chosen.emit(0, selection))
         self.second.chosen.connect(lambda selection: self.chosen.emit(1, selection))
-        self._busy = self._can_two = False
+        self._busy = self._can_two = self._can_show_style = False
         self.vote = VoteBar()
         self.vote.front_requested.connect(self.front_requested)
         column = QVBoxLayout(self)
@@ -227,14 +271,8 @@ class RunBar(QWidget):
 
     def show_generating(self, text: str, fraction: float | None) -> None:
         """Say that motion is being made; None hides it, a negative fraction only moves."""
-        busy = self._busy = fraction is not None
-        for widget in (self._bar, self._text, self._cancel):
-            widget.setVisible(busy)
-        self._text.setText(text)
-        if fraction is not None:
-            # From 0 to 0 Qt's bar moves without saying how far it is.
-            self._bar.setRange(0, 0 if fraction < 0 else 1000)
-            self._bar.setValue(round(1000 * max(fraction, 0.0)))
+        self._busy = fraction is not None
+        self._generating.show_progress(text, fraction)
         self._arrange()
 
     def show_why(self, text: str) -> None:
@@ -247,6 +285,11 @@ class RunBar(QWidget):
         self.ghost.setVisible(possible)
         for button in self._views:
             button.setVisible(bones)
+
+    def show_style_choice(self, possible: bool) -> None:
+        """Offer to show the run a style: there is a run, and a take that it can look at."""
+        self._can_show_style = possible
+        self._arrange()
 
     def begin_vote(self, order: tuple[int, int]) -> None:
         """Hide which run is which."""
@@ -273,6 +316,7 @@ class RunBar(QWidget):
             widget.setVisible(not blind and self.first.draws)
         self._hidden.setVisible(blind)
         self.two.setVisible(self._can_two and not blind)
+        self.move_like_this.setVisible(self._can_show_style and not blind)
 
     def _first_row(self) -> QHBoxLayout:
         self._no_runs = QPushButton(self.tr("Train a run of your own"))
@@ -287,6 +331,14 @@ class RunBar(QWidget):
         theme.as_role(self.two, "quiet")
         self.two.toggled.connect(lambda _: self._arrange())
         self.two.toggled.connect(self.two_toggled)
+        # A picture alone: beside views and ghost there is no room for its name in a small window.
+        self.move_like_this = QToolButton()
+        self.move_like_this.setObjectName("move_like_this")
+        self.move_like_this.setAccessibleName(name_of("move_like_this"))
+        self.move_like_this.setToolTip(tip_of("move_like_this"))
+        theme.set_icon(self.move_like_this, "mdi6.drama-masks", "muted")
+        theme.as_role(self.move_like_this, "quiet")
+        self.move_like_this.clicked.connect(self.style_requested)
         self.ghost = QPushButton(name_of("ghost"))
         self.ghost.setObjectName("ghost_button")
         self.ghost.setCheckable(True)
@@ -298,7 +350,7 @@ class RunBar(QWidget):
         self._views = self._view_buttons()
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
-        for widget in (self.first, self._no_runs, self._hidden, self.two):
+        for widget in (self.first, self._no_runs, self._hidden, self.move_like_this, self.two):
             row.addWidget(widget)
         row.addStretch(1)
         for button in self._views:
@@ -307,22 +359,15 @@ class RunBar(QWidget):
         return row
 
     def _second_row(self) -> QHBoxLayout:
-        self._text: QLabel = label("", "caption", "generate_text")
-        self._bar = QProgressBar()
-        self._bar.setObjectName("generate_bar")
-        self._bar.setAccessibleName(self.tr("Generating"))
-        self._bar.setTextVisible(False)
-        self._bar.setFixedWidth(120)
-        self._cancel = QPushButton(self.tr("Cancel"))
-        self._cancel.setObjectName("cancel_generate")
-        theme.as_role(self._cancel, "quiet")
-        self._cancel.clicked.connect(self.cancelled)
+        names = ("generate_bar", "generate_text", "cancel_generate")
+        self._generating = WorkProgress(names, self.tr("Generating"))
+        self._generating.cancelled.connect(self.cancelled)
+        names = ("style_bar", "style_text", "cancel_style")
+        self.style_progress = WorkProgress(names, self.tr("Looking how this take moves"))
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
-        row.addWidget(self.second)
-        row.addWidget(self.vote)
-        for widget in (self._bar, self._text, self._cancel):
-            row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
+        for widget in (self.second, self.vote, self._generating, self.style_progress):
+            row.addWidget(widget)
         row.addStretch(1)
         return row
 

@@ -189,8 +189,8 @@ class ProgressCard(Card):
         self.loss_plot.setToolTip(
             self.tr(
                 "What the network tries to make small, by epoch; good when both fall. Where training falls "
-                "and validation rises it learns the takes by heart. Kept is the epoch of the last fifth, "
-                "where learning has settled, with the lowest loss on validation."
+                "and validation rises it learns the takes by heart. Kept is the epoch with the lowest "
+                "loss on validation; of recipes that settle towards the end, one of the last fifth."
             )
         )
         self.error_plot.setToolTip(

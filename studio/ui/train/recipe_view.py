@@ -151,7 +151,7 @@ class AdvancedDrawer(QWidget):
         form = self._chosen()
         if form is None:
             return ()
-        found = [f"form={form.name or recipes.PLAIN}"] if len(self._forms) > 1 else []
+        found = [] if form.usual else [f"form={form.name or recipes.PLAIN}"]
         if form.look_ahead_ms is not None and self.look_ahead.value() != form.look_ahead_ms:
             found.append(f"{LOOK_AHEAD}={self.look_ahead.value()}")
         found += [f"training.epochs={self.epochs.value()}", f"training.seed={self.seed.value()}"]

@@ -205,8 +205,8 @@ class RunsTable(QTableWidget):
             STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
             BEST: self.tr(
-                "The epoch that is kept and used: of the last fifth of the training, where it has settled, "
-                "the one with the lowest loss on validation"
+                "The epoch that is kept and used: the one with the lowest loss on validation; of recipes "
+                "that settle towards the end, one of the last fifth"
             ),
             RMSE: self.tr(
                 "How far face and body together are off on the validation takes (RMSE): below 0.1 is good, "

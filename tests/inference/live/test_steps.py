@@ -18,6 +18,7 @@ from studio.motion import Motion, rotation
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.recipe import load_recipe
+from studio.training.styles import FittedStyle
 
 RATE = 16_000
 
@@ -83,6 +84,23 @@ def test_streaming_equals_offline(name: str, fps: str, most: int) -> None:
     assert len(live) > 0.5 * len(whole)
     np.testing.assert_allclose(live.shapes, whole.shapes[: len(live)], atol=1e-5)
     np.testing.assert_allclose(live.rotations, whole.rotations[: len(live)], atol=1e-5)
+
+
+@pytest.mark.parametrize(("name", "fps"), EXACT)
+def test_streaming_equals_offline_in_a_style_that_was_shown(name: str, fps: str) -> None:
+    model, sound = untrained(name, fps), speech(3.0)
+    width = model.layout.width
+    shown = FittedStyle("calm", np.linspace(0.3, 1.5, width), np.linspace(-0.2, 0.1, width))
+    model = replace(model, fitted=(shown,))
+    whole = Predictor(model).generate_samples(sound, "calm")
+    styled, style = model.in_style(model.style_index("calm", "Run_1"))
+    poses, _ = performed(styled, look_ahead_of(styled), sound, 900)
+    assert style == 0
+    live = styled.layout.motion(poses, np.arange(len(poses)) / float(model.fps))
+    np.testing.assert_allclose(live.shapes, whole.shapes[: len(live)], atol=1e-5)
+    np.testing.assert_allclose(live.rotations, whole.rotations[: len(live)], atol=1e-5)
+    average = Predictor(model).generate_samples(sound)
+    assert np.abs(whole.shapes - average.shapes).max() > 0.01
 
 
 @pytest.mark.parametrize(("name", "fps"), [*EXACT, ("saia", "30")])
@@ -178,7 +196,7 @@ def test_a_window_that_hears_everything_is_near_the_whole() -> None:
 def test_features_that_need_whole_sentences_are_declined() -> None:
     model = untrained("balanced")
     sound = replace(model.recipe.sound, kind="speech")
-    with pytest.raises(RequestError, match="hears with whisper, which needs whole sentences"):
+    with pytest.raises(RequestError, match="hears whole sentences before it moves"):
         look_ahead_of(replace(model, recipe=replace(model.recipe, sound=sound)))
 
 

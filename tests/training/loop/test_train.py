@@ -326,7 +326,7 @@ def test_a_training_that_goes_astray_keeps_its_run(make_toy_project: MakeProject
 
 
 def test_the_alarm_sounds_for_a_model_that_stays_still(make_toy_project: MakeProject) -> None:
-    still = tiny("epochs=4", "learning_rate=1e-9")
+    still = tiny("epochs=4", "learning_rate=1e-9", "network.body=plain")
     _, events = trained(make_toy_project(), still)
     assert all(e.still for e in epochs(events))
     assert epochs(events)[0].advice != ""  # a quarter of four is the first
