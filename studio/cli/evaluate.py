@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     # Before the look-aheads are measured: Ctrl+C there loses nothing of this.
     _keep(chosen, done)
     # Only figures of the usual takes and style may stand beside Live's slider.
-    if not args.takes and args.split == "test" and args.style is None:
+    if not args.takes and args.split == "test" and args.style is None and not chosen.is_shipped:
         # What Live shows beside its slider.
         from studio.evaluation.look_aheads import store_look_aheads
 
@@ -95,6 +95,9 @@ def poses_measured(chosen: Run, liveliness: float) -> str:
 
 def _keep(chosen: Run, done: EvaluateDone) -> None:
     """evaluation.json beside the weights; a folder that cannot be written is no matter."""
+    # Figures on one project's takes are nothing that the next project's people want to see.
+    if chosen.is_shipped:
+        return
     from contextlib import suppress
 
     from studio.errors import StudioError

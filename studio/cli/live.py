@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     options = LiveOptions(
         device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
         style=args.style, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
-        gain=not args.no_gain, suppress=args.suppress_noise,
+        gain=not args.no_gain, suppress=args.suppress_noise, blinks=chosen.blinks,
     )  # fmt: skip
     live = make(chosen.folder, _sounds_of(project, chosen), options)
     _Stage(args, out, live, addresses).run()

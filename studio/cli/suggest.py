@@ -71,7 +71,8 @@ def measured(project: Project, chosen: Run, out: Output) -> dict[str, tuple[Wors
     errors = {name: (times + start[name], error) for name, (times, error) in frame_errors(pairs).items()}
     spans = worst_spans(errors)
     # Kept beside the weights: Curate shows it without measuring again.
-    keep_worst(chosen.folder, spans)
+    if not chosen.is_shipped:
+        keep_worst(chosen.folder, spans)
     return spans
 
 

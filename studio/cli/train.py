@@ -83,6 +83,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         must_be_installed()
     project = opened(args.project, out)
     resume = project.run(args.resume) if args.resume else None
+    if resume is not None and resume.is_shipped:
+        what = "The base voice comes with the studio; its training cannot go on."
+        raise RequestError(what, "Leave --resume out to train a run of your own.")
     recipe = _recipe(args, resume)
     if resume is None and recipe.with_encoder and not (recipe.form or _asks_for_form(args)):
         from studio.features.encoders import whisper_remedy

@@ -88,9 +88,21 @@ class Generator:
         # Before the weights are loaded: an impossible liveliness is to be refused at once.
         sampling = sampling_of(self.options.seed, self.options.liveliness)
         motion: Motion = self._predictor.generate(
-            audio, report, on_piece, style=self.options.style, sampling=sampling
+            audio,
+            report,
+            lambda piece: on_piece(self._blinking(piece)),
+            style=self.options.style,
+            sampling=sampling,
         )
-        return motion
+        return self._blinking(motion)
+
+    def _blinking(self, motion: Motion) -> Motion:
+        """With the run's blinks: they follow from the moment alone, so a piece has those of the whole."""
+        if not self.run.blinks:
+            return motion
+        from studio.playback.layers.idle import Blinks, blinking, blinks_of
+
+        return blinking(motion, Blinks(self.run.blinks, self.options.seed), blinks_of(motion))
 
     @cached_property
     def _predictor(self) -> Predictor:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class Style:
 REACH = 1.6
 """Seconds before and after itself beyond which nothing in a line moves anything."""
 _LEAD = (0.35, 0.6)
-_PAUSE = (0.45, 1.1)
+PAUSE = (0.45, 1.1)
 LINES_APART = 6
 """How many sentences further on each script of a performer begins."""
 
@@ -166,17 +166,26 @@ class Script:
         script: which performance of theirs: sets the order of sentences and every small accident.
         texts: what to say instead of the script of its own, over and over.
         voice_source: "auto" (espeak-ng, else the bundled clips), "espeak" or "bundled".
+        language: whose sounds all sentences are said with ("de"), "" for each sentence's own.
+        pause: seconds between a sentence and the next, shortest and longest.
 
     Raises:
         StudioError: espeak-ng is asked for, or needed for texts, and is not there.
     """
 
     def __init__(
-        self, performer: int = 0, script: int = 0, texts: Sequence[str] = (), voice_source: str = "auto"
+        self,
+        performer: int = 0,
+        script: int = 0,
+        texts: Sequence[str] = (),
+        voice_source: str = "auto",
+        language: str = "",
+        pause: tuple[float, float] = PAUSE,
     ) -> None:
         self.style, self.voice = Style.of(performer), SpeakerVoice.of(performer)
         self._seed = (performer, script)
         self._texts = tuple(texts)
+        self._language, self._pause = language, pause
         self.bundled = voice_source == "bundled" or not espeak.available()
         if self.bundled and (self._texts or voice_source == "espeak"):
             what = "The practice performer cannot speak new text: espeak-ng is not installed."
@@ -191,7 +200,7 @@ class Script:
         rng = np.random.default_rng((*seed, 402))
         spoken = self._speak(seed)
         lead = round(float(rng.uniform(*_LEAD)) * SAMPLE_RATE)
-        pause = round(float(rng.uniform(*_PAUSE)) * SAMPLE_RATE)
+        pause = round(float(rng.uniform(*self._pause)) * SAMPLE_RATE)
         count = lead + len(spoken.samples) + pause
         start, duration = self._next_start / SAMPLE_RATE, count / SAMPLE_RATE
         voice_end = start + (count - pause) / SAMPLE_RATE
@@ -218,6 +227,8 @@ class Script:
             chosen = Sentence(self._texts[self._index % len(self._texts)])
         else:
             chosen = sentence(number, self._seed[0])
+        if self._language:
+            chosen = replace(chosen, language=self._language)
         spoken = None if self.bundled else speech.from_text(chosen, self.voice, seed)
         if spoken is not None:
             return spoken

@@ -24,7 +24,7 @@ from studio.project.contents import (
     is_project,
     write_project_file,
 )
-from studio.project.run import Run, list_runs, new_run_folder
+from studio.project.run import BASE_VOICE, Run, base_voice, list_runs, new_run_folder
 from studio.project.trash import bring_back, put_away
 from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
 from studio.take.take import Take, TakeInfo
@@ -335,8 +335,15 @@ class Project:
         """All training runs by id, read anew."""
         return list_runs(self.runs_folder)
 
+    @property
+    def usable_runs(self) -> tuple[Run, ...]:
+        """All that can make motion, read anew: its own runs by id, then the studio's."""
+        return (*(run for run in self.runs if run.has_weights), base_voice())
+
     def run(self, run_id: str) -> Run:
-        """One run; RequestError where there is none of that id."""
+        """One run, its own or "base_voice"; RequestError where there is none of that id."""
+        if run_id == BASE_VOICE:
+            return base_voice()
         folder = self.runs_folder / run_id
         if not run_id or Path(run_id).name != run_id or not folder.is_dir():
             known = ", ".join(run.id for run in self.runs) or "none yet"

@@ -21,12 +21,17 @@ import msgspec
 
 from studio.errors import StudioError
 from studio.files import atomic, lock
+from studio.paths import resource
 
 GENERATED = Path(".cache") / "generated"
 """Folder of a project that keeps what its runs made of sounds; made again where it is gone."""
 
 REPORT_FILE, METRICS_FILE, WEIGHTS_FILE = "report.json", "metrics.jsonl", "best.safetensors"
 LICENCE_FILE, EVALUATION_FILE = "licence.txt", "evaluation.json"
+
+
+BASE_VOICE = "base_voice"
+"""Id of the run that comes with the studio: it moves any voice a little, in a project without a take."""
 
 
 class RunStatus(StrEnum):
@@ -170,6 +175,16 @@ class Run:
         return self.report or RunReport()
 
     @property
+    def is_shipped(self) -> bool:
+        """Whether it is the studio's own: every project uses it, and nothing may be written into it."""
+        return self.folder == resource(BASE_VOICE)
+
+    @property
+    def blinks(self) -> float:
+        """How many a minute are laid over its motion: a voice tells nothing of them."""
+        return 18.0 if self.is_shipped else 0.0
+
+    @property
     def has_weights(self) -> bool:
         """Whether it can generate."""
         return (self.folder / WEIGHTS_FILE).is_file()
@@ -216,6 +231,16 @@ def list_run_folders(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
 
 
+def base_voice() -> Run:
+    """The run that comes with the studio."""
+    return Run.load(resource(BASE_VOICE))
+
+
+def run_title(run_id: str) -> str:
+    """What people call a run."""
+    return "Base voice" if run_id == BASE_VOICE else run_id
+
+
 def new_run_folder(folder: Path, recipe: str) -> Path:
     """A new empty folder `<recipe>_<nnn>` among the runs, this caller's alone.
 
@@ -238,10 +263,11 @@ def new_run_folder(folder: Path, recipe: str) -> Path:
             return new
 
 
-def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
-    """Where a run keeps the motion it made for a sound.
+def generated_path(project: Path, run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
+    """Where a project keeps the motion that a run made for a sound.
 
     Args:
+        project: its folder.
         run: the run.
         sound: the sound.
         words: whatever else `saia generate` is told: another style is another motion.
@@ -255,9 +281,9 @@ def generated_path(run: Run, sound: Path, words: Sequence[str] = ()) -> Path:
     made = weights.stat().st_mtime_ns if weights.is_file() else 0
     facts = "|".join((str(sound.absolute()), str(stat.st_size), str(stat.st_mtime_ns), str(made), *words))
     digest = hashlib.sha256(facts.encode()).hexdigest()[:12]
-    return generated_folder(run) / f"{digest}.arrow"
+    return generated_folder(project, run.id) / f"{digest}.arrow"
 
 
-def generated_folder(run: Run) -> Path:
-    """Where everything that a run made is kept."""
-    return run.folder.parent.parent / GENERATED / run.id
+def generated_folder(project: Path, run_id: str) -> Path:
+    """Where a project keeps everything that a run made."""
+    return project / GENERATED / run_id

@@ -20,6 +20,7 @@ from studio.errors import RequestError
 from studio.features.motion import Layout
 from studio.files.atomic import safe_name
 from studio.project import Run
+from studio.project.run import run_title
 
 AVERAGE = "average"
 """What every run moves in unless a person asks for another style. The style that errs least on one validation
@@ -139,8 +140,8 @@ class RunSelection:
     @property
     def title(self) -> str:
         """What people call it."""
-        more = self._more()
-        return f"{self.run} ({', '.join(more)})" if more else self.run
+        more, run = self._more(), run_title(self.run)
+        return f"{run} ({', '.join(more)})" if more else run
 
     @property
     def name(self) -> str:
@@ -171,10 +172,18 @@ class RunChoice:
     style: str = ""
     draws: bool = False
 
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return run_title(self.id)
+
 
 def newest(runs: Sequence[Run]) -> Run:
-    """The run trained last, so that a person sees what it learnt without looking for it."""
-    return max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id))
+    """The run trained last, so that a person sees what it learnt without looking for it.
+
+    The studio's own comes after all others, whenever it was installed.
+    """
+    return max(runs, key=lambda run: (not run.is_shipped, run.folder.stat().st_mtime, run.id))
 
 
 def run_choice(run: Run) -> RunChoice:

@@ -35,6 +35,7 @@ class LiveOptions:
         gate: idle while nobody speaks.
         gain: bring the microphone to the level of the training takes.
         suppress: take noise out.
+        blinks: a minute, for a run that makes none.
     """
 
     device: str | None = None
@@ -47,6 +48,7 @@ class LiveOptions:
     gate: bool = True
     gain: bool = True
     suppress: bool = False
+    blinks: float = 0.0
 
 
 class LivePerformance:
@@ -199,7 +201,7 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     gain = Gain(level_of_takes(learnt), rate, options.gain)
     # Always with a gate: the gain learns from speech alone, and idling may be switched on later.
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
-    layers = PoseLayers(rest_motion(model, style), idles=options.gate)
+    layers = PoseLayers(rest_motion(model, style), idles=options.gate, blinks=options.blinks)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
     return LivePerformance(run_folder.name, performance, name)
 

@@ -24,13 +24,14 @@ class PoseLayers:
     Args:
         rest: a motion of one frame: how the avatar rests while nobody speaks.
         idles: whether silence lets it idle.
+        blinks: a minute, where the tuning asks for none.
     """
 
-    def __init__(self, rest: Motion, idles: bool = True) -> None:
+    def __init__(self, rest: Motion, idles: bool = True, blinks: float = 0.0) -> None:
         self.shape_names, self.bone_names = rest.shape_names, rest.bone_names
         self.rest = rest.pose(0.0)
         self._reference = Reference.of(rest)
-        self.idles = idles
+        self.idles, self._blinks = idles, blinks
         # Reentrant: named_pose holds it around pose, so that names and pose never belong to two tunings.
         self._lock = threading.RLock()
         self._idle_share, self._neutral_share = 1.0 if idles else 0.0, 0.0
@@ -51,6 +52,7 @@ class PoseLayers:
     def retune(self, tuning: Tuning) -> None:
         """Other layers from the next pose on."""
         with self._lock:
+            tuning = replace(tuning, blinks=tuning.blinks or self._blinks)
             self._tuner = Tuner(tuning, self.shape_names, self.bone_names, self._reference)
             # What a person's own tuning does all the time, silence must not do a second time.
             own = replace(

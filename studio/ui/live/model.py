@@ -102,9 +102,9 @@ class LiveModel(QObject):
 
     @property
     def runs(self) -> list[Run]:
-        """The project's runs that can perform."""
+        """The runs that can perform."""
         project = self._session.project
-        return [run for run in project.runs if run.has_weights] if project is not None else []
+        return list(project.usable_runs) if project is not None else []
 
     @property
     def run(self) -> Run | None:

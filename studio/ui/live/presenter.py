@@ -43,10 +43,8 @@ class LivePresenter(QObject):
         self.voice = DelayedVoicePresenter(view.latency.voice, model, session)
         self.avatars = Avatars(view.stage, session)
         model.about_to_start.connect(lambda: messages.dismiss_error(view))
-        model.runs_changed.connect(lambda: view.show_empty(not model.runs))
         model.task.failed.connect(self._on_failed)
         model.task.forced.connect(self._on_forced)
-        view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         model.open()
 
     def activate(self) -> None:

@@ -206,10 +206,6 @@ class MicrophonePresenter(QObject):
         path = paths[0]
         if self._model.task.running:
             messages.show_note(self._card, self.tr("Stop first, then drop {0} again.").format(path.name))
-        elif self._model.run is None:
-            messages.show_note(
-                self._card, self.tr("Train a run first: it can perform {0}.").format(path.name)
-            )
         else:
             self.offer(path)
             if len(paths) > 1:

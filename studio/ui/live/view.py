@@ -2,51 +2,30 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from studio.ui import theme
 from studio.ui.live.latency_view import LatencyCard
 from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.stage_view import Controls, LiveStage
-from studio.ui.widgets.card import Card, EmptyState, Picture, columns, label, rows
+from studio.ui.widgets.card import Card, Picture, columns, label, rows
 from studio.ui.widgets.meters import ShapeMeters
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
 
 
 class LiveView(QWidget):
-    """The tab's layout.
-
-    Signals:
-        train_requested: there is no run yet.
-    """
-
-    train_requested = Signal()
+    """The tab's layout."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.empty = EmptyState(
-            "mdi6.account-voice",
-            self.tr("Live lets your avatar speak with you, now. It needs a run trained on your takes."),
-            self.tr("Train a run"),
-            "live_go_train",
-        )
-        self.empty.clicked.connect(self.train_requested)
-        page = QWidget()
-        self._stack = QStackedLayout(self)
-        self._stack.addWidget(self.empty)
-        self._stack.addWidget(page)
-        outer = QHBoxLayout(page)
+        outer = QHBoxLayout(self)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         parts = (self._left(), 310, 0), (self._middle(), 640, 1), (self._right(), 300, 0)
         outer.addWidget(columns("live_columns", *parts))
         for box in self.findChildren(QComboBox):
             self.controls.claim_keys_of(box)
         self.send.row_added.connect(self._on_target)
-
-    def show_empty(self, empty: bool) -> None:
-        """Show the empty state, or the page."""
-        self._stack.setCurrentIndex(0 if empty else 1)
 
     def show_status(self, words: str, health: str = "") -> None:
         """The sentence under the avatar; health is "good", "warn", "bad" or ""."""

@@ -106,8 +106,7 @@ class BatchPresenter(QObject):
         # As the bar shows it, its style and seed too: a batch that moved otherwise would surprise.
         second = bar.two.isChecked() and not bar.vote.running and bar.shown_number == 2
         shown = (bar.second if second else bar.first).wanted
-        runs = self._model.runs()
-        return shown if shown.run or not runs else RunSelection(runs[-1].id)
+        return shown if shown.run else RunSelection(self._model.newest_run)
 
     def _on_dropped(self, folder: Path) -> None:
         """Offer motion of all sounds in a folder; behind a batch under way it waits in the form."""

@@ -15,7 +15,7 @@ from studio.errors import StudioError
 from studio.ipc.events import ChildEvent, DoneEvent, PieceEvent, ProgressEvent
 from studio.motion import Motion, MotionBuffer
 from studio.project import Project, Run
-from studio.project.run import generated_path
+from studio.project.run import generated_path, run_title
 from studio.take.motion_file import read_motion
 from studio.ui import tasks
 from studio.ui.tasks import ChildTask
@@ -62,7 +62,7 @@ class GenerateTask(QObject):
         """Ask for what a run makes of a sound; the arguments are further ones of `saia generate`."""
         self.cancel()
         try:
-            path = generated_path(run, sound, arguments)
+            path = generated_path(project.folder, run, sound, arguments)
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             remedy = self.tr("Choose another sound, or add it again.")
@@ -78,7 +78,7 @@ class GenerateTask(QObject):
         # Bound now: another request may come before the pool gets to it.
         command = self._arguments
         self._child.prepare_and_start(lambda scratch: [*command, "--pieces", str(scratch)], "pieces")
-        self.progressed.emit(self.tr("{0} listens").format(run.id), -1.0)
+        self.progressed.emit(self.tr("{0} listens").format(run_title(run.id)), -1.0)
 
     def cancel(self) -> None:
         """Ask for nothing any more; a child process is ended."""

@@ -204,6 +204,12 @@ class ReviewModel(QObject):
         """The runs that can generate, with their styles."""
         return tuple(run_choice(run) for run in self._usable_runs())
 
+    @property
+    def newest_run(self) -> str:
+        """The run trained last, the base voice where there is none; "" without a project."""
+        runs = self._usable_runs()
+        return newest(runs).id if runs else ""
+
     def pose_source(self) -> PoseSource | None:
         """What is sent: the tuned motion at the player's position; None for nothing."""
         motion, player = self.tuned, self.player
@@ -220,7 +226,8 @@ class ReviewModel(QObject):
         requested, self._requested_run = self._requested_run, ""
         first = self.sides[A]
         if not requested and not first.selection.run and not self.captured_only:
-            runs = self._usable_runs()
+            # The studio's own waits to be asked: beside a capture it would pass for what was learnt from it.
+            runs = [run for run in self._usable_runs() if not run.is_shipped]
             requested = newest(runs).id if runs else ""
         if requested and requested != first.selection.run:
             first.selection = RunSelection(requested)
@@ -364,9 +371,9 @@ class ReviewModel(QObject):
         if self.items:
             self.show(self.items[0])
 
-    def _usable_runs(self) -> list[Run]:
+    def _usable_runs(self) -> tuple[Run, ...]:
         project = self._session.project
-        return [run for run in project.runs if run.has_weights] if project is not None else []
+        return project.usable_runs if project is not None else ()
 
     def _on_loaded(self, loaded: ReviewClip) -> None:
         self.captured, self.peaks, self.player = loaded.captured, loaded.peaks, loaded.player
@@ -375,6 +382,10 @@ class ReviewModel(QObject):
         if item is not None and item.sound in self.sounds and self.sounds[item.sound] != seconds:
             self.sounds[item.sound] = seconds
             self.refresh()
+        if loaded.captured.motion is None and not self.sides[A].selection.run and not self.captured_only:
+            # Nothing else would be seen of a sound: its motion comes of the newest run, or the base voice.
+            self.sides[A].selection = RunSelection(self.newest_run)
+            self.items_changed.emit()
         self.loaded.emit()
         self.request_motions(A, B)
 

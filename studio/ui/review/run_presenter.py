@@ -8,6 +8,7 @@ from functools import partial
 from PySide6.QtCore import QObject
 
 from studio.motion import Motion
+from studio.project.run import BASE_VOICE
 from studio.training.styles import RunSelection
 from studio.ui.review.generate_task import GenerateTask
 from studio.ui.review.model import A, B, ReviewModel
@@ -96,17 +97,19 @@ class RunPresenter(QObject):
         self._model.request_motions(B)
 
     def _counterpart(self) -> RunSelection:
-        """Something to compare A with: the newest other run, else another style of the same."""
+        """Something to compare A with: the newest other run, another style of the same, the base voice."""
         choices, first = self._model.runs(), self._model.sides[A].selection
-        others = [choice for choice in choices if choice.id != first.run]
-        if others:
-            return RunSelection(others[-1].id)
+        others = [choice.id for choice in choices if choice.id != first.run]
+        if trained := [run for run in others if run != BASE_VOICE]:
+            return RunSelection(trained[-1])
         # Without another run a style is the next best thing to compare with; not the one that A shows.
         styles = [
             name for run in choices if run.id == first.run for name in run.styles
             if name != (first.style or run.style)
         ]  # fmt: skip
-        return RunSelection(first.run, styles[0]) if styles else RunSelection()
+        if styles:
+            return RunSelection(first.run, styles[0])
+        return RunSelection(others[0]) if others else RunSelection()
 
     def _on_front(self, side: int) -> None:
         """Switch between A and B, at once: both are tuned already."""

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.project.run import BASE_VOICE
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
@@ -203,7 +204,7 @@ class RunBar(QWidget):
         two_toggled: whether a second run is compared.
         front_requested: 0 for A, 1 for B.
         cancelled: stop generating.
-        train_requested: there is no run yet.
+        train_requested: there is no run but the base voice.
         ghost_toggled: the button went down or up.
         view_requested: "front", "three_quarter" or "side".
         style_requested: the run is to move like the take on the stage.
@@ -253,7 +254,7 @@ class RunBar(QWidget):
         """
         self.first.show_runs(choices, selections[0])
         self.second.show_runs(choices, selections[1])
-        self._no_runs.setVisible(not choices)
+        self._no_runs.setVisible(all(choice.id == BASE_VOICE for choice in choices))
         self.first.setVisible(bool(choices))
         self._can_two = len(choices) > 1 or any(choice.styles for choice in choices)
         self._arrange()
@@ -318,7 +319,7 @@ class RunBar(QWidget):
         self.move_like_this.setVisible(self._can_show_style and not blind)
 
     def _first_row(self) -> QHBoxLayout:
-        self._no_runs = QPushButton(self.tr("Train a run to see it predict"))
+        self._no_runs = QPushButton(self.tr("Train a run of your own"))
         self._no_runs.setObjectName("review_go_train")
         theme.as_role(self._no_runs, "quiet")
         self._no_runs.clicked.connect(self.train_requested)

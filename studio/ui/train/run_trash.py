@@ -13,7 +13,6 @@ from pathlib import Path
 from PySide6.QtCore import QCoreApplication, QObject, Signal
 
 from studio.errors import StudioError
-from studio.project import Run
 from studio.project.run import generated_folder
 from studio.project.trash import MOST_KEPT, bring_run_back, put_run_away, thin_out
 from studio.ui import tasks
@@ -86,7 +85,7 @@ class _MovingRun:
         folder = self.folder
         self.folder = put_run_away(folder)
         # Motion that the run made lies elsewhere and would outlive it.
-        made = generated_folder(Run(folder.name, folder, ""))
+        made = generated_folder(folder.parent.parent, folder.name)
 
         def tidy() -> None:
             shutil.rmtree(made, ignore_errors=True)  # it can be made again

@@ -109,7 +109,7 @@ class RunChooser(QWidget):
             self.run.clear()
             self.run.addItem(self._none, "")
             for choice in choices:
-                self.run.addItem(choice.id, choice.id)
+                self.run.addItem(choice.title, choice.id)
             self.run.setCurrentIndex(max(self.run.findData(wanted.run), 0))
         self._seed = wanted.seed
         self._show_liveliness(wanted.liveliness)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,16 +30,13 @@ FIGURES = [
 ]
 
 
-def test_without_a_run_it_says_what_is_needed_and_leads_there(
-    room: Callable[..., Room], toy_project: Project, qtbot: QtBot
+def test_before_the_first_take_the_base_voice_is_ready_to_go_live(
+    room: Callable[..., Room], tmp_path: Path
 ) -> None:
-    view, _, session = room(toy_project)
-    assert view.empty.isVisible()
-    wanted: list[str] = []
-    session.tab_requested.connect(wanted.append)
-    assert view.empty.button is not None
-    view.empty.button.click()
-    assert wanted == ["train"]
+    view, presenter, _ = room(Project.create(tmp_path / "New"))
+    assert view.source.run.run.currentText() == "Base voice"
+    assert view.source.run.wanted.run == presenter.model.selection.run == "base_voice"
+    assert view.source.start.isEnabled()
 
 
 def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quality(
@@ -47,8 +45,9 @@ def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quali
     add_run(toy_project)
     run = add_run(toy_project, look_aheads=FIGURES)
     view, _, _ = room(toy_project)
-    assert not view.empty.isVisible()
     assert view.source.run.wanted.run == run.id
+    names = [view.source.run.run.itemText(i) for i in range(view.source.run.run.count())]
+    assert names[-1] == "Base voice"
     assert view.source.start.isEnabled()
     assert view.source.start.text() == "Go live"
     assert not view.controls.button("neutral").isEnabled()

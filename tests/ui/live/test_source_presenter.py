@@ -194,8 +194,10 @@ def test_dropped_sounds_are_performed_next(live: Room, tmp_path: Path, qtbot: Qt
     assert "One sound is performed at a time: a.wav is chosen." in toasts(view)
 
 
-def test_a_dropped_sound_needs_a_run(room: Callable[..., Room], toy_project: Project, tmp_path: Path) -> None:
+def test_a_dropped_sound_needs_no_run_of_ones_own(
+    room: Callable[..., Room], toy_project: Project, tmp_path: Path, qtbot: QtBot
+) -> None:
     view, _, session = room(toy_project)
     session.performance_dropped.emit((write(tmp_path / "a.wav"),))
-    assert view.source.file is None
-    assert "Train a run first: it can perform a.wav." in toasts(view)
+    qtbot.waitUntil(lambda: view.source.file == tmp_path / "a.wav")
+    assert view.source.start.isEnabled()

@@ -99,6 +99,8 @@ def test_what_is_missing_is_said(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None
     dialog.start.click()
     assert dialog.message.text() == "Choose the sounds first."
     dialog.set_sounds([tmp_path])
+    assert dialog.run.currentText() == "Base voice"
+    dialog.run.setCurrentIndex(0)
     dialog.start.click()
     assert dialog.message.text() == "Sounds need a run that makes motion of them."
     assert not presenter.batch.busy

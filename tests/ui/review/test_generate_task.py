@@ -177,7 +177,7 @@ def test_a_cached_motion_that_cannot_be_read_is_gone_before_it_is_told(
     task.cancel()
     sound = toy_project.takes[0].audio_path
     assert sound is not None
-    path = generated_path(toy_project.run("quick_001"), sound, ())
+    path = generated_path(toy_project.folder, toy_project.run("quick_001"), sound, ())
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(b"no motion")
     there: list[bool] = []

@@ -40,7 +40,7 @@ def _run(project: Project, name: str, styles: tuple[str, ...] = (), **strengths:
         truth = read_motion(take.motion_path)
         for style, strength in strengths.items():
             words = RunSelection(name, "" if style == "own" else STYLES[1]).words
-            path = generated_path(project.run(name), take.audio_path, words)
+            path = generated_path(project.folder, project.run(name), take.audio_path, words)
             path.parent.mkdir(parents=True, exist_ok=True)
             write_motion(path, replace(truth, shapes=(truth.shapes * strength).astype(np.float32)))
 
@@ -101,7 +101,7 @@ def test_what_was_generated_is_kept_for_each_style(toy_project: Project, tmp_pat
     ]
     assert wanted[-1].words == ("--style=a", "--seed=1")
     assert RunSelection("", "", 1, 0.5).words == ("--liveliness=0.5", "--seed=1")
-    assert len({generated_path(run, sound, one.words) for one in wanted}) == 5
+    assert len({generated_path(toy_project.folder, run, sound, one.words) for one in wanted}) == 5
     assert run_choice(run) == RunChoice("quick_001")
 
 
@@ -113,8 +113,8 @@ def test_a_run_that_draws_gives_another_take(qtbot: QtBot, tab: Tab, toy_project
     (run.folder / "report.json").write_text('{"status": "done", "form": "mixture"}', encoding="utf-8")
     sound = toy_project.take("toy_003").audio_path
     assert sound is not None
-    other = generated_path(run, sound, RunSelection("saia_001", seed=1).words)
-    made = read_motion(generated_path(run, sound, ()))
+    other = generated_path(toy_project.folder, run, sound, RunSelection("saia_001", seed=1).words)
+    made = read_motion(generated_path(toy_project.folder, run, sound, ()))
     write_motion(other, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
     presenter.model.refresh()
     view.bar.first.run.setCurrentIndex(view.bar.first.run.findData("saia_001"))
@@ -137,8 +137,8 @@ def test_a_run_that_draws_is_as_lively_as_chosen(qtbot: QtBot, tab: Tab, toy_pro
     (run.folder / "report.json").write_text('{"status": "done", "draws": true}', encoding="utf-8")
     sound = toy_project.take("toy_003").audio_path
     assert sound is not None
-    made = read_motion(generated_path(run, sound, ()))
-    calm = generated_path(run, sound, ("--liveliness=0.5",))
+    made = read_motion(generated_path(toy_project.folder, run, sound, ()))
+    calm = generated_path(toy_project.folder, run, sound, ("--liveliness=0.5",))
     write_motion(calm, replace(made, shapes=(made.shapes * 0.6).astype(np.float32)))
     presenter.model.refresh()
     bar.run.setCurrentIndex(bar.run.findData("alive_001"))
