@@ -48,7 +48,6 @@ class ReviewPresenter(QObject):
         scopes = (view.tune.undo_scope, self.presets.steps, self.sources.steps)
         self.undo_scope = JointUndo(scopes, self)
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
-        view.record_requested.connect(lambda: session.tab_requested.emit("record"))
         model.open()
 
     def activate(self) -> None:

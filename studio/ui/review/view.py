@@ -45,7 +45,7 @@ class ReviewView(QWidget):
         loop_toggled: the button went down or up.
         speed_chosen: how fast to play, 1 as it was recorded.
         curve_chosen: name of the channel drawn on the timeline.
-        train_requested, record_requested: go to that tab.
+        train_requested: go to that tab.
     """
 
     play_toggled = Signal()
@@ -55,7 +55,6 @@ class ReviewView(QWidget):
     speed_chosen = Signal(float)
     curve_chosen = Signal(str)
     train_requested = Signal()
-    record_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,11 +62,12 @@ class ReviewView(QWidget):
         self._playing = False
         self.empty = EmptyState(
             "mdi6.play-circle-outline",
-            self.tr("Review shows what was captured and what a trained run makes of any sound."),
-            self.tr("Record a take"),
-            "review_go_record",
+            self.tr(
+                "Add any sound, and the base voice moves to it. What you record and train is shown here, too."
+            ),
+            self.tr("Add a sound"),
+            "review_add_sound",
         )
-        self.empty.clicked.connect(self.record_requested)
         room = QWidget()
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
@@ -75,6 +75,7 @@ class ReviewView(QWidget):
         outer = QHBoxLayout(room)
         outer.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         self.sources_card = ReviewListCard()
+        self.empty.clicked.connect(self.sources_card.add_requested)
         parts = (self.sources_card, 182, 0), (self._middle(), 756, 1), (self._right(), 294, 0)
         self.columns = columns("review_columns", *parts)
         outer.addWidget(self.columns)

@@ -28,6 +28,17 @@ def session(tmp_path: Path) -> Session:
     return session
 
 
+def test_an_empty_review_asks_for_a_sound(opened: Tab) -> None:
+    view, _ = opened
+    assert view.empty.isVisible()
+    assert view.empty.button is not None
+    asked: list[bool] = []
+    view.sources_card.add_requested.disconnect()  # else it would open the dialog of the system
+    view.sources_card.add_requested.connect(lambda: asked.append(True))
+    view.empty.button.click()
+    assert asked == [True]
+
+
 @pytest.mark.slow
 def test_a_sound_in_an_empty_project_moves_the_avatar(qtbot: QtBot, opened: Tab, tmp_path: Path) -> None:
     view, presenter = opened
