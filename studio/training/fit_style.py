@@ -173,6 +173,9 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
 
 def _must_rest(run: Run) -> None:
     """RequestError where a run's weights are about to be others."""
+    if run.is_shipped:
+        what = "The base voice comes with the studio and learns nobody's style."
+        raise RequestError(what, "Train a run of your own, and show it the style.")
     if run.status == "running":
         raise RequestError(f"{run.id} is being trained.", "Wait until it is done, or stop it.")
 

@@ -117,3 +117,15 @@ def test_its_training_cannot_go_on(tmp_path: Path, capsys: pytest.CaptureFixture
         "The base voice comes with the studio; its training cannot go on. "
         "Leave --resume out to train a run of your own."
     )
+
+
+def test_nobodys_style_is_kept_in_it(
+    make_toy_project: Callable[..., Project], capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = make_toy_project(splits=("train",))
+    words = ["style", str(project.folder), "base_voice", "Toy_001", "--from", "0", "--to", "5"]
+    assert cli.main(words) == 2
+    assert capsys.readouterr().err.startswith(
+        "The base voice comes with the studio and learns nobody's style. "
+        "Train a run of your own, and show it the style."
+    )

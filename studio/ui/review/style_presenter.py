@@ -7,6 +7,7 @@ from dataclasses import replace
 from PySide6.QtCore import QObject
 
 from studio.ipc.events import ChildEvent, DoneEvent, ProgressEvent, StyleDone
+from studio.project.run import BASE_VOICE
 from studio.ui.review.model import A, ReviewModel
 from studio.ui.review.run_view import RunBar
 from studio.ui.session import Session
@@ -62,7 +63,7 @@ class StylePresenter(QObject):
         model = self._model
         take = model.item.take if model.item is not None else None
         captured = take is not None and model.captured.motion is not None
-        possible = captured and bool(model.sides[A].selection.run)
+        possible = captured and model.sides[A].selection.run not in ("", BASE_VOICE)
         self._bar.show_style_choice(possible)
         self._bar.move_like_this.setEnabled(not self._child.running)
 
