@@ -29,7 +29,15 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = toys.make(tmp_path_factory.mktemp("trained") / "Toy", ("train", "train", "val", "test"))
     for seed in (1, 2):
         recipe = load_recipe("balanced").with_overrides(
-            ["units=16", "steps=4", "crops=4", "crop_frames=60", "epochs=1", f"seed={seed}"]
+            [
+                "units=16",
+                "steps=4",
+                "crops=4",
+                "crop_frames=60",
+                "epochs=1",
+                "network.body=plain",
+                f"seed={seed}",
+            ]
         )
         train(made, recipe, on_event=lambda event: None)
     return made.folder
