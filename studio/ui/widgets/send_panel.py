@@ -122,9 +122,10 @@ class SendPanel(QWidget):
 
     @property
     def kept(self) -> dict[str, object]:
-        """What the settings keep of the panel."""
-        return {
-            "send_targets": tuple(row.address.text for row in self.rows),
+        """What the settings keep of the panel; of the targets nothing while one of them is half written."""
+        texts = tuple(row.address.text for row in self.rows)
+        whole = texts and all(Address.parse(text) for text in texts)
+        return ({"send_targets": texts} if whole else {}) | {
             "send_fps": float(self.fps.currentData()),
             "send_names": str(self.names.currentData()),
         }

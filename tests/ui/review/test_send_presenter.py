@@ -55,7 +55,19 @@ def test_targets_come_back_the_next_time(qtbot: QtBot) -> None:
     sending.close()
 
 
-@pytest.mark.parametrize("text", ["", "x", "a=b", "a=:1", "a=b:0", "a=b:70000", "a=b:１"])
+def test_a_host_half_written_is_not_kept_and_harms_nothing(qtbot: QtBot) -> None:
+    panel, sending, session = _made(qtbot, Settings(send_targets=("VNyan=127.0.0.1:39539",)))
+    panel.rows[0].host.setText("192.168 0.7")
+    panel.rows[0].host.editingFinished.emit()
+    assert session.settings.send_targets == ("VNyan=127.0.0.1:39539",)
+    assert panel.rows[0].host.text() == "192.168 0.7", "what a person writes stays under their hands"
+    panel.rows[0].host.setText("192.168.0.7")
+    panel.rows[0].host.editingFinished.emit()
+    assert session.settings.send_targets == ("VNyan=192.168.0.7:39539",)
+    sending.close()
+
+
+@pytest.mark.parametrize("text", ["", "x", "a=b c:1", "a=b", "a=:1", "a=b:0", "a=b:70000", "a=b:１"])
 def test_a_kept_target_that_makes_no_sense_is_left_out(qtbot: QtBot, text: str) -> None:
     assert Address.parse(text) is None
     panel, _, _ = _made(qtbot, Settings(send_targets=(text,)))
