@@ -208,6 +208,15 @@ def row_centres(spec: AudioSpec, fps: Fraction, first: int, count: int) -> NDArr
     return (2 * top + bottom) // (2 * bottom)
 
 
+def between(values: Floats, where: NDArray[np.floating]) -> Floats:
+    """Rows (R, F) of values (T, F) at fractional indices (R,), straight lines between them, ends held."""
+    where = np.clip(where, 0, len(values) - 1)
+    left = np.minimum(where.astype(np.int64), max(len(values) - 2, 0))
+    part = (where - left).astype(np.float32)[:, None]
+    right = np.minimum(left + 1, len(values) - 1)
+    return values[left] * (1 - part) + values[right] * part
+
+
 def _hz_to_mel(hz: NDArray[np.float64]) -> NDArray[np.float64]:
     # Slaney: 200/3 Hz a mel up to 1 kHz, then 27 mels for each factor of 6.4.
     above = 15.0 + np.log(np.maximum(hz, 1e-9) / 1000.0) * 27.0 / np.log(6.4)

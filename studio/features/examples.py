@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from studio.errors import StudioError
 from studio.features.audio import rows
-from studio.features.audio_spec import AudioSpec, Floats, warped_bands
+from studio.features.audio_spec import AudioSpec, Floats, between, warped_bands
 from studio.features.motion import Layout
 from studio.files import atomic
 from studio.files.cache import read_arrays, used
@@ -182,7 +182,7 @@ def cut(
         else float(rng.uniform(1 - augment.stretch, 1 + augment.stretch))
     )
     frames = first + np.arange(crop_shape.frames) * tempo
-    values, valid = _between(example.values, frames), _held(example.grid.valid, frames)
+    values, valid = between(example.values, frames), _held(example.grid.valid, frames)
     weight = valid[:, None] * example.mask[None, :]
     count = crop_shape.frames * crop_shape.steps_per_frame + crop_shape.before + crop_shape.after
     rows = _stretched_rows(example, first, count, crop_shape, tempo)
@@ -201,16 +201,7 @@ def _stretched_rows(example: Example, first: int, count: int, crop_shape: CropSh
     # Row m of frame i lies (m - (k - 1) / 2) / k frames from it: stretching turns about frame centres.
     middle = (k - 1) / 2
     wanted = first * k + middle + (np.arange(count) - crop_shape.before - middle) * tempo + example.lead
-    return _between(example.sound, wanted)
-
-
-def _between(values: Floats, where: NDArray[np.floating]) -> Floats:
-    """Rows at fractional indices, straight lines between them, ends held."""
-    where = np.clip(where, 0, len(values) - 1)
-    left = np.minimum(where.astype(np.int64), max(len(values) - 2, 0))
-    part = (where - left).astype(np.float32)[:, None]
-    right = np.minimum(left + 1, len(values) - 1)
-    return values[left] * (1 - part) + values[right] * part
+    return between(example.sound, wanted)
 
 
 def _read_at(rows: Floats, bands: NDArray[np.float64]) -> Floats:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.features.audio_spec import Floats, mel_filters
+from studio.features.audio_spec import Floats, between, mel_filters
 
 if TYPE_CHECKING:
     from studio.model._whisper import Whisper
@@ -30,13 +30,14 @@ STEP = 320
 CHUNK_SAMPLES = CHUNK * STEP
 REACH_BACK = (BLOCKS * KEPT + 1) * CHUNK_SAMPLES
 """Samples before a chunk that its tokens may depend on."""
-_FFT, _HOP = 400, 160
-_LATER = AFTER * STEP + _FFT // 2
+FFT, HOP = 400, 160
+"""Samples under one of Whisper's bands, and from one to the next."""
+_LATER = AFTER * STEP + FFT // 2
 """Samples after the end of a chunk that its tokens hear."""
 _AT_ONCE = 96
 """Chunks worked out together where all the sound is there."""
 _ROWS_AT_ONCE = 4096
-_BEFORE = 2 * _HOP + _FFT // 2
+_BEFORE = 2 * HOP + FFT // 2
 """Samples before a chunk that its convolutions hear."""
 LOUDEST = 1.4
 """log10 of the power a loud voice reaches; Whisper's own scale hangs on a window's loudest moment, which a
@@ -109,16 +110,12 @@ class TokenStream:
         while self._next < until:
             count = min(until - self._next, _AT_ONCE)
             begin, length = heard(self._next, count)
-            sound = _cut(samples, begin - start_sample, length)
+            sound = cut(samples, begin - start_sample, length)
             made, self._state = self._encoder.network.advance(_bands(sound), self._next, self._state)
             self._tokens = np.concatenate([self._tokens, made])
             self._next += count
         where = centres / STEP - self._first * CHUNK
-        left = np.clip(where.astype(np.int64), 0, len(self._tokens) - 1)
-        right = np.minimum(left + 1, len(self._tokens) - 1)
-        part = (where - left).astype(np.float32)[:, None]
-        found: Floats = self._tokens[left] * (1 - part) + self._tokens[right] * part
-        return found
+        return between(self._tokens, where)
 
     def forget(self, centre: int) -> None:
         """Drop tokens that no row centred on a sample or later needs."""
@@ -138,20 +135,26 @@ def heard(chunk: int, count: int) -> tuple[int, int]:
 
 def _bands(sound: Floats) -> Floats:
     """Whisper's bands (80, M) of sound cut to fit, on a fixed scale of loudness."""
-    from scipy.fft import rfft
-
-    hann = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(_FFT) / _FFT)).astype(np.float32)
-    pieces = np.lib.stride_tricks.sliding_window_view(sound, _FFT)[::_HOP]
-    spectrum = rfft(pieces * hann, axis=1)
-    power = (spectrum.real**2 + spectrum.imag**2) @ mel_filters(80, _FFT, 16000, 0.0, 8000.0).T
-    bands = (np.maximum(np.log10(np.maximum(power, 1e-10)), LOUDEST - 8.0) + 4.0) / 4.0
+    bands = (np.maximum(whisper_levels(sound), LOUDEST - 8.0) + 4.0) / 4.0
     return np.ascontiguousarray(bands.T, dtype=np.float32)
 
 
-def _cut(samples: Floats, begin: int, length: int) -> Floats:
+def whisper_levels(sound: Floats) -> Floats:
+    """log10 of the power in Whisper's bands, (M, 80), of every window that lies within the sound (N,)."""
+    from scipy.fft import rfft
+
+    hann = (0.5 - 0.5 * np.cos(2 * np.pi * np.arange(FFT) / FFT)).astype(np.float32)
+    pieces = np.lib.stride_tricks.sliding_window_view(sound, FFT)[::HOP]
+    spectrum = rfft(pieces * hann, axis=1)
+    power = (spectrum.real**2 + spectrum.imag**2) @ mel_filters(80, FFT, 16000, 0.0, 8000.0).T
+    levels: Floats = np.log10(np.maximum(power, 1e-10))
+    return levels
+
+
+def cut(samples: Floats, begin: int, length: int) -> Floats:
     """So many samples from one on, zeros outside of the sound."""
-    cut = np.zeros(length, dtype=np.float32)
+    piece = np.zeros(length, dtype=np.float32)
     low, high = max(begin, 0), min(begin + length, len(samples))
     if high > low:
-        cut[low - begin : high - begin] = samples[low:high]
-    return cut
+        piece[low - begin : high - begin] = samples[low:high]
+    return piece

@@ -134,8 +134,9 @@ def sync_match(pairs: Sequence[Pair]) -> float | None:
         moving = captured.std(axis=1).max(axis=1, initial=0.0) > MOVING
         captured, predicted = _standardised(captured[moving]), _standardised(predicted[moving])
         # Channels weigh alike, whatever each is worth: (n, n), captured by predicted pieces.
-        fits = np.einsum("itc,jtc->ij", captured, predicted)
-        own, n = fits.diagonal()[:, None], len(fits)
+        n = len(captured)
+        fits = captured.reshape(n, -1) @ predicted.reshape(n, -1).T if n else np.zeros((0, 0))
+        own = fits.diagonal()[:, None]
         # A tie is half a win, so that the mean pose is at chance; each piece ties with itself.
         won += float((own > fits).sum()) + ((own == fits).sum() - n) / 2
         tried += n * (n - 1)

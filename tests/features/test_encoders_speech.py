@@ -120,6 +120,13 @@ def test_a_stream_hears_no_later_than_it_says_and_nothing_too_early() -> None:
             assert (np.abs(heard[centres == centre][0] - row).max() < 1e-3) == same
 
 
+def test_a_stream_of_other_weights_than_a_run_learnt_with_is_refused() -> None:
+    with pytest.raises(StudioError, match="is not the one this was trained with"):
+        rows(voice(1.0), replace(STREAMED, encoder_digest="0" * 64), Fraction(30), 0, 3)
+    with pytest.raises(StudioError, match="is not the one this was trained with"):
+        streaming_whisper("0" * 64)
+
+
 @pytest.mark.parametrize("block", [100, 1280, 7000])
 def test_a_stream_in_blocks_gives_the_rows_of_the_whole(block: int) -> None:
     sound, fps = voice(4.0), Fraction(30)

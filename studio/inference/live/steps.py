@@ -201,7 +201,7 @@ class LiveSteps:
         from studio.features.streaming_encoder import TokenStream, chunk_of
 
         first = int(row_centres(self._spec, self._model.fps, self._first_row, 1)[0])
-        return TokenStream(streaming_whisper(), chunk_of(first))
+        return TokenStream(streaming_whisper(self._spec.encoder_digest), chunk_of(first))
 
     def _fresh(self, first: int, count: int) -> Floats:
         """Rows whose sound is all there."""
