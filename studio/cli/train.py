@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,7 +38,8 @@ from studio.ipc.events import (
 )
 
 if TYPE_CHECKING:
-    from studio.project import Project, Run
+    from studio.project import Project, Run, RunReport
+    from studio.training.duration import Lengths
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
@@ -74,6 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.cli._project import opened
     from studio.training.loop.run_folder import Board, must_be_installed
 
+    began = time.monotonic()
     if args.list:
         _list(args, out)
         return
@@ -105,6 +108,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     _measure_look_aheads(project, finished, out, stop)
     trim_cache(project)
     report = finished.facts
+    if resume is None and not stop.is_set():
+        _remember(project, recipe, report, time.monotonic() - began)
     stopped, seconds, best = report.status == "stopped", report.seconds or 0.0, report.best_epoch
     how = "Stopped" if stopped else "Done"
     done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.best_val)
@@ -118,6 +123,32 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
     if finished.has_weights:
         with ends_clean("SIGHUP"):
             after_training(project, finished, out, stop.requested_again())
+
+
+def _remember(project: Project, recipe: Recipe, report: RunReport, whole_s: float) -> None:
+    """Keep what a training of its kind takes here, for the next one's expected time."""
+    from studio.settings import settings_folder
+    from studio.training.duration import Measured, TrainingTimes, kind_of
+
+    if report.status != "done" or report.step_s is None or report.check_s is None:
+        return
+    settings, lengths = recipe.training, _lengths_of(project)
+    step_s = report.step_s / (settings.crops * settings.crop_frames)
+    around_s = max(whole_s - (report.seconds or 0.0), 0.0)
+    measured = Measured(
+        kind_of(recipe), report.device, step_s, report.check_s, around_s, lengths.val, lengths.total
+    )
+    TrainingTimes(settings_folder()).remember(measured)
+
+
+def _lengths_of(project: Project) -> Lengths:
+    """Seconds of a project's takes by use."""
+    from studio.training.duration import Lengths
+
+    def of(split: str) -> float:
+        return sum(one.seconds(take.info.duration) for one, take in project.selected(split))
+
+    return Lengths(of("train"), of("val"), of("test"))
 
 
 def _trained(
@@ -189,12 +220,15 @@ def _settled(recipe: Recipe) -> Recipe:
 def _list(args: argparse.Namespace, out: Output) -> None:
     from dataclasses import asdict
 
+    from studio.settings import settings_folder
     from studio.training import recipe as recipes
+    from studio.training.duration import TrainingTimes
 
-    chosen = _chosen(args)
+    chosen, times = _chosen(args), TrainingTimes(settings_folder())
     found = recipes.recipes()
     for info in found:
-        text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"
+        expected = times.expected(recipes.usual_recipe(info.name)).words
+        text = f"{info.name:<12} {info.title:<18} {expected:<18} {info.summary}"
         out.emit(RecipeEvent(**asdict(info)), text)
     out.emit(ChosenEvent(chosen.name), f"\nWhat --set can change, and its value in {chosen.name}:")
     for key, value in chosen.settings().items():

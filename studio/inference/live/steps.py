@@ -152,6 +152,11 @@ class LiveSteps:
         """The next frame that will be given."""
         return self._frame
 
+    @property
+    def missing_s(self) -> float:
+        """Seconds of sound that the next frame still lacks."""
+        return max(self._due - self._start - len(self._samples), 0) / self._spec.sample_rate
+
     def feed(self, block: Floats) -> Iterator[tuple[int, Floats]]:
         """What can be known after one more block of mono sound (N,) at the model's rate.
 
