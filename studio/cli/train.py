@@ -128,14 +128,14 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
 def _remember(project: Project, recipe: Recipe, report: RunReport, whole_s: float) -> None:
     """Keep what a training of its kind takes here, for the next one's expected time."""
     from studio.settings import settings_folder
-    from studio.training.duration import Measured, TrainingTimes, kind_of
+    from studio.training.duration import TrainingTime, TrainingTimes, kind_of
 
     if report.status != "done" or report.step_s is None or report.check_s is None:
         return
     settings, lengths = recipe.training, _lengths_of(project)
     step_s = report.step_s / (settings.crops * settings.crop_frames)
     around_s = max(whole_s - (report.seconds or 0.0), 0.0)
-    measured = Measured(
+    measured = TrainingTime(
         kind_of(recipe), report.device, step_s, report.check_s, around_s, lengths.val, lengths.total
     )
     TrainingTimes(settings_folder()).remember(measured)

@@ -45,7 +45,7 @@ class Lengths:
 
 
 @dataclass(frozen=True)
-class Measured:
+class TrainingTime:
     """What one training took.
 
     Args:
@@ -110,12 +110,12 @@ class TrainingTimes:
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE
-        self._kept: list[Measured] = []
+        self._kept: list[TrainingTime] = []
         self._probe_s: float | None = None
         # Whoever spoils this file loses some guesses and no more.
         with suppress(OSError, StudioError, msgspec.ValidationError):
             content = atomic.read_json(self._path)
-            self._kept = msgspec.convert(content.get("trainings", []), list[Measured])
+            self._kept = msgspec.convert(content.get("trainings", []), list[TrainingTime])
             self._probe_s = msgspec.convert(content.get("probe_s"), float | None)
 
     @property
@@ -123,7 +123,7 @@ class TrainingTimes:
         """Whether nothing at all is known of this computer."""
         return not self._kept and not self._probe_s
 
-    def remember(self, measured: Measured) -> None:
+    def remember(self, measured: TrainingTime) -> None:
         """Keep what a training took; a folder that cannot be written keeps nothing."""
         self._kept = [*self._kept, measured][-_KEPT:]
         self._save()
@@ -140,7 +140,7 @@ class TrainingTimes:
             return Expected(_median(one.expected_s(recipe, lengths) for one in same), len(same))
         return Expected(60 * recipe.minutes * self._slowness)
 
-    def _of_kind(self, kind: str) -> Sequence[Measured]:
+    def _of_kind(self, kind: str) -> Sequence[TrainingTime]:
         same = [one for one in self._kept if one.kind == kind]
         # A graphics card that came since counts from its first training on.
         return [one for one in same if one.device == same[-1].device][-_OF_A_KIND:]

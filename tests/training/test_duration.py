@@ -10,7 +10,7 @@ import pytest
 from studio import cli
 from studio.project import Project
 from studio.settings import settings_folder
-from studio.training.duration import FILE, Expected, Lengths, Measured, TrainingTimes, kind_of
+from studio.training.duration import FILE, Expected, Lengths, TrainingTime, TrainingTimes, kind_of
 from studio.training.recipe import load_recipe, usual_recipe
 
 TOY = ("units=8", "steps=2", "crops=2", "crop_frames=45", "epochs=2")
@@ -36,7 +36,7 @@ def test_a_training_is_remembered_and_the_next_of_its_kind_is_expected_to_take_a
 def kept(folder: Path, *, device: str = "cpu", step_s: float = 1e-4) -> TrainingTimes:
     times = TrainingTimes(folder)
     kind = kind_of(usual_recipe("quick"))
-    times.remember(Measured(kind, device, step_s, check_s=1.0, around_s=10.0, val_s=20.0, takes_s=100.0))
+    times.remember(TrainingTime(kind, device, step_s, check_s=1.0, around_s=10.0, val_s=20.0, takes_s=100.0))
     return TrainingTimes(folder)
 
 
