@@ -15,9 +15,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.errors import StudioError
 from studio.files import atomic
@@ -53,15 +55,16 @@ class TrainingTime:
         device: "cpu", "cuda" or "mps".
         step_s: seconds of a step, for each frame of its crops.
         check_s: seconds of a validation.
-        around_s: seconds before the first and after the last epoch.
-        val_s, takes_s: seconds of takes validated on, and of all that were read.
+        before_s, after_s: seconds before the first epoch, and after the last.
+        val_s, takes_s: seconds of takes validated on, and of all there were.
     """
 
     kind: str
     device: str
     step_s: float
     check_s: float
-    around_s: float
+    before_s: float
+    after_s: float
     val_s: float
     takes_s: float
 
@@ -70,12 +73,20 @@ class TrainingTime:
         settings = recipe.training
         steps = settings.epochs * settings.steps * settings.crops * settings.crop_frames
         checks = 1 + (settings.epochs - 1) // settings.validate_every
-        check_s, around_s = self.check_s, self.around_s
+        check_s = self.check_s
         if lengths is not None:
             # Nothing marked for validation: the training holds some back itself, as it did then.
             check_s *= lengths.val / self.val_s if lengths.val and self.val_s else 1.0
-            around_s *= lengths.total / self.takes_s if self.takes_s else 1.0
+        around_s = (self.before_s + self.after_s) * self._longer(lengths)
         return steps * self.step_s + checks * check_s + around_s
+
+    def _longer(self, lengths: Lengths | None) -> float:
+        """How many times as long the takes are now."""
+        return lengths.total / self.takes_s if lengths is not None and self.takes_s else 1.0
+
+    def expected_after_s(self, lengths: Lengths) -> float:
+        """Seconds after the last epoch at this pace."""
+        return self.after_s * self._longer(lengths)
 
 
 @dataclass(frozen=True)
@@ -140,6 +151,11 @@ class TrainingTimes:
             return Expected(_median(one.expected_s(recipe, lengths) for one in same), len(same))
         return Expected(60 * recipe.minutes * self._slowness)
 
+    def expected_after_s(self, recipe: Recipe, lengths: Lengths) -> float | None:
+        """Seconds that a training goes on after its last epoch; None where none of its kind is remembered."""
+        same = self._of_kind(kind_of(recipe))
+        return _median(one.expected_after_s(lengths) for one in same) if same else None
+
     def _of_kind(self, kind: str) -> Sequence[TrainingTime]:
         same = [one for one in self._kept if one.kind == kind]
         # A graphics card that came since counts from its first training on.
@@ -188,7 +204,8 @@ def _probes() -> Iterator[float]:
     heard = rng.normal(0, 1, (8, 64)).astype(np.float32)
     for _ in range(5):
         began = time.perf_counter()
-        hidden = cell = np.zeros((8, 64), np.float32)
+        hidden: NDArray[Any] = np.zeros((8, 64), np.float32)
+        cell: NDArray[Any] = hidden
         for _ in range(400):
             gates = np.concatenate([heard, hidden], axis=1) @ weights
             open_ = 1 / (1 + np.exp(-gates[:, :192]))

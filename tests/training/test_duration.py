@@ -36,7 +36,9 @@ def test_a_training_is_remembered_and_the_next_of_its_kind_is_expected_to_take_a
 def kept(folder: Path, *, device: str = "cpu", step_s: float = 1e-4) -> TrainingTimes:
     times = TrainingTimes(folder)
     kind = kind_of(usual_recipe("quick"))
-    times.remember(TrainingTime(kind, device, step_s, check_s=1.0, around_s=10.0, val_s=20.0, takes_s=100.0))
+    times.remember(
+        TrainingTime(kind, device, step_s, check_s=1.0, before_s=8.0, after_s=2.0, val_s=20.0, takes_s=100.0)
+    )
     return TrainingTimes(folder)
 
 
@@ -49,6 +51,7 @@ def test_it_grows_with_epochs_and_takes_and_one_slow_afternoon_is_no_rule(tmp_pa
     assert times.expected(recipe) == Expected(pytest.approx(learning + settings.epochs + 10.0), 3)
     twice = times.expected(recipe, Lengths(150.0, 40.0, 10.0)).seconds
     assert twice == pytest.approx(learning + 2 * settings.epochs + 20.0)
+    assert times.expected_after_s(recipe, Lengths(150.0, 40.0, 10.0)) == pytest.approx(4.0)
     # Nothing is marked for validation: as much is held back as then.
     assert times.expected(recipe, Lengths(100.0, 0.0)).seconds == times.expected(recipe).seconds
 

@@ -21,15 +21,16 @@ def test_each_step_can_be_told_of_and_short_epochs_tell_none(
     recipe = load_recipe("quick").with_overrides(["units=8", "steps=3", "epochs=2"])
     project = make_toy_project(("train", "val"))
     events: list[Event] = []
-    train(project, recipe, on_event=events.append, step_seconds=0.0)
+    train(project, recipe, on_event=events.append, step_seconds=0.0, after_s=100.0)
     told = [event for event in events if isinstance(event, StepEvent | EpochEvent)]
     assert [(e.epoch, e.step if isinstance(e, StepEvent) else None) for e in told] == [
         (1, 1), (1, 2), (1, 3), (1, None), (2, 1), (2, 2), (2, 3), (2, None),
     ]  # fmt: skip
     steps = [event for event in told if isinstance(event, StepEvent)]
     assert all((e.of, e.steps) == (2, 3) and e.seconds > 0 for e in steps)
-    # No step is left, yet the last validation is.
-    assert 0.0 < steps[-1].eta_s < steps[0].seconds + steps[-1].seconds
+    # No step is left, yet the last validation is, and what comes after.
+    assert steps[-1].eta_s > 100.0
+    assert told[-1].eta_s == 100.0
     events.clear()
     train(project, recipe, on_event=events.append, step_seconds=1e9)
     assert not [event for event in events if isinstance(event, StepEvent)]
@@ -49,3 +50,5 @@ def test_the_time_left_follows_the_pace_of_the_last_epochs_and_counts_what_comes
     assert checked.eta(10, 2) == 5 * 1.0 + 3 * 3.0 + 2 * 3.0
     checked.epoch = 10
     assert checked.eta(10, 2) == 6.0
+    checked.after_s = 40.0  # an earlier training knows
+    assert checked.eta(10, 2) == 40.0

@@ -218,8 +218,9 @@ class Progress:
         seconds_before: of earlier sittings.
         began: when this sitting did; like all moments here by the monotonic clock.
         epoch_began: when the epoch under way did.
-        learnt, checked: seconds that the steps of each epoch of this sitting took, and each validation.
-        after: how many validations what comes after the last epoch takes as long as.
+        learnt, checked: seconds that each epoch of this sitting took, and of each validation apart.
+        after_s: what comes after the last epoch takes; None where nobody knows.
+        after: how many validations that is about.
         reported_at: when it last told of something.
     """
 
@@ -233,6 +234,7 @@ class Progress:
     epoch_began: float = field(default_factory=time.monotonic)
     learnt: list[float] = field(default_factory=list)
     checked: list[float] = field(default_factory=list)
+    after_s: float | None = None
     after: float = 0.0
     reported_at: float = field(default_factory=time.monotonic)
 
@@ -253,7 +255,8 @@ class Progress:
         pace = statistics.median(paces) if paces else 0.0
         check = statistics.median(self.checked[-_PACE_OF:]) if self.checked else 0.0
         due = sum(is_due(one, of, validate_every) for one in range(self.epoch + 1, of + 1))
-        return max(0.0, pace * (of - self.epoch - part)) + check * (due + self.after)
+        after = check * self.after if self.after_s is None else self.after_s
+        return max(0.0, pace * (of - self.epoch - part)) + check * due + after
 
     def as_dict(self) -> dict[str, Any]:
         """What must survive a kill, plain JSON values."""

@@ -52,6 +52,8 @@ from studio.training.recipe import Recipe, read_recipe
 
 SETTLED_FROM = 0.8
 """Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
+_AS_CHECKS = 7.0
+"""How many validations the measuring of one look-ahead took as long as: it begins with the sound itself."""
 STILL_ADVICE = (
     "The model hardly moves yet. If this stays, train longer, choose the recipe balanced, "
     "or check in Curate that sound and motion line up."
@@ -68,6 +70,7 @@ def train(
     stop: Callable[[], bool] = lambda: False,
     resume: Run | None = None,
     step_seconds: float = 1.0,
+    after_s: float | None = None,
 ) -> Run:
     """Train a recipe on a project's training takes, into a run folder.
 
@@ -78,6 +81,8 @@ def train(
         stop: asked after every step; True ends well, the best weights kept.
         resume: a run to go on with.
         step_seconds: a step is told of when nothing was for so long.
+        after_s: how long the caller goes on with the run afterwards, which the time left counts; guessed
+            where None.
 
     Returns:
         The run; its report says how it ended.
@@ -94,7 +99,7 @@ def train(
             on_event(event)
 
     try:
-        done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds).run()
+        done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds, after_s).run()
         leave_together(fabric)
         return done
     except (MemoryError, RuntimeError) as error:
@@ -125,6 +130,7 @@ class _Training:
         stop: Callable[[], bool],
         resume: Run | None,
         step_seconds: float,
+        after_s: float | None,
     ) -> None:
         self.fabric, self.recipe, self.tell = fabric, recipe, tell
         self.stop, self.step_seconds = stop, step_seconds
@@ -141,6 +147,7 @@ class _Training:
         self.steps = TrainingSteps(fabric, self.data, self.model, loss, state)
         self.check = Validation(self.data, self.model, loss, fabric.device)
         self.progress = Progress() if state is None else Progress.from_dict(state.facts)
+        self.progress.after_s = after_s
         self.progress.after = self._checks_after(project)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
         self.preview = PreviewWriter(self.folder.path, recipe.training.epochs)
@@ -205,6 +212,9 @@ class _Training:
                 self._record(loss, due)
             except StudioError as caught:
                 error = caught
+        # What is kept after an epoch takes its time as well: a fifth of a small network's.
+        checked = progress.checked[-1] if due and progress.checked else 0.0
+        progress.learnt[-1] = time.monotonic() - progress.epoch_began - checked
         # The others wait in a collective: told of the failure, they end with a sentence instead of hanging.
         failed = self.fabric.broadcast(error is not None)
         if error is not None:
@@ -284,7 +294,7 @@ class _Training:
         validated = sum(example.frames for example in self.data.val) / float(self.data.fps)
         tested = sum(one.seconds(take.info.duration) for one, take in project.selected("test"))
         # Without takes for the test the validation's are measured on.
-        return len(offered) * (tested / validated if tested and validated else 1.0)
+        return _AS_CHECKS * len(offered) * (tested / validated if tested and validated else 1.0)
 
     def _should_stop(self) -> bool:
         asked = self.stop() if self.fabric.is_global_zero else False
@@ -332,7 +342,7 @@ class _Training:
             best_val=dict(best_val) if best_val else None,
             seconds=round(progress.seconds, 1),
             step_s=self._step_s,
-            check_s=statistics.mean(progress.checked) if progress.checked else None,
+            check_s=round(statistics.mean(progress.checked), 6) if progress.checked else None,
             train=tuple(e.id for e in data.train),
             val=tuple(e.id for e in data.val),
             frames=data.frames,
@@ -353,4 +363,4 @@ class _Training:
         """Seconds of a step in the mean over this sitting, with its share of what is kept after an epoch."""
         progress, steps = self.progress, len(self.progress.learnt) * self.steps.an_epoch
         learnt = progress.seconds - progress.seconds_before - sum(progress.checked)
-        return learnt / steps if steps else None
+        return round(learnt / steps, 9) if steps else None

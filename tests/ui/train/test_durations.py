@@ -35,7 +35,7 @@ def test_a_card_says_what_trainings_took_here_and_else_that_it_guesses(
     assert quick.toolTip() == "A guess until its first training on this computer"
     qtbot.waitUntil(lambda: not TrainingTimes(settings_folder()).needs_probe, timeout=60_000)
     measured = TrainingTime(
-        kind_of(usual_recipe("quick")), "cpu", 0.0, 0.0, around_s=36.0, val_s=6.0, takes_s=3.6
+        kind_of(usual_recipe("quick")), "cpu", 0.0, 0.0, before_s=30.0, after_s=6.0, val_s=6.0, takes_s=3.6
     )
     TrainingTimes(settings_folder()).remember(measured)
     presenter.model.training.ended.emit("")
