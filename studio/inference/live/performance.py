@@ -228,11 +228,15 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.poll()
-                # Blocks come every few milliseconds; taking several at once costs less than waking for each.
-                time.sleep(min(REST_S, self._steps.missing_s))
+                time.sleep(self.rest_s)
                 self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
             self._failure = error
+
+    @property
+    def rest_s(self) -> float:
+        """How long to rest before the next look: blocks taken together cost less than each by itself."""
+        return min(REST_S, self._steps.missing_s)
 
     def poll(self) -> None:
         """Process the blocks that have arrived; the live thread calls this again and again."""
