@@ -214,8 +214,8 @@ class MainWindow(QMainWindow):
     def _take_run(self, path: Path) -> None:
         """Show Train, which brings the run in."""
         if self.session.project is None:
-            what = self.tr("There is no project to bring {0} into.").format(path.name)
-            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            what = self.tr("No project is open for {0}.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
             return
         self.show_room("train")
         self.session.run_dropped.emit(path)
@@ -223,8 +223,8 @@ class MainWindow(QMainWindow):
     def _take_avatar(self, path: Path) -> None:
         """Wear the avatar, in Live where that is shown, else in Review."""
         if self.session.project is None:
-            what = self.tr("There is no project to bring {0} into.").format(path.name)
-            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            what = self.tr("No project is open for {0}.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
             return
         if self._active != "live":
             self.show_room("review")
@@ -356,7 +356,7 @@ class MainWindow(QMainWindow):
     def _show_locked(self) -> None:
         """Say in every tab, as long as it lasts, that nothing can be changed here."""
         why = self.session.locked_reason
-        self.status.show_fact("locked", self.tr("Only to look at") if why else "", "warn" if why else "")
+        self.status.show_fact("locked", self.tr("Read-only") if why else "", "warn" if why else "")
         self.status.facts["locked"].setToolTip(why)
 
     def _on_build_ahead(self) -> None:

@@ -169,7 +169,7 @@ class Menus(QObject):
     def _on_light(self) -> None:
         if self._commands.session.rolling:  # restyling everything stalls the window for half a second
             self.light.setChecked(not self.light.isChecked())
-            messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
+            messages.show_note(self._window, self.tr("You can change the theme after the recording."))
             return
         self._commands.session.change_settings(theme="light" if self.light.isChecked() else "dark")
 

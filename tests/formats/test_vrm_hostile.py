@@ -203,7 +203,7 @@ def test_pictures_that_lie_elsewhere_are_never_fetched(good: Path, tmp_path: Pat
 
     avatar = formats.read_avatar(changed(good, tmp_path, point))
     assert all(material.picture is None for material in avatar.materials)
-    assert avatar.notes == ("Some of its textures cannot be shown; plain colours stand for them.",)
+    assert avatar.notes == ("Some of its textures cannot be shown; plain colours are used instead.",)
 
 
 def test_a_picture_that_claims_to_be_huge_is_left_out(tmp_path: Path) -> None:

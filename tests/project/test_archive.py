@@ -92,7 +92,7 @@ def test_what_would_fill_the_disk_is_refused_before_anything_is_written(
     with pytest.raises(RequestError) as error:
         unpack(packed, tmp_path / "a" / "Out")
     assert error.value.what.startswith("big.zip needs ")
-    assert error.value.remedy == "Make room, or choose a folder on another disk."
+    assert error.value.remedy == "Free some space, or choose a folder on another disk."
     assert sorted(tmp_path.rglob("*")) == before
 
 

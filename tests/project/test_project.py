@@ -345,7 +345,7 @@ def test_a_damaged_take_is_read_again_from_its_files(tmp_path: Path, sound: Path
     info = project.take("Hello_012").info
     assert (info.slate, info.number, info.frames, info.sample_rate) == ("Hello", 12, 30, 16000)
     assert project.problems == [
-        ("take.json in Hello_012 is damaged.", "It was set aside and the take read again from its files.")
+        ("take.json in Hello_012 is damaged.", "It was set aside and the take was read again from its files.")
     ]
     assert (take.folder / "take.json.damaged-1").read_text() == "{"
 

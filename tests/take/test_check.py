@@ -224,8 +224,8 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
         extra={"late": "90", "packets_lost": "30", "damage": "Near 4.5 s."},
     )
     found = kinds(replace(take, info=info))
-    assert found["lost"] == "100 frames of motion were lost (6.5%)."
-    assert found["packets"] == "20 packets could not be understood."
+    assert found["lost"] == "Lost 100 frames of motion (6.5%)."
+    assert found["packets"] == "Could not understand 20 packets."
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
     assert found["late"] == "The motion paused 90 times."
     assert found["dropped"] == "This computer had no time for 30 packets of motion."
