@@ -251,7 +251,8 @@ class _Stage:
                 round(facts.seconds, 3), facts.frames, facts.late, sent, dropped,
                 round(facts.latency_ms, 1), round(facts.drift_ppm, 1),
             ),
-            f"Performed {facts.seconds:.1f} s: {counted(facts.frames, 'pose')}, {counted(sent, 'frame')} sent.",
+            f"Performed {facts.seconds:.1f} s: {counted(facts.frames, 'pose')}, "
+            f"{counted(sent, 'frame')} sent.",
         )  # fmt: skip
 
 

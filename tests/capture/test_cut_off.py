@@ -159,7 +159,7 @@ def test_a_take_whose_folder_is_removed_is_rescued(
     assert take.folder == rescue_folder() / "Hello_001"
     assert take.info.frames >= 20
     assert why.reason == "folder_gone"
-    assert why.cause == "The folder of Hello_001 was removed, or its disk was."
+    assert why.cause == "The folder or disk of Hello_001 was removed."
     kept = f"What came until then is kept in {take.folder}. Copy it into the takes folder of a project."
     assert why.remedy == kept
 

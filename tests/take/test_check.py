@@ -183,7 +183,7 @@ def test_clipping_is_told_with_its_place(tmp_path: Path) -> None:
     [
         (np.zeros(RATE * 24, np.float32), "silence", "The sound is silent."),
         (np.zeros(0, np.float32), "silence", "The sound is empty."),
-        (voice(noise=0.05), "noise", "The background noise is only 17 dB below the voice."),
+        (voice(noise=0.05), "noise", "Background noise is only 17 dB below your voice."),
         (voice(gain=0.02, noise=0.00002), "quiet", "The sound is quiet: its peak is -34 dBFS."),
     ],
     ids=["silent", "empty", "noisy", "quiet"],
