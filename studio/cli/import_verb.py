@@ -130,7 +130,7 @@ def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
     decoded = folder / "audio.flac"
     write_sound(decoded, sound, "PCM_24")
     # A FLAC comes here only where it does not decode to its end.
-    damaged = f"part of {audio.name} is damaged; everything readable was kept."
+    damaged = f"{audio.name} is damaged; everything readable was kept."
     return decoded, info.note or (damaged if info.container == "FLAC" else "")
 
 

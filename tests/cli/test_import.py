@@ -207,7 +207,7 @@ def test_what_can_be_read_of_a_damaged_flac_is_kept_and_told(
     source.write_bytes(content)
     assert cli.main(["import", str(tmp_path / "p"), str(source), "--json"]) == 0
     take = next(event for event in lines(capsys) if event["event"] == "take")
-    assert take["notes"] == ["part of voice.flac is damaged; everything readable was kept."]
+    assert take["notes"] == ["voice.flac is damaged; everything readable was kept."]
     assert read_sound(tmp_path / "p" / "takes" / "voice" / "audio.flac").duration > 3.0
 
 
