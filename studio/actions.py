@@ -86,6 +86,8 @@ _ALL = (
     _action("light_colours", _tr("Light theme")),
     _action("full_screen", _tr("Full screen"), "F11"),
     _action("open_menu", _tr("Menu"), "F10"),
+    _action("open_palette", _tr("Find anything…"), "Ctrl+K",
+            help=_tr("Every action, setting, take and run, by typing a part of its name")),
     _action("list_keys", _tr("Keyboard shortcuts"), "Ctrl+/", listed=_tr("This list")),
     _action("copy_diagnostics", _tr("Copy diagnostics")),
     _action("about", _tr("About Saia Studio")),

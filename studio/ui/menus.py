@@ -52,6 +52,9 @@ class MenuCommands(Protocol):
     def show_shortcuts(self) -> None:
         """List every key."""
 
+    def show_palette(self) -> None:
+        """Find anything by typing."""
+
 
 class Menus(QObject):
     """All actions of the window, gathered in menus: behind a button, on macOS in the menu bar."""
@@ -118,6 +121,7 @@ class Menus(QObject):
         self._add(menu, "full_screen", self._on_full_screen)
 
     def _build_help(self, menu: QMenu) -> None:
+        self._add(menu, "open_palette", self._commands.show_palette, "mdi6.magnify")
         self._add(menu, "list_keys", self._commands.show_shortcuts, "mdi6.keyboard-outline")
         self._add(menu, "copy_diagnostics", self._commands.start.copy_report)
         self._add(menu, "about", self._on_about)

@@ -13,7 +13,9 @@ from studio.take.take import Finding
 
 GAP = Finding("gap", "major", "Motion has a gap of 2.00 s.", "Exclude the gap.", 3.0, 5.0)
 QUIET = Finding("quiet", "minor", "The sound is quiet.", "Come nearer to the microphone.")
-NOTE = Finding("static", "note", "2 blend shapes never move.", "They are kept as they are, but not trained on.")
+NOTE = Finding(
+    "static", "note", "2 blend shapes never move.", "They are kept as they are, but not trained on."
+)
 LATE = Finding("offset", "major", "The mouth moves 400 ms too late for the voice.", "Press Align.")
 ENDS = Finding("ends", "minor", "The motion ends 2.0 s before the sound.", "Trim the take.", 8.0)
 TEN = {"a": 10.0, "b": 10.0}

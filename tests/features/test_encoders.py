@@ -132,7 +132,9 @@ def test_damaged_and_missing_files_are_a_sentence(tmp_path: Path, name: str, con
         (folder / name).unlink()
     else:
         (folder / name).write_bytes(content)
-    with pytest.raises(RequestError, match=r"^broken is not a wav2vec 2\.0 folder as Hugging Face lays it out: "):
+    with pytest.raises(
+        RequestError, match=r"^broken is not a wav2vec 2\.0 folder as Hugging Face lays it out: "
+    ):
         bring(folder)
 
 

@@ -301,7 +301,10 @@ def test_a_damaged_file_is_kept_aside_and_the_rest_goes_on(
     (tmp_path / "p" / name).write_bytes(content)
     project = Project.open(tmp_path / "p")
     assert project.problems == [
-        (f"{name} in p is damaged.", f"It was kept as {name}.damaged-1, and the project continues without it.")
+        (
+            f"{name} in p is damaged.",
+            f"It was kept as {name}.damaged-1, and the project continues without it.",
+        )
     ]
     assert (tmp_path / "p" / f"{name}.damaged-1").read_bytes() == content
     assert len(project.takes) == 3

@@ -228,7 +228,7 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
     assert found["packets"] == "Could not understand 20 packets."
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
     assert found["late"] == "The motion paused 90 times."
-    assert found["dropped"] == "This computer had no time for 30 packets of motion."
+    assert found["dropped"] == "This computer was too busy for 30 packets of motion."
     assert found["journal"] == "Near 4.5 s."
 
 
