@@ -182,7 +182,7 @@ def test_a_computer_that_slept_says_so_and_goes_on() -> None:
     go_on(made, now, 2.0)
     said = made.notices()
     assert [str(one) for one in said] == [
-        "The computer slept or was held up for 3601 s. It goes on; nothing needs to be done."
+        "The computer slept or stalled for 3601 s. It goes on; nothing needs to be done."
     ]
     assert made.facts.latency_ms < made.look_ahead.reach_ms + 60
 
