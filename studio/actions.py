@@ -147,8 +147,13 @@ _ALL = (
             help=_tr("Stop now and remove this run")),
     _action("review_run", _tr("Review"), at="train", needs="run"),
     _action("compare_runs", _tr("Compare"), at="train", needs="run",
-            help=_tr("Hold the selected runs against each other and against simple guesses, on takes they "
-                     "have not learnt from; select several with Ctrl or Shift")),
+            help=_tr("Compare the selected runs on takes they have never heard; select several with Ctrl or "
+                     "Shift")),
+    _action("measure_curve", _tr("What would more takes bring?"), at="train", needs="project",
+            help=_tr("Trains quickly on a quarter, a half and all of your takes, and says what more would "
+                     "bring and when it is enough. Takes a few minutes.")),
+    _action("run_details", _tr("Details"), at="train", needs="run",
+            help=_tr("The figures behind the words, and what each was measured on")),
     _action("card_of_run", _tr("Model card"), at="train", needs="run"),
     _action("resume_run", _tr("Resume"), at="train", needs="run"),
     _action("show_run_folder", _tr("Folder"), at="train", needs="run"),

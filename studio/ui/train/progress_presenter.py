@@ -145,7 +145,7 @@ class ProgressPresenter(QObject):
             return
         epochs = epochs_of(run)
         facts = run_facts(epochs)
-        still = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
+        still = self.tr("This model barely moves. Train longer, try another preset, or add takes.")
         self._view.show_progress(run.id, run_text(facts), None)
         self._show_facts(facts, epochs, still if facts.life == "still" else "")
 

@@ -24,6 +24,8 @@ from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
 from studio.ui.widgets.plots import LossPlot
 
+LEAST_PLOT_PX = 110
+
 
 class ProgressCard(Card):
     """How the shown run is doing, with the buttons that end the one under way.
@@ -89,7 +91,7 @@ class ProgressCard(Card):
         hint = tip_of("stop_training")
         if measuring:
             asked, words = self.tr("Skipping"), self.tr("Skip measuring")
-            hint = self.tr("The run is complete; only its table of look-aheads is left out")
+            hint = self.tr("The run is complete; only some of its figures are left out")
         self.stop.setEnabled(running and not stopping)
         self.stop.setText(asked if stopping else words)
         self.stop.setToolTip(hint)
@@ -97,7 +99,7 @@ class ProgressCard(Card):
         self.stop.setVisible(running)
         self.cancel.setVisible(running)
         soon = self.tr("The curves begin with the first epoch. Go on working in other tabs meanwhile.")
-        first = self.tr("Press Start training: the curves grow here while you go on working in other tabs.")
+        first = self.tr("Press Start training. Progress appears here; you can keep working in other tabs.")
         self._hint.sentence.setText(soon if running else first)
 
     def show_progress(self, title: str, line: str, fraction: float | None) -> None:
@@ -174,6 +176,7 @@ class ProgressCard(Card):
         self.motion_plot.setObjectName("motion_plot")
         self._explain_plots()
         for plot in (self.loss_plot, self.error_plot, self.motion_plot):
+            plot.setMinimumHeight(LEAST_PLOT_PX)
             row.addWidget(plot, 1)
         self.preview = PreviewPane()
         row.addWidget(self.preview, 1)
@@ -188,9 +191,9 @@ class ProgressCard(Card):
         """What each plot shows and what is good, in plain words."""
         self.loss_plot.setToolTip(
             self.tr(
-                "What the network tries to make small, by epoch; good when both fall. Where training falls "
-                "and validation rises it learns the takes by heart. Kept is the epoch with the lowest "
-                "loss on validation; of recipes that settle towards the end, one of the last fifth."
+                "How wrong the model is; both lines should fall. If training falls while validation rises, "
+                "it is memorising. Kept is the best epoch on validation; of recipes that settle towards the "
+                "end, the best of the last fifth."
             )
         )
         self.error_plot.setToolTip(
@@ -226,7 +229,7 @@ def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> CloseChoice:
     box.setWindowTitle(_tr("Saia Studio"))
     box.setText(_tr("{0} is still training.").format(run) if run else _tr("A training is being prepared."))
     box.setInformativeText(
-        _tr("It cannot go on without the window. What it has learnt can be kept, and resumed later.")
+        _tr("Training stops when the window closes. You can keep the progress and resume later.")
     )
     keep = box.addButton(_tr("Stop and keep the best"), QMessageBox.ButtonRole.AcceptRole)
     discard = None

@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
@@ -50,9 +58,18 @@ class TrainView(QWidget):
         # Before the stretch that keeps the rest in the middle.
         column.insertWidget(column.count() - 1, self._import, 0, Qt.AlignmentFlag.AlignHCenter)
         cards = QWidget()
+        cards.setObjectName("scrolled")
+        # It fits the smallest window; what is opened in there, drawer or log, scrolls.
+        scroll = QScrollArea()
+        scroll.setObjectName("train_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scroll.setWidget(cards)
+        self.cards = cards
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
-        self._stack.addWidget(cards)
+        self._stack.addWidget(scroll)
         rows = QVBoxLayout(cards)
         rows.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         rows.setSpacing(12)

@@ -16,6 +16,7 @@ from studio.settings import Settings
 from studio.training.devices import devices
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.runs_view import EPOCHS
 from studio.ui.train.task import TrainRequest
 from studio.ui.train.view import TrainView
 from tests.fakes import FakeChildTask
@@ -95,7 +96,7 @@ def test_the_list_of_runs_follows_what_a_training_in_a_terminal_writes(
         lines = [f'{{"event": "epoch", "epoch": {n + 1}, "of": 9, "val_loss": 1.0}}' for n in range(epochs)]
         metrics.write_text("\n".join(lines) + "\n", encoding="utf-8")
         session.runs_changed.emit()
-        cell = view.runs.table.item(0, 2)
+        cell = view.runs.table.item(0, EPOCHS)
         assert cell is not None
         assert cell.text() == f"{epochs} / 9"
 
