@@ -13,7 +13,7 @@ from studio.cli._stdin import StopRequest, ends_clean
 from studio.evaluation import learning_curve
 from studio.evaluation.learning_curve import LearningCurve
 from studio.evaluation.verdict import curve_text
-from studio.ipc.events import CurveDone, CurveProgressEvent, EpochEvent, TrainingEvent
+from studio.ipc.events import CurveDone, CurveProgressEvent, EpochEvent
 
 EXAMPLE = "saia curve MyProject"
 
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     evaluation_set = choose_evaluation_set(project, None, "test", out.note)
     of = len(learning_curve.SHARES)
 
-    def tell(index: int, event: TrainingEvent) -> None:
+    def tell(index: int, event: object) -> None:
         if isinstance(event, EpochEvent):
             fraction = (index + event.epoch / max(event.of, 1)) / of
             text = f"Training {index + 1} of {of}: {fraction:.0%}"

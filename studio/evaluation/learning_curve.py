@@ -24,12 +24,11 @@ from studio.dataset.dataset import Dataset, Selection
 from studio.errors import RequestError, StudioError
 from studio.files import atomic, leftovers
 from studio.project import Project
-from studio.take.take import Take
 
 if TYPE_CHECKING:
     from studio.evaluation.evaluation_set import EvaluationSet
-    from studio.ipc.events import TrainingEvent
     from studio.metrics.scores import Figures
+    from studio.training.gather import Chosen
     from studio.training.recipe import Recipe
 
 FILE = "learning_curve.json"
@@ -145,7 +144,7 @@ def measure_curve(
     project: Project,
     evaluation_set: EvaluationSet,
     recipe: Recipe,
-    on_event: Callable[[int, TrainingEvent], None],
+    on_event: Callable[[int, object], None],
     stop: Callable[[], bool],
 ) -> LearningCurve:
     """Train on each of SHARES and measure; what the trainings leave on the disk goes again.
@@ -196,7 +195,7 @@ def _trained(
     part: _Part,
     evaluation_set: EvaluationSet,
     recipe: Recipe,
-    on_event: Callable[[TrainingEvent], None],
+    on_event: Callable[[object], None],
     stop: Callable[[], bool],
 ) -> Figures:
     from studio.evaluation.evaluation_set import evaluate
@@ -236,13 +235,13 @@ class _Part(Project):
         """The whole project's choices."""
         return self._whole.dataset
 
-    def selected(self, split: str | None = None) -> tuple[tuple[Selection, Take], ...]:
+    def selected(self, split: str | None = None) -> tuple[Chosen, ...]:
         """As the whole project's, the training takes shortened."""
-        return tuple((self._cut(s, take), take) for s, take in self._whole.selected(split))
+        return tuple((self._cut(s, take.info.duration), take) for s, take in self._whole.selected(split))
 
-    def _cut(self, selection: Selection, take: Take) -> Selection:
+    def _cut(self, selection: Selection, duration: float) -> Selection:
         if selection.split != "train" or self._share >= 1.0:
             return selection
         # A part of every take and not some takes whole: all moods and styles are in each share.
-        start, end = selection.span(take.info.duration)
+        start, end = selection.span(duration)
         return replace(selection, out_point=start + self._share * (end - start))

@@ -48,7 +48,7 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRun:
     """Figures of a run and what they were measured on.
 
     Args:
@@ -67,7 +67,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RunVerdict:
     """What is said of a run; everything is "" where nothing was measured.
 
     Args:
@@ -88,7 +88,7 @@ class Verdict:
         return " ".join(part for part in (self.quality, self.help) if part)
 
 
-def verdict(run: Run, curve: LearningCurve | None = None, kinds: Kinds | None = None) -> Verdict:
+def verdict(run: Run, curve: LearningCurve | None = None, kinds: Kinds | None = None) -> RunVerdict:
     """What can be said of a run.
 
     Args:
@@ -98,16 +98,18 @@ def verdict(run: Run, curve: LearningCurve | None = None, kinds: Kinds | None = 
     """
     measured = measured_of(run.folder, run.facts)
     if measured is None:
-        return Verdict()
+        return RunVerdict()
     grade, short, quality = _quality(measured)
     if not quality:
-        return Verdict()
+        return RunVerdict()
     # A curve of other takes says nothing of what this run learnt from.
     current = curve if curve is not None and set(curve.train) == set(run.facts.train) else None
-    return Verdict(grade, short, quality, _help(measured, run.facts, current, kinds or {}), _basis(measured))
+    return RunVerdict(
+        grade, short, quality, _help(measured, run.facts, current, kinds or {}), _basis(measured)
+    )
 
 
-def measured_of(folder: Path, report: RunReport) -> Measured | None:
+def measured_of(folder: Path, report: RunReport) -> MeasuredRun | None:
     """The figures of a run: those of an evaluation, else of validation while it trained; None without any."""
     with suppress(OSError, StudioError):
         kept = folder / EVALUATION_FILE
@@ -118,7 +120,7 @@ def measured_of(folder: Path, report: RunReport) -> Measured | None:
             takes, baselines = found.get("takes"), found.get("baselines")
             guess = baselines.get("ridge") if isinstance(baselines, dict) else None
             per_take = found.get("per_take")
-            return Measured(
+            return MeasuredRun(
                 found["metrics"],
                 str(found.get("split") or ""),
                 tuple(map(str, takes)) if isinstance(takes, list) else (),
@@ -127,13 +129,13 @@ def measured_of(folder: Path, report: RunReport) -> Measured | None:
                 else {},
                 guess if isinstance(guess, dict) else {},
             )
-    return Measured(report.best_val, "val", report.val) if report.best_val else None
+    return MeasuredRun(report.best_val, "val", report.val) if report.best_val else None
 
 
 # -- how good --------------------------------------------------------------------------------------
 
 
-def _quality(measured: Measured) -> tuple[str, str, str]:
+def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
     """Grade, a few words, and one or two sentences."""
     figures = measured.figures
     r, motion = follows(figures), _number(figures.get("motion_ratio"))
@@ -175,7 +177,7 @@ def _motion_words(motion: float | None) -> tuple[str, str]:
     return ("moves a little more than you", "good") if motion <= SHAKY else ("trembles", "poor")
 
 
-def _weakness(measured: Measured) -> str:
+def _weakness(measured: MeasuredRun) -> str:
     """The gravest fault that the first sentence hides; "" for none."""
     figures, guess = measured.figures, measured.guess
     error, simple = _number(figures.get("rmse")), _number(guess.get("rmse"))
@@ -191,7 +193,7 @@ def _weakness(measured: Measured) -> str:
 # -- what would help -------------------------------------------------------------------------------
 
 
-def _help(measured: Measured, report: RunReport, curve: LearningCurve | None, kinds: Kinds) -> str:
+def _help(measured: MeasuredRun, report: RunReport, curve: LearningCurve | None, kinds: Kinds) -> str:
     minutes = _number(report.minutes)
     motion = _number(measured.figures.get("motion_ratio"))
     kind = _kind(measured, curve, kinds)
@@ -239,7 +241,7 @@ def curve_text(curve: LearningCurve) -> str:
     return f"{first}{lacking} How well it follows: {shown}."
 
 
-def _kind(measured: Measured, curve: LearningCurve | None, kinds: Kinds) -> str:
+def _kind(measured: MeasuredRun, curve: LearningCurve | None, kinds: Kinds) -> str:
     """The kind of speech that errs most or is missing, as it stands in a sentence; "" for none."""
     whole = _number(measured.figures.get("rmse"))
     sums: dict[str, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))
@@ -256,7 +258,7 @@ def _kind(measured: Measured, curve: LearningCurve | None, kinds: Kinds) -> str:
     return curve.missing[0] if curve is not None and curve.missing else ""
 
 
-def _basis(measured: Measured) -> str:
+def _basis(measured: MeasuredRun) -> str:
     takes = ", ".join(measured.takes[:3]) + ("…" if len(measured.takes) > 3 else "")
     on = takes or {"test": "the test takes", "val": "the validation takes"}.get(measured.split, "its takes")
     if measured.split == "test":

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from studio.evaluation.learning_curve import CurvePoint, LearningCurve
-from studio.evaluation.verdict import Verdict, better_of, curve_text, verdict
+from studio.evaluation.verdict import RunVerdict, better_of, curve_text, verdict
 from studio.project import Run, RunReport
 
 GOOD = {"rmse": 0.045, "pearson_mouth": 0.46, "motion_ratio": 0.7, "closure_recall": 0.5}
@@ -103,8 +103,8 @@ def test_a_curve_of_other_takes_is_passed_over(tmp_path: Path) -> None:
 
 
 def test_what_is_not_known_is_not_judged(tmp_path: Path) -> None:
-    assert verdict(run_of(tmp_path, {})) == Verdict()
-    assert verdict(run_of(tmp_path, {"best_val": {"rmse": 0.1}})) == Verdict()
+    assert verdict(run_of(tmp_path, {})) == RunVerdict()
+    assert verdict(run_of(tmp_path, {"best_val": {"rmse": 0.1}})) == RunVerdict()
 
 
 def test_a_learning_curve_says_when_it_is_enough() -> None:

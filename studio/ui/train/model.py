@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from studio.dataset import edits
 from studio.errors import StudioError
 from studio.evaluation.learning_curve import LearningCurve, load_curve
-from studio.evaluation.verdict import Verdict
+from studio.evaluation.verdict import RunVerdict
 from studio.project import Run
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -118,12 +118,16 @@ class TrainModel(QObject):
         project = self._session.project
         return load_curve(project) if project is not None else None
 
-    def verdict_on(self, run: Run) -> Verdict:
+    def verdict_on(self, run: Run) -> RunVerdict:
         """How good a run is, and what would help most."""
         project = self._session.project
         if project is None:
-            return Verdict()
+            return RunVerdict()
         return self.reader.verdict(run, self.curve, verdict_kinds(project.dataset, project.takes))
+
+    def verdict_of(self, run_id: str) -> RunVerdict:
+        """As `verdict_on`, of the open project's run of this id; empty where it has none."""
+        return next((self.verdict_on(run) for run in self.newest_first if run.id == run_id), RunVerdict())
 
     # -- what happens to it ------------------------------------------------------------------------
 

@@ -32,11 +32,13 @@ class ProgressCard(Card):
 
     Signals:
         stop_requested, cancel_requested: end the training, keeping or removing the run.
+        watch_requested: play what the shown run makes.
         offer_taken: the button of `show_offer` was pressed.
     """
 
     stop_requested = Signal()
     cancel_requested = Signal()
+    watch_requested = Signal()
     offer_taken = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -48,9 +50,16 @@ class ProgressCard(Card):
         self._run_line = label("", "muted", "run_line")
         self._run_line.setFont(theme.figures_font())
         self._run_line.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._log_button = QPushButton(self.tr("Log"))
+        self.watch = QPushButton(name_of("watch_run"))
+        self.watch.setObjectName("watch_run")
+        self.watch.setToolTip(tip_of("watch_run"))
+        theme.set_icon(self.watch, "mdi6.play", "accent")
+        self.watch.clicked.connect(self.watch_requested)
+        self.watch.hide()
+        self._log_button = QPushButton(name_of("training_details"))
         self._log_button.setObjectName("show_log")
         self._log_button.setCheckable(True)
+        self._log_button.setToolTip(tip_of("training_details"))
         theme.as_role(self._log_button, "quiet")
         self.stop = QPushButton(name_of("stop_training"))
         self.stop.setObjectName("stop_training")
@@ -61,7 +70,7 @@ class ProgressCard(Card):
         self.cancel.clicked.connect(self.cancel_requested)
         head.addWidget(self._run_title)
         head.addWidget(self._run_line, 1)
-        for button in (self._log_button, self.stop, self.cancel):
+        for button in (self.watch, self._log_button, self.stop, self.cancel):
             head.addWidget(button)
         self.body.addLayout(head)
         self._bar = QProgressBar()
@@ -82,7 +91,8 @@ class ProgressCard(Card):
         self._log.setMaximumHeight(110)
         self._log.setPlaceholderText(self.tr("What a training says is kept here until the next one begins."))
         self._log.hide()
-        self._log_button.toggled.connect(self._log.setVisible)
+        for part in (self._log, self.loss_plot):
+            self._log_button.toggled.connect(part.setVisible)
         self.body.addWidget(self._log)
 
     def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:
@@ -118,6 +128,10 @@ class ProgressCard(Card):
         elif fraction is not None:
             self._bar.setRange(0, 1000)
             self._bar.setValue(round(1000 * fraction))
+
+    def show_watch(self, ready: bool) -> None:
+        """Offer to watch the shown run, where it can make motion."""
+        self.watch.setVisible(ready)
 
     def show_curves(self, points: Mapping[str, Sequence[tuple[int, float | None]]], best: int | None) -> None:
         """Show the curves of the shown run."""
@@ -174,6 +188,8 @@ class ProgressCard(Card):
             2,
         )
         self.motion_plot.setObjectName("motion_plot")
+        # One error is enough for most: what the network itself makes small is behind Details.
+        self.loss_plot.hide()
         self._explain_plots()
         for plot in (self.loss_plot, self.error_plot, self.motion_plot):
             plot.setMinimumHeight(LEAST_PLOT_PX)

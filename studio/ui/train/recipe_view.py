@@ -23,10 +23,12 @@ from studio.training import recipe as recipes
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.task import TrainRequest
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutLabel, label
 
 LOOK_AHEAD = "network.look_ahead_ms"
 MOST_AHEAD_MS = 1000
+OPEN_PX = 290
+"""Least height of the card while its drawer is open."""
 LEAST_PRESET_PX = 84
 """Height of a preset card: its title and three lines."""
 
@@ -111,10 +113,8 @@ class AdvancedDrawer(QWidget):
         self.device.setToolTip(
             self.tr("Where to compute; automatic takes a graphics card where there is one")
         )
-        self._device_note = label("", "caption", "device_note")
-        self._device_note.setWordWrap(True)
-        self._form_note = label("", "caption", "form_note")
-        self._form_note.setWordWrap(True)
+        self._device_note = CutLabel("caption", "device_note")
+        self._form_note = CutLabel("caption", "form_note")
         self.show_devices(("cpu",), "")
         self._lay_out()
 
@@ -150,6 +150,8 @@ class AdvancedDrawer(QWidget):
             self.device.addItem(words.get(name, self.tr("Automatic")), name)
         self.device.setCurrentIndex(max(self.device.findData(chosen), 0))
         self._device_note.setText(reason)
+        self._device_note.setToolTip(reason)
+        self._device_note.setVisible(bool(reason))
 
     def overrides(self) -> tuple[str, ...]:
         """What differs from the recipe, as --set takes it."""
@@ -190,6 +192,7 @@ class AdvancedDrawer(QWidget):
         only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
         self.form.setToolTip(only)
         self._form_note.setText(form.summary if form.name else "")
+        self._form_note.setToolTip(self._form_note.text())
         self._form_note.setVisible(bool(form.name))
 
     def _lay_out(self) -> None:
@@ -221,10 +224,14 @@ class AdvancedDrawer(QWidget):
                 row.addWidget(widget)
                 row.addSpacing(theme.INSIDE)
         first.addStretch(1)
-        second.addWidget(self._device_note, 1)
+        second.addStretch(1)
         grid.addLayout(first, 0, 0)
         grid.addLayout(second, 1, 0)
-        grid.addWidget(self._form_note, 2, 0)
+        notes = QVBoxLayout()
+        notes.setSpacing(0)
+        notes.addWidget(self._form_note)
+        notes.addWidget(self._device_note)
+        grid.addLayout(notes, 2, 0)
 
 
 class PresetCard(QPushButton):
@@ -244,6 +251,7 @@ class PresetCard(QPushButton):
         self.setObjectName(name)
         self.setCheckable(True)
         self.setAutoExclusive(True)
+        self.setMinimumHeight(LEAST_PRESET_PX)
         self.setAccessibleName(f"{title}, {duration}" if duration else title)
         self.setAccessibleDescription(summary)
         theme.as_role(self, "big")
@@ -307,7 +315,7 @@ class RecipeCard(Card):
         self.advanced.setToolTip(self.tr("Other recipes, and the values behind the presets"))
         theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
         theme.as_role(self.advanced, "quiet")
-        self.advanced.toggled.connect(self.drawer.setVisible)
+        self.advanced.toggled.connect(self._on_advanced)
         self.start = QPushButton(name_of("start_training"))
         self.start.setObjectName("start_training")
         theme.as_role(self.start, "primary")
@@ -316,6 +324,11 @@ class RecipeCard(Card):
         for widget in (self._other, self.advanced, self.start):
             self.head.addWidget(widget)
         self.body.addWidget(self.drawer)
+
+    def _on_advanced(self, shown: bool) -> None:
+        self.drawer.setVisible(shown)
+        # Beside wrapped words a layout forgets the least heights in it, and would lay rows over one another.
+        self.setMinimumHeight(OPEN_PX if shown else 0)
 
     def show_start(self, ready: bool, running: bool, locked: str) -> None:
         """Offer to start.

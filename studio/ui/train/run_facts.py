@@ -10,7 +10,7 @@ from pathlib import Path
 from studio.dataset.coverage import kinds_of
 from studio.dataset.dataset import Dataset
 from studio.evaluation.learning_curve import LearningCurve
-from studio.evaluation.verdict import Kinds, Verdict, verdict
+from studio.evaluation.verdict import Kinds, RunVerdict, verdict
 from studio.ipc.events import EpochEvent
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Run
@@ -133,7 +133,7 @@ class RunReader:
     def __init__(self) -> None:
         self._runs: dict[Path, tuple[tuple[Stamp, bool], Run]] = {}
         self._facts: dict[Path, tuple[Stamp, RunFacts]] = {}
-        self._verdicts: dict[Path, tuple[tuple[object, ...], Verdict]] = {}
+        self._verdicts: dict[Path, tuple[tuple[object, ...], RunVerdict]] = {}
 
     def newest_first(self, folder: Path) -> list[Run]:
         """The runs in a folder."""
@@ -149,7 +149,7 @@ class RunReader:
             known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
         return known[1]
 
-    def verdict(self, run: Run, curve: LearningCurve | None, kinds: Kinds) -> Verdict:
+    def verdict(self, run: Run, curve: LearningCurve | None, kinds: Kinds) -> RunVerdict:
         """What is said of a run."""
         stamps = [
             _stamp(run.folder / name) for name in ("report.json", "evaluation.json", "best.safetensors")

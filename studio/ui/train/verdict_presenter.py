@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject
 
-from studio.evaluation.verdict import Verdict, curve_text
+from studio.evaluation.verdict import RunVerdict, curve_text
 from studio.ipc.events import ChildEvent, CurveDone, CurveProgressEvent
 from studio.ui import messages
 from studio.ui.session import Session
@@ -49,14 +49,14 @@ class VerdictPresenter(QObject):
 
     def _show(self) -> None:
         run = self._model.shown_run
-        found = self._model.verdict_on(run) if run is not None else Verdict()
+        found = self._model.verdict_on(run) if run is not None else RunVerdict()
         if self._model.shows_training:
             nothing = self.tr("How good it is, is said here once it is trained.")
         elif run is None:
             nothing = self.tr("Choose a run to read how good it is.")
         else:
             nothing = self.tr("Nothing was measured of this run. Compare measures it.")
-        self._view.show_verdict(Verdict() if self._model.shows_training else found, nothing)
+        self._view.show_verdict(RunVerdict() if self._model.shows_training else found, nothing)
         self._show_curve()
 
     def _show_curve(self) -> None:

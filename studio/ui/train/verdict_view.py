@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QStackedWidget, QWidget
 
-from studio.evaluation.verdict import Verdict
+from studio.evaluation.verdict import RunVerdict
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import label
@@ -66,7 +66,7 @@ class VerdictRow(QWidget):
         row.addWidget(self._stack, 0, Qt.AlignmentFlag.AlignVCenter)
         self.setFixedHeight(LEAST_PX)
 
-    def show_verdict(self, verdict: Verdict, nothing: str) -> None:
+    def show_verdict(self, verdict: RunVerdict, nothing: str) -> None:
         """Show what is said of the shown run.
 
         Args:

@@ -22,6 +22,13 @@ from studio.ui.train.runs_view import RunsCard
 from studio.ui.widgets.card import EmptyState
 
 
+class _Cards(QWidget):
+    """The cards; a scroll area would give one with wrapped words all the height it could use, and scroll."""
+
+    def hasHeightForWidth(self) -> bool:
+        return False
+
+
 class TrainView(QWidget):
     """The tab's cards, and what is seen in their place before there is anything to learn from.
 
@@ -57,15 +64,19 @@ class TrainView(QWidget):
         assert isinstance(column, QVBoxLayout)
         # Before the stretch that keeps the rest in the middle.
         column.insertWidget(column.count() - 1, self._import, 0, Qt.AlignmentFlag.AlignHCenter)
-        cards = QWidget()
-        cards.setObjectName("scrolled")
+        cards = _Cards()
+        page = QWidget()
+        page.setObjectName("scrolled")
+        around = QVBoxLayout(page)
+        around.setContentsMargins(0, 0, 0, 0)
+        around.addWidget(cards)
         # It fits the smallest window; what is opened in there, drawer or log, scrolls.
         scroll = QScrollArea()
         scroll.setObjectName("train_scroll")
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QFrame.Shape.NoFrame)
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        scroll.setWidget(cards)
+        scroll.setWidget(page)
         self.cards = cards
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
