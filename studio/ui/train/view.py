@@ -23,7 +23,8 @@ from studio.ui.widgets.card import EmptyState
 
 
 class _Cards(QWidget):
-    """The cards; a scroll area would give one with wrapped words all the height it could use, and scroll."""
+    """Cards that wrap words and are laid out by their least height: what holds them else gives them all the
+    height the words could use, or less than they need."""
 
     def hasHeightForWidth(self) -> bool:
         return False
@@ -84,11 +85,13 @@ class TrainView(QWidget):
         rows = QVBoxLayout(cards)
         rows.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         rows.setSpacing(12)
-        top = QHBoxLayout()
+        head = _Cards()
+        top = QHBoxLayout(head)
+        top.setContentsMargins(0, 0, 0, 0)
         top.setSpacing(12)
         top.addWidget(self.data, 4)
         top.addWidget(self.recipe, 9)
-        rows.addLayout(top)
+        rows.addWidget(head)
         rows.addWidget(self.progress, 3)
         rows.addWidget(self.runs, 2)
 
