@@ -56,6 +56,7 @@ class Session(QObject):
         review_requested: show a run in Review, by its id.
         watch_requested: the same, and play it from the start.
         news_changed: (tab, what is new there and not seen yet; "" for nothing).
+        take_requested: show a take in Curate, by its id.
     """
 
     project_opened = Signal()
@@ -79,6 +80,7 @@ class Session(QObject):
     review_requested = Signal(str)
     watch_requested = Signal(str)
     news_changed = Signal(str, str)
+    take_requested = Signal(str)
 
     def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
