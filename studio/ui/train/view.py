@@ -92,8 +92,12 @@ class TrainView(QWidget):
         top.addWidget(self.data, 4)
         top.addWidget(self.recipe, 9)
         rows.addWidget(head)
-        rows.addWidget(self.progress, 3)
-        rows.addWidget(self.runs, 2)
+        for card, share in ((self.progress, 3), (self.runs, 2)):
+            held = _Cards()
+            inside = QVBoxLayout(held)
+            inside.setContentsMargins(0, 0, 0, 0)
+            inside.addWidget(card)
+            rows.addWidget(held, share)
 
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the cards."""
