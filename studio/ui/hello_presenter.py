@@ -48,13 +48,16 @@ class HelloPresenter(QObject):
         view: the card.
         session: for the microphone and the loudspeaker to use.
         window: the parent of the file dialog.
+
+    Attributes:
+        sound: the file of what was said last.
     """
 
     def __init__(self, view: HelloView, session: Session, window: QWidget) -> None:
         super().__init__(view)
         self._view, self._session, self._window = view, session, window
         self._said = _Said()
-        self._sound = Path()
+        self.sound = Path()
         self._motion: Motion | None = None
         self._player: Player | None = None
         self._phrase: PhraseRecording | None = None
@@ -169,12 +172,12 @@ class HelloPresenter(QObject):
         self._work.run(lambda: self._said.keep(make()), self._on_sound, self._on_failed)
 
     def _on_sound(self, said: tuple[Project, Path]) -> None:
-        project, self._sound = said
+        project, self.sound = said
         self._view.show_busy(self.tr("The base voice listens. This takes a few seconds…"))
-        self._task.request(project, base_voice(), self._sound)
+        self._task.request(project, base_voice(), self.sound)
 
     def _on_motion(self, motion: Motion) -> None:
-        sound, device = self._sound, self._session.settings.audio_output or None
+        sound, device = self.sound, self._session.settings.audio_output or None
         layers = Tuning(blinks=base_voice().blinks)
         self._work.run(
             lambda: (tuned(motion, layers), Player(sound, device=device)),

@@ -10,6 +10,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QToolButton
 
 from studio.ui import theme
+from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
 FOLDED_BELOW = 1100
@@ -102,7 +103,7 @@ class StepStrip(QFrame):
         if folded:
             self._heading.setText(self.tr("Step {0} of {1}:").format(number, len(STEPS)))
         else:
-            self._heading.setText(self.tr("Next:") if self._current else self.tr("All done:"))
+            self._heading.setText(name_of("next_steps") if self._current else self.tr("All done"))
 
 
 def _tr(text: str) -> str:

@@ -118,7 +118,7 @@ class StartPresenter(QObject):
 
     def _connect(self) -> None:
         page = self._page
-        page.hello.first_shown.connect(lambda: QTimer.singleShot(HELLO_MS, self, lambda: self.hello))
+        page.hello.first_shown.connect(lambda: QTimer.singleShot(HELLO_MS, self, self._make_hello))
         page.new_requested.connect(self.choose_new)
         page.open_requested.connect(self.choose_project)
         page.sample_requested.connect(self.open_sample)
@@ -165,6 +165,11 @@ class StartPresenter(QObject):
 
     def _on_sample_done(self, _done: DoneEvent) -> None:
         self._show_sample(self._sample_folder)
+
+    def _make_hello(self) -> None:
+        # The window may be gone again.
+        if self._page.isVisible():
+            _ = self.hello
 
     def _sample_place(self) -> Path:
         if chosen := os.environ.get(SAMPLE):

@@ -9,8 +9,10 @@ import pytest
 import soundfile
 from PySide6.QtWidgets import QLabel, QPushButton
 
+from studio.capture.phrase import PAUSE_S
 from studio.ipc.events import SystemCheckEvent
 from studio.paths import resource
+from studio.playback.player import Player
 from studio.ui.main_window import MainWindow
 from studio.ui.session import Session
 
@@ -48,6 +50,23 @@ def test_a_dropped_sound_moves_the_figure_without_a_project(window: MainWindow, 
     window.findChild(QPushButton, "hello_again").click()
     assert hello.playing
     assert window.findChild(QPushButton, "hello_record").isVisible()
+
+
+@pytest.mark.slow
+def test_what_is_spoken_is_heard_up_to_the_pause(virtual_audio: str, window: MainWindow, qtbot) -> None:
+    clip = resource("performer", "clip_00.ogg")
+    speak = window.findChild(QPushButton, "hello_speak")
+    speak.click()
+    qtbot.waitUntil(lambda: "Speak now" in status(window).text())
+    voice = Player(clip)
+    voice.play()
+    # Nobody presses Stop: the pause behind the sentence ends it.
+    qtbot.waitUntil(lambda: "base voice listens" in status(window).text())
+    voice.close()
+    assert speak.text() == "Speak"
+    sound, rate = soundfile.read(window.start.hello.sound)
+    assert len(sound) / rate == pytest.approx(soundfile.info(clip).duration + PAUSE_S, abs=3.0)
+    assert np.abs(sound).max() > 0.05
 
 
 def test_what_cannot_be_said_is_told_in_a_sentence(
