@@ -150,17 +150,9 @@ class WelcomePage(QWidget):
             self._show_check("mdi6.alert", "warn", self.tr("Not everything is ready on this computer."))
         else:
             self._show_check("mdi6.check-circle", "good", self.tr("This computer is ready."))
-        _clear(self._checks)
         # What is wrong comes first: it is all that most people read.
-        for index, check in enumerate([*wrong, *(check for check in checks if check.ok)]):
-            symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
-            words = label(f"{check.what}\n{check.remedy}" if check.remedy else check.what, "muted")
-            theme.as_role(words, "muted" if check.ok else "")
-            words.setWordWrap(True)
-            self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)
-            self._checks.addWidget(words, index, 1)
-        self.details.setChecked(bool(wrong))
-        self._on_details(bool(wrong))
+        self._found = (*wrong, *(check for check in checks if check.ok))
+        self._show_found()
 
     def show_progress(self, text: str, fraction: float | None) -> None:
         """Show how far making the sample project is; None for not known, "" to take it away."""
@@ -238,12 +230,14 @@ class WelcomePage(QWidget):
         return self._recent_card
 
     def _build_check(self) -> QWidget:
+        self._found: tuple[SystemCheckEvent, ...] = ()
         self._check_symbol = Picture("mdi6.progress-clock", 16, "muted")
         self._check_words = label("", "muted", "check_line")
         self.details = _quiet_button(self.tr("Details"), "check_details")
         self.details.setToolTip(self.tr("System check"))
         self.details.setCheckable(True)
-        self.details.toggled.connect(self._on_details)
+        self.details.setEnabled(False)
+        self.details.toggled.connect(self._show_found)
         self._check_again = _quiet_button(self.tr("Check again"), "check_again")
         self._check_again.clicked.connect(self.check_requested)
         copy = _quiet_button(self.tr("Copy report"), "copy_diagnostics")
@@ -276,8 +270,18 @@ class WelcomePage(QWidget):
         self._check_symbol.set_icon(symbol, token)
         self._check_words.setText(text)
 
-    def _on_details(self, shown: bool) -> None:
-        self._check_card.setVisible(shown and self._checks.count() > 0)
+    def _show_found(self) -> None:
+        """What is wrong, and with the details the rest too."""
+        _clear(self._checks)
+        shown = [check for check in self._found if self.details.isChecked() or not check.ok]
+        for index, check in enumerate(shown):
+            symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
+            words = label(f"{check.what}\n{check.remedy}" if check.remedy else check.what)
+            theme.as_role(words, "muted" if check.ok else "")
+            words.setWordWrap(True)
+            self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)
+            self._checks.addWidget(words, index, 1)
+        self._check_card.setVisible(bool(shown))
 
 
 class BigButton(QPushButton):
