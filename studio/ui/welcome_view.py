@@ -94,6 +94,7 @@ class WelcomePage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("welcome_page")
+        self._found: tuple[SystemCheckEvent, ...] = ()
         middle = QWidget()
         middle.setObjectName("scrolled")
         middle.setMaximumWidth(1040)
@@ -230,7 +231,6 @@ class WelcomePage(QWidget):
         return self._recent_card
 
     def _build_check(self) -> QWidget:
-        self._found: tuple[SystemCheckEvent, ...] = ()
         self._check_symbol = Picture("mdi6.progress-clock", 16, "muted")
         self._check_words = label("", "muted", "check_line")
         self.details = _quiet_button(self.tr("Details"), "check_details")
