@@ -221,16 +221,16 @@ def test_dropping_files_without_a_project_says_what_to_do(open_window, tmp_path:
     window = open_window()
     window.take_paths((tmp_path / "a.bvh",))
     toast = window.findChild(Toast)
-    assert toast.text.text() == "There is no project to import into."
-    assert toast.remedy.text() == "Open or make a project first."
+    assert toast.text.text() == "No project is open."
+    assert toast.remedy.text() == "Open or create a project first."
 
 
 def test_a_dropped_run_needs_a_project_too(open_window, tmp_path: Path) -> None:
     window = open_window()
     window.take_paths((tmp_path / "best_001.saiarun",))
     toast = window.findChild(Toast)
-    assert toast.text.text() == "There is no project to bring best_001.saiarun into."
-    assert toast.remedy.text() == "Open or make a project first."
+    assert toast.text.text() == "No project is open for best_001.saiarun."
+    assert toast.remedy.text() == "Open or create a project first."
 
 
 @pytest.mark.slow
@@ -288,7 +288,7 @@ def test_an_avatar_dropped_on_live_is_worn_there(
 def test_a_dropped_avatar_needs_a_project(open_window, tmp_path: Path) -> None:
     window = open_window()
     window.take_paths((tmp_path / "私.vrm",))
-    assert window.findChild(QLabel, "toast_text").text() == "There is no project to bring 私.vrm into."
+    assert window.findChild(QLabel, "toast_text").text() == "No project is open for 私.vrm."
 
 
 def test_the_shortcuts_dialog_lists_keys_and_blocks_nothing(open_window, project_folder: Path) -> None:
@@ -377,7 +377,7 @@ def test_a_second_window_says_in_every_tab_that_it_only_looks(open_window, proje
         for name in tabs.NAMES:
             window.show_room(name)
             assert told.isVisible()
-        assert told.words.text() == "Only to look at"
+        assert told.words.text() == "Read-only"
         assert told.toolTip() == f"{window.session.project.name} is open in another window."
     window.close_project()
     assert not told.isVisible()
