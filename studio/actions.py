@@ -83,6 +83,7 @@ _ALL = (
     _action("show_train", _tr("Train"), "Ctrl+3", needs="project", listed=WITH),
     _action("show_review", _tr("Review"), "Ctrl+4", needs="project", listed=WITH),
     _action("show_live", _tr("Live"), "Ctrl+5", needs="project", listed=WITH),
+    _action("next_steps", _tr("Next steps")),
     _action("light_colours", _tr("Light theme")),
     _action("full_screen", _tr("Full screen"), "F11"),
     _action("open_menu", _tr("Menu"), "F10"),

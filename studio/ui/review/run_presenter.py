@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from studio.motion import Motion
 from studio.project.run import BASE_VOICE
 from studio.training.styles import RunSelection
-from studio.ui.review.generate_task import GenerateTask
+from studio.ui.generate_task import GenerateTask
 from studio.ui.review.model import A, B, ReviewModel
 from studio.ui.review.run_view import RunBar
 from studio.ui.session import Session

@@ -262,7 +262,9 @@ class CompareDialog(QDialog):
         column.setSpacing(12)
         column.addWidget(self._better)
         column.addLayout(self._head())
-        column.addLayout(self._middle(), 3)
+        self._stack = QStackedLayout()
+        column.addLayout(self._stack, 3)
+        self._fill_stack()
         figures = QWidget()
         plots = QHBoxLayout(figures)
         plots.setContentsMargins(0, 0, 0, 0)
@@ -323,7 +325,7 @@ class CompareDialog(QDialog):
         row.addWidget(self.details)
         return row
 
-    def _middle(self) -> QStackedLayout:
+    def _fill_stack(self) -> None:
         busy = QWidget()
         column = QVBoxLayout(busy)
         column.addStretch(1)
@@ -332,10 +334,8 @@ class CompareDialog(QDialog):
         column.addWidget(self._state)
         column.addWidget(self._bar)
         column.addStretch(1)
-        self._stack = QStackedLayout()
         self._stack.addWidget(busy)
         self._stack.addWidget(self.table)
-        return self._stack
 
 
 class CompareTable(QTableWidget):

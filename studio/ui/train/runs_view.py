@@ -287,9 +287,10 @@ class RunsCard(Card):
         none = label(self.tr("No runs yet. Every training you start is listed here."), "muted")
         none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._stack = QStackedLayout()
+        # In the card first: what comes into a free stack is shown at once, as a window of its own.
+        self.body.addLayout(self._stack, 1)
         self._stack.addWidget(none)
         self._stack.addWidget(self.table)
-        self.body.addLayout(self._stack, 1)
         self._legend = label(
             self.tr(
                 "On the validation takes. Error: how far off, less is better.   "
