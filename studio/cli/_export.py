@@ -22,7 +22,7 @@ from studio.ipc.events import (
     QueueFailure,
     QueueProgressEvent,
 )
-from studio.training.moods import MoodSpan
+from studio.motion.moods import MoodSpan
 
 if TYPE_CHECKING:
     from studio.playback.layers import Tuning

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from studio.dataset import Selection
     from studio.inference.offline import Predictor
     from studio.motion import Motion
+    from studio.motion.moods import MoodSpan
     from studio.project import Project, Run
     from studio.take import Take
-    from studio.training.moods import MoodSpan
 
 Report = Callable[[float], None]
 """Called with the fraction that is done; what it raises ends the work."""
@@ -54,7 +54,7 @@ class ExportSource:
 
 @dataclass(frozen=True)
 class GenerationOptions:
-    """How a run is to move: style (None for the run's default) or a mix of several, moods, seed, liveliness."""
+    """How a run is to move: style (None for the run's default) or a mix of several, moods, and chance."""
 
     style: str | None = None
     seed: int = 0

@@ -15,10 +15,10 @@ from studio.features.audio import rows, span
 from studio.features.audio_spec import Floats
 from studio.model._network import Network, SamplingOptions, State, conditions
 from studio.motion import Motion, concatenate
+from studio.motion.moods import MoodSpan, check_known, weights_at
 from studio.sound.sound_file import sound_blocks, sound_info
 from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
-from studio.training.moods import MoodSpan, check_known, weights_at
 
 PIECE_SECONDS = 20.0
 """Motion predicted at once."""

@@ -20,9 +20,9 @@ from studio.features.examples import Example, make_example
 from studio.features.motion import Layout
 from studio.motion import Motion
 from studio.motion.grid import Grid, learnt_rate, nominal_rate, on_grid
+from studio.motion.moods import Spans, learnable, stands
 from studio.project import Project
 from studio.take.take import Take
-from studio.training.moods import Spans, labelled, learnable, stands
 from studio.training.recipe import Recipe
 from studio.training.styles import styles_of
 
@@ -235,7 +235,29 @@ def _part(material: TrainingMaterial, start: float, end: float, suffix: str) -> 
 
 
 def _labelled(material: TrainingMaterial) -> Spans:
-    return labelled(material.selection, max(material.selection.in_point, 0.0) + material.duration)
+    return moods_of(material.selection, max(material.selection.in_point, 0.0) + material.duration)
+
+
+_NO_MOODS = frozenset({"sentence", "vowel", "problem"})
+"""Tiers that say what is spoken or what is wrong, and not how it is played."""
+
+
+def moods_of(selection: Selection, duration: float) -> Spans:
+    """Where each mood stands in what is used of a take, seconds from the in point on.
+
+    Args:
+        selection: with its labels; its emotion holds throughout, where no label of that tier says more.
+        duration: of the recording, seconds.
+    """
+    first, last = selection.span(duration)
+    found: Spans = {}
+    for label in selection.labels:
+        start, end = max(label.t, first), min(label.t + label.duration, last)
+        if label.tier not in _NO_MOODS and label.text.strip() and end > start:
+            found.setdefault(label.text.strip(), []).append((start - first, end - first))
+    if selection.emotion and not any(label.tier == "emotion" for label in selection.labels):
+        found[selection.emotion] = [(0.0, last - first)]
+    return found
 
 
 def _rate(recipe: Recipe, train: list[TrainingMaterial]) -> Fraction:

@@ -11,9 +11,10 @@ from studio.dataset import Label, Selection, edits
 from studio.errors import RequestError
 from studio.inference.live.steps import LiveSteps, look_ahead_of
 from studio.inference.offline import Predictor, load_predictor
+from studio.motion.moods import MoodSpan, learnable, weights_at
 from studio.project import Run
+from studio.training.gather import moods_of
 from studio.training.loop.train import resumed_recipe
-from studio.training.moods import MoodSpan, labelled, learnable, weights_at
 from studio.training.styles import run_choice
 from tests import toys
 from tests.inference.live.test_steps import speech
@@ -148,9 +149,9 @@ def test_labels_count_from_the_in_point_and_only_those_that_say_how_it_is_played
         Label(2.0, 5.0, "sentence", "Good morning"),
         Label(3.0, 0.0, "energy", "high"),
     )
-    spans = labelled(Selection("a", "a", 3.0, 9.0, labels=labels, emotion="calm"), 20.0)
+    spans = moods_of(Selection("a", "a", 3.0, 9.0, labels=labels, emotion="calm"), 20.0)
     assert spans == {"happy": [(0.0, 4.0)]}
-    assert labelled(Selection("a", "a", 3.0, 9.0, emotion="calm"), 20.0) == {"calm": [(0.0, 6.0)]}
+    assert moods_of(Selection("a", "a", 3.0, 9.0, emotion="calm"), 20.0) == {"calm": [(0.0, 6.0)]}
     valid = np.ones(180)
     valid[60:] = 0
     assert learnable([(spans, valid, 30.0)]) == ()

@@ -18,10 +18,10 @@ from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
 from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
 from studio.inference.offline import sampling_of
+from studio.motion.moods import check_known
 from studio.playback.layers import Tuning, presets
 from studio.playback.sound_output import sound_delay_ms, sync_perception
 from studio.training.checkpoint import BEST, load_model
-from studio.training.moods import check_known
 from studio.vmc.sender import PoseSource
 
 

@@ -21,8 +21,8 @@ from studio.features.audio import ready_at, rows
 from studio.features.audio_spec import AudioSpec, Floats, row_centres
 from studio.model._network import Network, SamplingOptions, State, conditions
 from studio.model._recurrent_steps import steps_of
+from studio.motion.moods import FADE_S
 from studio.training.checkpoint import Model
-from studio.training.moods import FADE_S
 
 if TYPE_CHECKING:
     from studio.features.streaming_encoder import TokenStream

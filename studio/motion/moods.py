@@ -1,4 +1,4 @@
-"""Moods: labelled stretches as something a network is told, and where a person asks for them (no torch).
+"""Moods: labelled stretches as something a network is told, and where a person asks for them.
 
 A run keeps a mood for each label that stands on enough of what it learns from. It is a vector beside the
 style, added where the label stands and by as much as is asked for; none is the motion without a label.
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.dataset.dataset import Selection
 from studio.errors import RequestError
 
 Spans = dict[str, list[tuple[float, float]]]
@@ -25,8 +24,6 @@ LEAST_SECONDS = 3.0
 """A label that stands on less of the training takes is not learnt: it would be one sentence by heart."""
 MOST = 9
 """Moods of a run, those with most material: as many as there are keys in Live."""
-_NO_MOODS = frozenset({"sentence", "vowel", "problem"})
-"""Tiers that say what is spoken or what is wrong, and not how it is played."""
 _WRITTEN = re.compile(
     r"(?P<name>.+?)(?:\*(?P<strength>\d+(?:\.\d+)?))?"
     r"(?::(?P<start>\d+(?:\.\d+)?)-(?P<end>\d+(?:\.\d+)?))?",
@@ -105,24 +102,6 @@ def weights_at(
 def _ramp(seconds: NDArray[np.floating]) -> NDArray[np.floating]:
     """From 0 to 1 around an edge; two moods that meet there are 1 together all the way."""
     return np.clip(seconds / FADE_S + 0.5, 0.0, 1.0)
-
-
-def labelled(selection: Selection, duration: float) -> Spans:
-    """Where each mood stands in what is used of a take, seconds from the in point on.
-
-    Args:
-        selection: with its labels; its emotion holds throughout, where no label of that tier says more.
-        duration: of the recording, seconds.
-    """
-    first, last = selection.span(duration)
-    found: Spans = {}
-    for label in selection.labels:
-        start, end = max(label.t, first), min(label.t + label.duration, last)
-        if label.tier not in _NO_MOODS and label.text.strip() and end > start:
-            found.setdefault(label.text.strip(), []).append((start - first, end - first))
-    if selection.emotion and not any(label.tier == "emotion" for label in selection.labels):
-        found[selection.emotion] = [(0.0, last - first)]
-    return found
 
 
 def learnable(takes: Iterable[tuple[Spans, NDArray[np.floating], float]]) -> tuple[str, ...]:
