@@ -6,7 +6,15 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QShortcut
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QComboBox,
+    QHBoxLayout,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
@@ -171,7 +179,9 @@ class Controls(QWidget):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             name = pressed(event, "live")
-            buttons = self._buttons | self.moods.chips
+            # Not where digits are typed, as in a port's number.
+            lists = isinstance(watched, QComboBox) and not watched.isEditable()
+            buttons = self._buttons | (self.moods.chips if lists else {})
             if name in buttons and event.modifiers() == Qt.KeyboardModifier.NoModifier:
                 buttons[name].click()
                 return True
