@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import soundfile
 
+from studio.cli import main
 from studio.dataset import Label, Selection, edits
 from studio.errors import RequestError
 from studio.inference.live.steps import LiveSteps, look_ahead_of
 from studio.inference.offline import Predictor, load_predictor
 from studio.motion.moods import MoodSpan, learnable, weights_at
 from studio.project import Run
+from studio.take.motion_file import read_motion
 from studio.training.gather import moods_of
 from studio.training.loop.train import resumed_recipe
 from studio.training.styles import run_choice
@@ -30,7 +33,7 @@ MIDDLE = slice(66, 84)
 def taught(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """A run of takes whose smile is raised where they are labelled happy, and whose sound does not say so."""
     project = toys.make(tmp_path_factory.mktemp("taught") / "Toy", happy=HAPPY)
-    recipe = tiny("epochs=10", "steps=30", "units=24", "members=1", "style_by=take")
+    recipe = tiny("epochs=10", "steps=25", "crops=6", "members=1", "style_by=take")
     return trained(project, recipe)[0]
 
 
@@ -47,7 +50,7 @@ def joy(predictor: Predictor, *moods: MoodSpan, **options: object) -> np.ndarray
 def test_a_mood_is_there_where_it_is_asked_for_and_not_elsewhere(predictor: Predictor, taught: Run) -> None:
     assert predictor.moods == run_choice(taught).moods == ("happy",)
     neutral, happy = joy(predictor), joy(predictor, MoodSpan("happy"))
-    assert neutral[30:].mean() < 0.3  # captured: 0.1
+    assert neutral[30:].mean() < 0.35  # captured: 0.1
     assert happy[30:].mean() > 0.5  # captured: 0.7
     between = joy(predictor, MoodSpan("happy", 2.0, 3.0))
     assert between[MIDDLE].mean() > 0.5
@@ -75,8 +78,10 @@ def test_a_mix_lies_between_its_styles(predictor: Predictor) -> None:
         joy(predictor, style=[("Toy_001", 0.0)])
 
 
-def test_live_plays_a_mood_as_a_file_does(predictor: Predictor) -> None:
-    model, sound = predictor.model, speech(3.0)
+def test_live_plays_a_mood_as_a_file_does(taught: Run) -> None:
+    # Of its own: a look-ahead that is chosen stays with the network.
+    predictor, sound = load_predictor(taught.folder), speech(3.0)
+    model = predictor.model
     steps = LiveSteps(model, look_ahead_of(model))
     steps.set_mood(np.ones(1, np.float32), at_once=True)
     live = np.concatenate([v for part in np.array_split(sound, 60) for _, v in steps.feed(part)])
@@ -156,3 +161,20 @@ def test_labels_count_from_the_in_point_and_only_those_that_say_how_it_is_played
     valid[60:] = 0
     assert learnable([(spans, valid, 30.0)]) == ()
     assert learnable([(spans, valid, 30.0), (spans, valid, 30.0)]) == ("happy",)
+
+
+def test_the_command_line_makes_what_the_predictor_makes(
+    predictor: Predictor, taught: Run, tmp_path: Path
+) -> None:
+    project = toys.copied(taught.folder.parent.parent, tmp_path)
+    sound, out = tmp_path / "talk.wav", tmp_path / "talk.arrow"
+    soundfile.write(sound, speech(4.0), 16_000, subtype="FLOAT")
+    asked = ["--mood", "happy:1.0-3.0", "--mix", "average:1", "--mix", "Toy_001:1"]
+    assert main(["generate", str(project.folder), taught.id, str(sound), *asked, "-o", str(out)]) == 0
+    mix = [("average", 0.5), ("Toy_001", 0.5)]
+    wanted = predictor.generate(sound, style=mix, moods=[MoodSpan("happy", 1.0, 3.0)])
+    found = read_motion(out)
+    columns = [found.shape_names.index(name) for name in wanted.shape_names]
+    assert found.shapes[:, columns] == pytest.approx(wanted.shapes, abs=1e-5)
+    unknown = ["generate", str(project.folder), taught.id, str(sound), "--mood", "sad"]
+    assert main([*unknown, "-o", str(tmp_path / "no.arrow")]) != 0

@@ -9,8 +9,10 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent, QShortcut
 from PySide6.QtWidgets import (
     QButtonGroup,
     QComboBox,
+    QGridLayout,
     QHBoxLayout,
     QPushButton,
+    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -73,6 +75,10 @@ class LiveStage(QWidget):
         self.avatar.place(self.size())
 
 
+A_ROW = 5
+"""Chips side by side: with all of its moods a run has two rows."""
+
+
 class MoodChips(QWidget):
     """The moods of a run as chips with their keys, "none" first; hidden where it knows none.
 
@@ -91,10 +97,9 @@ class MoodChips(QWidget):
         self.chips: dict[str, QToolButton] = {}
         self._names: tuple[str, ...] = ()
         self._group = QButtonGroup(self)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(0, 0, 0, 0)
-        self._row.setSpacing(theme.TIGHT)
-        self._row.addStretch(1)
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(theme.TIGHT)
         self.hide()
 
     def show_moods(self, names: Sequence[str]) -> None:
@@ -121,7 +126,10 @@ class MoodChips(QWidget):
             QShortcut(sequence(action), chip, chip.click)
             chip.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
             self._group.addButton(chip)
-            self._row.insertWidget(number, chip)
+            # A long label is cut, and the stage stays as narrow as it may be.
+            chip.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            chip.setMinimumWidth(52)
+            self._grid.addWidget(chip, number // A_ROW, number % A_ROW)
             self.chips[action] = chip
         self.setVisible(bool(self._names))
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
     QGridLayout,
     QHBoxLayout,
     QMenu,
     QScrollArea,
+    QSizePolicy,
     QToolButton,
     QWidget,
     QWidgetAction,
@@ -50,6 +51,7 @@ class MoodsBar(QWidget):
         self.mix.setText(self.tr("Mix"))
         self.mix.setToolTip(self.tr("How strong each mood is, and how much there is of each style"))
         self.mix.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.mix.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         theme.set_icon(self.mix, "mdi6.tune-variant", "muted")
         theme.as_role(self.mix, "quiet")
         self._scroll = QScrollArea()
@@ -130,6 +132,9 @@ class MoodsBar(QWidget):
             theme.as_role(chip, "chip")
             chip.clicked.connect(lambda _=False, name=name: self.brush_chosen.emit(name))
             self._group.addButton(chip)
+            # Nine long labels are cut where there is no room, and do not push the columns apart.
+            chip.setMinimumWidth(36)
+            chip.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             self._row.insertWidget(place, chip)
             self.chips[name] = chip
 
