@@ -116,7 +116,7 @@ class MoodChips(QWidget):
             action = f"mood_{number}"
             chip = QToolButton()
             chip.setObjectName(f"live_{action}")
-            chip.setText(f"{number}  {name or name_of(action)}")
+            chip.setText(f"{number}  {name}" if name else self.tr("{0}  none").format(number))
             chip.setToolTip(
                 self.tr("Move as where you labelled {0}").format(name) if name else tip_of(action)
             )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QComboBox,
     QGridLayout,
     QHBoxLayout,
     QMenu,
     QScrollArea,
-    QSizePolicy,
     QToolButton,
     QWidget,
     QWidgetAction,
@@ -23,6 +23,7 @@ from studio.ui import theme
 from studio.ui.review.tune_controls import Number, NumberRow
 from studio.ui.widgets.card import CutLabel, heading
 
+MOST_CHIPS = 4
 TALLEST = 340
 """Pixels of the sliders; a run may know a hundred takes as styles."""
 
@@ -46,6 +47,12 @@ class MoodsBar(QWidget):
         self._strengths: dict[str, NumberRow] = {}
         self._shares: dict[str, NumberRow] = {}
         self._hint = CutLabel("caption", "moods_hint")
+        self.list = QComboBox()
+        self.list.setObjectName("mood_brush")
+        self.list.setAccessibleName(self.tr("Mood to paint"))
+        self.list.setToolTip(self.tr("Which mood a drag on the Mood lane paints"))
+        self.list.textActivated.connect(lambda name: self.chips[name].click())
+        self.list.hide()
         self.mix = QToolButton()
         self.mix.setObjectName("moods_mix")
         self.mix.setText(self.tr("Mix"))
@@ -64,6 +71,7 @@ class MoodsBar(QWidget):
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(0, 0, 0, 0)
         self._row.setSpacing(theme.TIGHT)
+        self._row.addWidget(self.list)
         self._row.addWidget(self._hint, 1)
         self._row.addStretch(1)
         self._row.addWidget(self.mix)
@@ -132,11 +140,15 @@ class MoodsBar(QWidget):
             theme.as_role(chip, "chip")
             chip.clicked.connect(lambda _=False, name=name: self.brush_chosen.emit(name))
             self._group.addButton(chip)
-            # Nine long labels are cut where there is no room, and do not push the columns apart.
-            chip.setMinimumWidth(36)
-            chip.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             self._row.insertWidget(place, chip)
             self.chips[name] = chip
+            # More have no room beside one another in a small window: they are a list.
+            chip.setVisible(len(moods) <= MOST_CHIPS)
+        with QSignalBlocker(self.list):
+            self.list.clear()
+            self.list.addItems(list(moods))
+            self.list.setCurrentText(self.brush)
+        self.list.setVisible(len(moods) > MOST_CHIPS)
 
     def _show_sliders(self, moods: Sequence[str], styles: Sequence[str]) -> None:
         panel = QWidget()

@@ -24,7 +24,7 @@ def test_keys_choose_the_moods_of_the_run_and_0_none(
     add_run(toy_project, moods=("happy", "sad"))
     view, _, _ = room(toy_project, child)
     chips = view.controls.moods.chips
-    assert [chip.text() for chip in chips.values()] == ["0  No mood", "1  happy", "2  sad"]
+    assert [chip.text() for chip in chips.values()] == ["0  none", "1  happy", "2  sad"]
     assert not chips["mood_1"].isEnabled()
     view.source.start.click()
     child.told.emit(ready(("A",), ()))

@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion
 from studio.settings import Settings
+from studio.training.styles import RunChoice
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
@@ -116,5 +117,12 @@ def test_a_run_without_moods_shows_where_they_come_from(qtbot: QtBot, tab: Tab) 
         "Label moods in Curate, train again, and paint them here."
     )
     assert not view.moods.mix.isVisible()
+    chosen: list[str] = []
+    view.moods.brush_chosen.connect(chosen.append)
+    view.moods.show_run(RunChoice("x", moods=("a", "b", "c", "d", "e")), hint=True)
+    assert view.moods.list.isVisible(), "chips for five have no room in a small window"
+    view.moods.list.setCurrentText("c")
+    view.moods.list.textActivated.emit("c")
+    assert (chosen, view.moods.brush) == (["c"], "c")
     view.moods.show_run(None, hint=False)
     assert not view.moods.isVisible()
