@@ -85,6 +85,7 @@ class CommandPalette(QDialog):
         self.list.setRootIsDecorated(False)
         self.list.setColumnCount(3)
         self.list.setUniformRowHeights(True)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.itemClicked.connect(lambda item, _column: self._choose(item))
         column = QVBoxLayout(self)
@@ -106,7 +107,7 @@ class CommandPalette(QDialog):
             nothing.setFlags(Qt.ItemFlag.NoItemFlags)
             self.list.addTopLevelItem(nothing)
         self.list.setCurrentIndex(self.list.model().index(0, 0))
-        for column, share in enumerate((0.58, 0.24, 0.14)):
+        for column, share in enumerate((0.58, 0.2, 0.14)):
             self.list.setColumnWidth(column, round(share * WIDTH))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -141,6 +142,8 @@ def entries(window: Window) -> Iterator[PaletteEntry]:
     """All there is to find now: what cannot be done at the moment is left out."""
     is_open = window.session.project is not None
     for action in actions.ACTIONS.values():
+        if action.id == "open_palette":
+            continue
         name = translated(action.name).rstrip("…")
         key = action.keys[0] if action.keys else ""
         in_menu = window.findChild(QAction, f"action_{action.id}")
