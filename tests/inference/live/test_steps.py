@@ -203,7 +203,7 @@ def test_features_that_need_whole_sentences_are_declined() -> None:
 def test_sound_that_is_no_number_is_a_sentence() -> None:
     model = untrained("balanced")
     steps = LiveSteps(model, look_ahead_of(model))
-    with pytest.raises(StudioError, match="holds values that are not numbers"):
+    with pytest.raises(StudioError, match="contains values that are not numbers"):
         list(steps.feed(np.array([0.0, np.nan], np.float32)))
 
 
