@@ -51,6 +51,15 @@ class SamplingOptions:
     first: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A captured stretch without a gap: rows of sound (n, K, F), scaled poses (n, C), and its style's index."""
+
+    rows: Tensor
+    poses: Tensor
+    style: int = 0
+
+
 class Network(nn.Module):
     """Rows of sound in, scaled poses out.
 
@@ -65,6 +74,7 @@ class Network(nn.Module):
             knows but one way.
         loss_fn: the loss while training, for a network that gives more than it is asked for.
         draws: whether poses are drawn by chance, so that what is generated is not what is expected.
+        gains: whether the gain measured on validation takes is applied to the body that is drawn.
         min_std: rows are held at this many deviations below their mean, and both are those of rows that are
             heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
             nothing and takes all rows.
@@ -77,6 +87,7 @@ class Network(nn.Module):
     look_aheads: tuple[int, ...] = ()
     loss_fn: LossFn | None = None
     draws: bool = False
+    gains: bool = True
     min_std: float | None = None
     row_mean: Tensor
     row_deviation: Tensor
@@ -131,6 +142,9 @@ class Network(nn.Module):
         Args:
             stretches: scaled poses (T, C) of unbroken stretches of the takes that have a body.
         """
+
+    def remember(self, stretches: Sequence[Stretch]) -> None:
+        """Captured bodies with their sound, once before anything is learnt, for networks that play them again."""
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor

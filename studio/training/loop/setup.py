@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -18,7 +19,7 @@ from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
-from studio.model._network import Network
+from studio.model._network import Network, Stretch
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.gather import Gathered
@@ -141,19 +142,28 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     if recipe.training.start_at_mean:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
-    network.see([part for example in data.train for part in _stretches(example, data.layout)])
+    body = data.layout.groups != FACE
+    network.see([one.poses for example in data.train for one in _stretches(example, data.layout)])
+    # Whole bodies alone: one that lacks bones would be played with these standing still.
+    whole = [example for example in data.train if example.mask[body].all()]
+    network.remember([one for example in whole for one in _stretches(example, data.layout)])
     return Model(network, recipe, data.layout, data.fps, styles=data.styles)
 
 
-def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:
-    """Unbroken stretches of the poses (T, C) of a take that has a body; none of one that has not."""
+def _stretches(example: Example, layout: Layout) -> list[Stretch]:
+    """Unbroken stretches of a take that has a body; none of one that has not."""
     if not example.mask[layout.groups != FACE].any():
         return []
     counts = example.grid.valid > 0
     # Over a gap the body seems to jump, which would be the fastest direction found.
-    breaks = np.flatnonzero(np.diff(counts)) + 1
-    parts = zip(np.split(example.values, breaks), np.split(counts, breaks), strict=True)
-    return [torch.from_numpy(part) for part, there in parts if len(there) and there[0]]
+    edges = [0, *(np.flatnonzero(np.diff(counts)) + 1).tolist(), len(counts)]
+    return [_stretch(example, a, b) for a, b in pairwise(edges) if b > a and counts[a]]
+
+
+def _stretch(example: Example, first: int, last: int) -> Stretch:
+    k = (len(example.sound) - 2 * example.lead) // example.frames  # rows a frame
+    rows = example.rows(first * k, (last - first) * k).reshape(last - first, k, -1)
+    return Stretch(torch.from_numpy(rows), torch.from_numpy(example.values[first:last]), example.style)
 
 
 def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
