@@ -1,9 +1,10 @@
 """A body that moves as its person moved: stretches of the captured takes, found again by what is heard.
 
-A regressed body stands nearly still, and a drawn one moves as chance does. This one plays the person's own takes:
-several times a second it looks for the captured moment that sounds most like what is heard now, near the pose
-and the speed the body has, and not played lately; where it goes elsewhere, the difference fades within a
-quarter of a second. The face is the network's own. Too little captured, and the body is drawn as before.
+A regressed body stands nearly still, and a drawn one moves as chance does. This one plays the person's own
+takes: several times a second it looks for the captured moment that sounds most like what is heard now, near
+the pose and the speed the body has, and not played lately; where it goes elsewhere, the difference fades
+within a quarter of a second, and beats are hurried or held to meet those heard. The face is the network's own.
+Too little captured, and the body is drawn as before.
 Sources: Clavet 2016, Motion Matching; Habibie et al. 2022, A Motion Matching-based Framework for Controllable
 Gesture Synthesis from Speech; Bollo 2018, Inertialization.
 """
@@ -19,15 +20,21 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from studio.model._captured_sound import (
+    BANDS,
+    LEAST_SECONDS,
+    contexts_of,
+    key_of,
+    loud_beats,
+    pose_directions,
+    shares,
+    spread,
+    widest,
+)
 from studio.model._network import Network, SamplingOptions, Stretch
 
 Floats = NDArray[np.float32]
 
-LEAST_SECONDS, MOST_SECONDS = 30.0, 1200.0
-"""Of captured body: with less it would soon repeat itself, with more the run's file would grow for nothing."""
-PIECE_SECONDS = 10.0
-EVEN = 0.6
-"""Columns of a pose are compared over their deviation to this power: a torso leans less far than arms swing."""
 REST_SECONDS = 0.6
 """It stays so long where it went, or gestures would break off in their midst."""
 HOP_SECONDS = 0.1
@@ -36,22 +43,17 @@ FADE_SECONDS = 0.14
 """Half of a difference is gone after so long."""
 STYLE_SECONDS = 30.0
 """A style is moved in alone where so much of it was captured."""
-MEMORY_SECONDS = 60.0
+MEMORY_SECONDS = 240.0
 """What was played so long ago may come again freely."""
-LOCK_SECONDS, HURRY, BEAT = 0.13, 0.5, 0.8
-"""How far a captured beat may be from one that is heard to be brought to it, how much quicker or slower it is
-played until then, and how many deviations the loudness rises at a beat."""
+LOCK_SECONDS, HURRY = 0.2, 0.8
+"""How far a captured beat may be from one that is heard to be brought to it, and how much quicker
+or slower it is played until then."""
 RECENT, STAY, CHANCE, FIRST_CHANCE = 3.0, 0.6, 0.05, 0.5
-"""What playing again costs, what going elsewhere costs, how much is left
-to the seed, later and for the first frame; audio is 1."""
-LIVELY, DIAL = 0.25, 0.5
+"""What playing again costs, what going elsewhere costs, and what is left to the seed, later and at first."""
+LIVELY, DIAL = 0.4, 0.5
 """How much moments that move more are sought: as learnt, and more at twice the liveliness."""
-HEARD, ONSET, POSE, SPEED = 2.0, 1.0, 6.0, 4.0
-"""Weights of what is heard, of its loudness beside it, of a jump in pose and of one in speed."""
-BANDS, KEYS, DIRECTIONS = 8, 12, 24
-"""Numbers a frame of sound is described by, numbers that are compared, and directions of the body."""
-LOW_SECONDS = (0.1, 0.4, 1.5)
-_RIDGE = 0.02
+POSE, SPEED = 6.0, 4.0
+"""Weights of a jump in pose and of one in speed; what is heard has 2."""
 _BEFORE_START = 1 << 20  # frames before the first have numbers too
 
 
@@ -119,17 +121,17 @@ class CapturedBody(nn.Module):
         Args:
             stretches: rows normalised (n, K, F) and bodies (n, B), scaled.
         """
-        kept = _spread(stretches, self.fps)
+        kept = spread(stretches, self.fps)
         if sum(len(one.poses) for one in kept) < LEAST_SECONDS * self.fps:
             return
         heard = [one.rows.float().mean(dim=1).numpy().astype(np.float64) for one in kept]
         bodies = [one.poses.numpy().astype(np.float64) for one in kept]
-        bands = _widest(np.concatenate(heard), BANDS)[0]
+        bands = widest(np.concatenate(heard), BANDS)[0]
         # The first is loudness in mel bands; of two signs the one by which rising means louder.
         bands[:, 0] *= 1.0 if bands[:, 0].sum() >= 0 else -1.0
-        into = _pose_directions(np.concatenate(bodies))
-        contexts = np.concatenate([_contexts(part @ bands, self.fps) for part in heard])
-        key = _key(contexts, [body @ into for body in bodies])
+        into = pose_directions(np.concatenate(bodies))
+        contexts = np.concatenate([contexts_of(part @ bands, self.fps) for part in heard])
+        key = key_of(contexts, [body @ into for body in bodies])
         self._assign(
             poses=np.concatenate(bodies).astype(np.float16),
             heard=(contexts @ key).astype(np.float16),
@@ -152,7 +154,7 @@ class CapturedBody(nn.Module):
             if there is not None:
                 setattr(self, name, torch.empty_like(there))
         self._tables = {}
-        super()._load_from_state_dict(state_dict, prefix, *rest)  # type: ignore[arg-type]
+        super()._load_from_state_dict(state_dict, prefix, *rest)
         self._check()
 
     def _check(self) -> None:
@@ -189,15 +191,20 @@ class Table:
         piece, count = arrays["piece"], len(self.poses)
         self.hop, self.fps = max(1, round(HOP_SECONDS * fps)), fps
         self.rest = REST_SECONDS * fps
-        pace = np.convolve(np.linalg.norm(np.diff(self.poses, axis=0, prepend=self.poses[:1]), axis=1), np.ones(round(0.6 * fps)), "same")
+        pace = np.convolve(
+            np.linalg.norm(np.diff(self.poses, axis=0, prepend=self.poses[:1]), axis=1),
+            np.ones(round(0.6 * fps)),
+            "same",
+        )
         self.lively = ((pace - pace.mean()) / max(float(pace.std()), 1e-9)).astype(np.float32)
         self.memory = MEMORY_SECONDS * fps
         self.decay = 2 * np.log(2) / (FADE_SECONDS * fps)
         place = self.poses @ arrays["into"]
         speed = np.zeros_like(place)
-        speed[1:] = np.diff(place, axis=0) * np.float32(0.1 * fps)  # over a tenth of a second: as large as poses
+        speed[1:] = np.diff(place, axis=0) * np.float32(
+            0.1 * fps
+        )  # over a tenth of a second: as large as poses
         unit = np.float32(1 / max(float(np.sqrt(place.var(axis=0).sum())), 1e-6))
-        self.pose_unit = unit
         self.moves = np.concatenate([np.sqrt(POSE) * unit * place, np.sqrt(SPEED) * unit * speed], axis=1)
         self.frames = np.arange(count)
         # The sound that was heard as far ahead then as it is now; a piece's last frames have none.
@@ -208,12 +215,14 @@ class Table:
         after = np.clip(self.frames + 2 * self.hop, 0, max(count - 1, 0))
         first = np.ones(count, dtype=bool)
         first[1:] = piece[1:] != piece[:-1]
-        whole = (piece[later] == piece) & (piece[after] == piece) & (self.frames + 2 * self.hop < count) & ~first
+        whole = (
+            (piece[later] == piece) & (piece[after] == piece) & (self.frames + 2 * self.hop < count) & ~first
+        )
         own = whole & (arrays["style"] == style)
         # A style of which little was captured would repeat itself: then everything is moved in.
         chosen = own if style and own.sum() >= STYLE_SECONDS * fps else whole
         self.ahead, self.lock = ahead, round(LOCK_SECONDS * fps)
-        self.beats, self.loud = _beats(arrays['heard'][:, -1].astype(np.float64), first)
+        self.beats, self.loud = loud_beats(arrays["heard"][:, -1].astype(np.float64), first)
         self.barred = np.where(chosen, 0.0, 1e9).astype(np.float32)
         self.ends = np.ones(count, dtype=bool)
         self.ends[:-1] = piece[1:] != piece[:-1]
@@ -234,11 +243,11 @@ class Table:
         since, rise = course.since, course.rise
         apart, speed = course.apart, course.speed
         out = np.zeros((len(sounds), self.poses.shape[1]), dtype=np.float32)
-        shares = _shares(self.fps)
+        follow = shares(self.fps)
         fade = np.exp(-self.decay)
         for i, sound in enumerate(sounds):
             number = sampling.first + i
-            low = np.tile(sound, (len(shares), 1)) if not low.size else low + shares[:, None] * (sound - low)
+            low = np.tile(sound, (len(follow), 1)) if not low.size else low + follow[:, None] * (sound - low)
             key = np.concatenate([sound, *low, np.ones(1)]) @ self.key
             if rise[0] < rise[1] >= key[-1] and rise[1] > self.loud and at >= 0:
                 due = self._late(at, part)
@@ -265,7 +274,7 @@ class Table:
         return out, Course(low, at, part, due, since, rise, apart, speed, played)
 
     def _late(self, at: int, part: float) -> float:
-        """Frames by which a beat that is heard now comes before the captured one that is nearest; 0 without."""
+        """Frames from a beat that is heard now to the captured one that is nearest; 0 without."""
         here = at + self.ahead
         low = max(here - self.lock, 0)
         near = np.flatnonzero(self.beats[low : here + self.lock + 1]) + low
@@ -289,7 +298,12 @@ class Table:
         return pace
 
     def _search(
-        self, key: NDArray[np.float64], at: int | None, played: NDArray[np.int32], number: int, sampling: SamplingOptions
+        self,
+        key: NDArray[np.float64],
+        at: int | None,
+        played: NDArray[np.int32],
+        number: int,
+        sampling: SamplingOptions,
     ) -> int:
         """The captured frame to go to: the one after this one, or another that is better by STAY."""
         width = len(key)
@@ -337,7 +351,8 @@ class Matched(Network):
         self.draws, self.look_aheads = inner.draws, inner.look_aheads
 
     @property
-    def gains(self) -> bool:
+    def gains(self) -> bool:  # type: ignore[override]
+        """Whether the gain applies: the person's own motion is played as it was."""
         return not self._plays
 
     @property
@@ -346,53 +361,67 @@ class Matched(Network):
 
     @property
     def output(self) -> nn.Linear:
+        """The inner network's."""
         return self.inner.output
 
     def look_ahead_frames(self, ms: int | None) -> int:
+        """Frames after a pose that go into it, as the inner network has it."""
         return self.inner.look_ahead_frames(ms)
 
     def set_look_ahead(self, ms: int | None) -> None:
+        """Use one of the learnt look-aheads."""
         self.inner.set_look_ahead(ms)
         self._own()
 
     def start_at(self, mean: Tensor) -> None:
+        """Let the expected poses begin at one (C,), scaled."""
         self.inner.start_at(mean)
 
     def see(self, stretches: Sequence[Tensor]) -> None:
+        """Show the head that draws how bodies move."""
         self.inner.see(stretches)
 
     def remember(self, stretches: Sequence[Stretch]) -> None:
+        """Keep captured bodies with their sound, to play them again."""
         if self.draws and not self.margin:
-            self.captured.take_up([
-                replace(one, rows=self.normalised(one.rows), poses=one.poses[:, self.sizes.faces :])
-                for one in stretches
-            ])
+            self.captured.take_up(
+                [
+                    replace(one, rows=self.normalised(one.rows), poses=one.poses[:, self.sizes.faces :])
+                    for one in stretches
+                ]
+            )
 
     def forward(self, rows: Tensor, state: Any = None, style: Tensor | None = None) -> tuple[Tensor, Any]:
+        """Expected poses (B, n, C), and the state: the inner network's, and where the body is."""
         inner, courses = (None, None) if state is None else state
         poses, inner = self.inner(self.normalised(rows), inner, style)
         return poses, None if self.margin else (inner, courses)
 
-    def learn(self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
+    def learn(
+        self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """The inner network's poses and its own loss; what was captured is not learnt."""
         self.inner.loss_fn = self.loss_fn
         return self.inner.learn(self.normalised(rows), style, values, weight)
 
     def draw(
         self, rows: Tensor, state: Any, style: Tensor | None, sampling: SamplingOptions
     ) -> tuple[Tensor, Any]:
+        """The face as expected, the body played; liveliness goes from the expected body to it and beyond."""
         inner, courses = (None, None) if state is None else state
         normal = self.normalised(rows)
-        expected, after = self.inner(normal, inner, style)
         if not self._plays:
+            self.inner.gain = self.gain  # the one measured is this network's
             drawn, after = self.inner.draw(normal, inner, style, sampling)
-            return expected + self.gain * (drawn - expected), None if self.margin else (after, None)
+            return drawn, None if self.margin else (after, None)
+        expected, after = self.inner(normal, inner, style)
         heard = self._heard(normal, expected.shape[1])
         ahead, made, left = self.after // self.sizes.steps_per_frame, [], []
         for one in range(len(rows)):
             table = self.captured.table(_style_of(style, one), ahead)
             course = table.start() if courses is None else courses[one]
-            body, course = table.play(heard[one], course, sampling)
-            made.append(torch.from_numpy(body))
+            moved, course = table.play(heard[one], course, sampling)
+            made.append(torch.from_numpy(moved))
             left.append(course)
         played = torch.stack(made).to(expected)
         faces = self.sizes.faces
@@ -413,77 +442,3 @@ def _style_of(style: Tensor | None, one: int) -> int:
         return 0
     # A mixture says how much of each; the largest share is the one that was asked for.
     return int(style[one, 0].argmax()) if style.is_floating_point() else int(style[one])
-
-
-def _beats(rise: NDArray[np.float64], first: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], float]:
-    """Frames in which the loudness rises most (N,), and what is such a rise."""
-    loud = BEAT * float(rise.std()) if len(rise) else 0.0
-    beats = np.zeros(len(rise), dtype=bool)
-    beats[1:-1] = (rise[1:-1] > rise[:-2]) & (rise[1:-1] >= rise[2:]) & (rise[1:-1] > loud)
-    return beats & ~first, loud
-
-
-def _shares(fps: float) -> NDArray[np.float64]:
-    return 1 - np.exp(-1 / (np.array(LOW_SECONDS) * fps))
-
-
-def _contexts(sounds: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
-    """Each frame of sound (n, P) with what was heard before it, and 1."""
-    shares, low = _shares(fps), np.tile(sounds[0], (len(LOW_SECONDS), 1))
-    rows = []
-    for sound in sounds:
-        low = low + shares[:, None] * (sound - low)
-        rows.append(np.concatenate([sound, *low, np.ones(1)]))
-    return np.array(rows)
-
-
-def _widest(values: NDArray[np.float64], count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The widest directions (C, count), widest first, and how wide."""
-    variances, vectors = np.linalg.eigh(np.atleast_2d(np.cov(values.T)))
-    return vectors[:, ::-1][:, :count], np.sqrt(np.clip(variances[::-1][:count], 0, None))
-
-
-def _pose_directions(bodies: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Directions in which bodies are compared (B, R), columns made more even."""
-    deviation = bodies.std(axis=0)
-    even = np.maximum(deviation + 0.1 * deviation.mean(), 1e-9) ** -EVEN
-    directions, _ = _widest(bodies * even, DIRECTIONS)
-    found: NDArray[np.float64] = even[:, None] * directions
-    return found
-
-
-def _key(contexts: NDArray[np.float64], bodies: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """From contexts to what is compared (D, A): what of the sound says most of the body, and the loudness.
-
-    Source: reduced-rank regression, Izenman 1975.
-    """
-    speeds = [np.gradient(body, axis=0) if len(body) > 1 else 0 * body for body in bodies]
-    targets = np.concatenate([np.concatenate([b, s, np.abs(s)], axis=1) for b, s in zip(bodies, speeds, strict=True)])
-    targets = (targets - targets.mean(axis=0)) / np.maximum(targets.std(axis=0), 1e-9)
-    mean, width = contexts[:, :-1].mean(axis=0), np.maximum(contexts[:, :-1].std(axis=0), 1e-6)
-    x = (contexts[:, :-1] - mean) / width
-    weights = np.linalg.solve(x.T @ x + _RIDGE * len(x) * np.eye(x.shape[1]), x.T @ targets)
-    directions, wide = _widest(x @ weights, KEYS)
-    # Together as wide as 1: what is heard then weighs the same for everyone.
-    heard = np.sqrt(HEARD) * weights @ directions / max(float(np.sqrt(np.square(wide).sum())), 1e-9)
-    loud = np.zeros((x.shape[1], 2))
-    # The widest band of speech is its loudness; over the last tenth of a second it says where a syllable began.
-    loud[0, 0], loud[0, 1], loud[BANDS, 1] = 1.0, width[0], -width[BANDS]
-    loud /= np.maximum((x @ loud).std(axis=0), 1e-9) / np.sqrt(ONSET / 2)
-    both = np.concatenate([heard, loud], axis=1) / width[:, None]
-    return np.concatenate([both, -(mean @ both)[None]])
-
-
-def _spread(stretches: Sequence[Stretch], fps: float) -> list[Stretch]:
-    """All stretches, or pieces spread over them where they are too long."""
-    most, size = int(MOST_SECONDS * fps), int(PIECE_SECONDS * fps)
-    stretches = [one for one in stretches if len(one.poses) > fps]
-    if sum(len(one.poses) for one in stretches) <= most:
-        return list(stretches)
-    pieces = [
-        replace(one, rows=one.rows[a : a + size], poses=one.poses[a : a + size])
-        for one in stretches
-        for a in range(0, len(one.poses) - size + 1, size)
-    ]
-    chosen = np.unique(np.linspace(0, len(pieces) - 1, most // size).round().astype(int))
-    return [pieces[i] for i in chosen]

@@ -53,7 +53,7 @@ class SamplingOptions:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A captured stretch without a gap: rows of sound (n, K, F), scaled poses (n, C), and its style's index."""
+    """A captured stretch without a gap: rows of sound (n, K, F), scaled poses (n, C), and its style."""
 
     rows: Tensor
     poses: Tensor
@@ -144,7 +144,7 @@ class Network(nn.Module):
         """
 
     def remember(self, stretches: Sequence[Stretch]) -> None:
-        """Captured bodies with their sound, once before anything is learnt, for networks that play them again."""
+        """Captured bodies with their sound, once before learning, for networks that play them again."""
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor

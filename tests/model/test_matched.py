@@ -1,4 +1,4 @@
-"""The matched body: the person's own poses, the same in any pieces, no further ahead than allowed, by seed."""
+"""The matched body: the person's own poses, alike in any pieces, hearing no further than allowed, by seed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from studio.model import recurrent
-from studio.model._matched import LEAST_SECONDS, Matched
+from studio.model._captured_sound import LEAST_SECONDS
+from studio.model._matched import Matched
 from studio.model._network import Network, SamplingOptions, Sizes, Stretch
 from tests.tolerance import LAST_BITS
 
@@ -68,7 +69,7 @@ def test_the_body_is_the_captured_one_without_a_jump() -> None:
     body = played(network, rows_for(network, 400), SamplingOptions(2))[:, FACES:].numpy()
     own = torch.cat([captured(750, seed).poses[:, FACES:] for seed in (3, 4)]).numpy()
     nearest = np.array([np.abs(own - pose).max(axis=1).min() for pose in body])
-    assert np.median(nearest) < 0.02  # where it went elsewhere, it is on its way
+    assert np.median(nearest) < 0.1 * own.std()  # where it went elsewhere, it is on its way
     steps, captured_steps = (np.linalg.norm(np.diff(x, axis=0), axis=1) for x in (body, own[:750]))
     assert steps.max() < 1.5 * captured_steps.max()
     assert steps.mean() == pytest.approx(captured_steps.mean(), rel=0.25)
@@ -117,7 +118,9 @@ def test_what_was_captured_comes_back_from_a_file_and_a_damaged_one_is_refused()
     rows = rows_for(network, 60)
     torch.testing.assert_close(*(played(one, rows, SamplingOptions(1)) for one in (network, empty)))
     with pytest.raises(ValueError, match="captured"):
-        matched(seconds=4.0).load_state_dict({**state, "captured.piece": state["captured.piece"][:-1]}, assign=True)
+        matched(seconds=4.0).load_state_dict(
+            {**state, "captured.piece": state["captured.piece"][:-1]}, assign=True
+        )
 
 
 def test_a_style_moves_in_its_own_takes() -> None:
