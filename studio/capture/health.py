@@ -219,7 +219,7 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
         found.append(
             (
                 f"The sender left out {_count(s.frames_lost, 'frame')} in the last seconds.",
-                "Close heavy programs on this computer, or lower the sender's frame rate.",
+                "Close demanding apps, or lower the tracker's frame rate.",
             )
         )
     elif many_lost:

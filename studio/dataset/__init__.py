@@ -1,7 +1,7 @@
 """Takes chosen and marked for training: choices apart from recordings.
 
-balance      Split for me: dividing selections among train, val and test, only when asked; a new take is
-             train (Selection.split). Each gets its share of the seconds and of every label
+balance      Split automatically: dividing selections among train, val and test, only when asked; a new take
+             is train (Selection.split). Each gets its share of the seconds and of every label
 data_card    What a dataset holds, counted, and the page that shows it: one HTML file
 dataset      The choices made about takes: in and out points, offsets, labels, split. All values are frozen
 edits        What a person can do to the choices: pure functions Dataset -> Dataset

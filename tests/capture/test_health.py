@@ -150,7 +150,7 @@ def test_frames_a_program_here_left_out_are_not_blamed_on_the_network() -> None:
     assert problems(signs) == (
         (
             "The sender left out 15 frames in the last seconds.",
-            "Close heavy programs on this computer, or lower the sender's frame rate.",
+            "Close demanding apps, or lower the tracker's frame rate.",
         ),
     )
     assert (
