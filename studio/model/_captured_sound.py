@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.model._network import Stretch
+from studio.model._network import CapturedStretch
 
 LEAST_SECONDS, MOST_SECONDS = 30.0, 1200.0
 """Of captured body: with less it would soon repeat itself, with more the file would grow for nothing."""
@@ -85,7 +85,7 @@ def key_of(contexts: NDArray[np.float64], bodies: Sequence[NDArray[np.float64]])
     return np.concatenate([both, -(mean @ both)[None]])
 
 
-def spread(stretches: Sequence[Stretch], fps: float) -> list[Stretch]:
+def spread(stretches: Sequence[CapturedStretch], fps: float) -> list[CapturedStretch]:
     """All stretches, or pieces spread over them where they are too long."""
     most, size = int(MOST_SECONDS * fps), int(PIECE_SECONDS * fps)
     stretches = [one for one in stretches if len(one.poses) > fps]

@@ -3,7 +3,7 @@
 A regressed body stands nearly still, and a drawn one moves as chance does. This one plays the person's own
 takes: several times a second it looks for the captured moment that sounds most like what is heard now, near
 the pose and the speed the body has, and not played lately; where it goes elsewhere, the difference fades
-within a quarter of a second, and beats are hurried or held to meet those heard. The face is the network's own.
+within a quarter of a second, and beats are hurried or held to meet those heard. The face is the network's.
 Too little captured, and the body is drawn as before.
 Sources: Clavet 2016, Motion Matching; Habibie et al. 2022, A Motion Matching-based Framework for Controllable
 Gesture Synthesis from Speech; Bollo 2018, Inertialization.
@@ -31,7 +31,7 @@ from studio.model._captured_sound import (
     spread,
     widest,
 )
-from studio.model._network import Network, SamplingOptions, Stretch
+from studio.model._network import CapturedStretch, Network, SamplingOptions
 
 Floats = NDArray[np.float32]
 
@@ -108,14 +108,14 @@ class CapturedBody(nn.Module):
             self.register_buffer(name, torch.zeros(0, dtype=torch.int32))
         for name in ("bands", "key", "into"):
             self.register_buffer(name, torch.zeros(0, 0))
-        self._tables: dict[tuple[int, int], Table] = {}
+        self._tables: dict[tuple[int, int], CapturedTable] = {}
 
     @property
     def enough(self) -> bool:
         """Whether there is enough to be played."""
         return len(self.poses) >= LEAST_SECONDS * self.fps
 
-    def take_up(self, stretches: Sequence[Stretch]) -> None:
+    def take_up(self, stretches: Sequence[CapturedStretch]) -> None:
         """Keep what was captured.
 
         Args:
@@ -167,15 +167,15 @@ class CapturedBody(nn.Module):
         if any(not torch.isfinite(getattr(self, name)).all() for name in self.NAMES):
             raise ValueError("captured values are no numbers")
 
-    def table(self, style: int, ahead: int) -> Table:
+    def table(self, style: int, ahead: int) -> CapturedTable:
         """What is searched for a style, heard so many frames ahead."""
         if (style, ahead) not in self._tables:
             arrays = {name: getattr(self, name).cpu().numpy() for name in self.NAMES}
-            self._tables[style, ahead] = Table(arrays, self.fps, style, ahead)
+            self._tables[style, ahead] = CapturedTable(arrays, self.fps, style, ahead)
         return self._tables[style, ahead]
 
 
-class Table:
+class CapturedTable:
     """The captured frames as rows that are compared.
 
     Args:
@@ -381,7 +381,7 @@ class Matched(Network):
         """Show the head that draws how bodies move."""
         self.inner.see(stretches)
 
-    def remember(self, stretches: Sequence[Stretch]) -> None:
+    def remember(self, stretches: Sequence[CapturedStretch]) -> None:
         """Keep captured bodies with their sound, to play them again."""
         if self.draws and not self.margin:
             self.captured.take_up(
@@ -420,13 +420,13 @@ class Matched(Network):
         for one in range(len(rows)):
             table = self.captured.table(_style_of(style, one), ahead)
             course = table.start() if courses is None else courses[one]
-            moved, course = table.play(heard[one], course, sampling)
-            made.append(torch.from_numpy(moved))
+            body, course = table.play(heard[one], course, sampling)
+            made.append(torch.from_numpy(body))
             left.append(course)
         played = torch.stack(made).to(expected)
         faces = self.sizes.faces
-        body = torch.lerp(expected[..., faces:], played, sampling.liveliness)
-        return torch.cat([expected[..., :faces], body], dim=-1), (after, left)
+        moved = torch.lerp(expected[..., faces:], played, sampling.liveliness)
+        return torch.cat([expected[..., :faces], moved], dim=-1), (after, left)
 
     def _heard(self, normal: Tensor, frames: int) -> NDArray[np.float64]:
         """The last sound that each frame may know of (B, n, F)."""

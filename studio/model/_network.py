@@ -52,7 +52,7 @@ class SamplingOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class CapturedStretch:
     """A captured stretch without a gap: rows of sound (n, K, F), scaled poses (n, C), and its style."""
 
     rows: Tensor
@@ -143,7 +143,7 @@ class Network(nn.Module):
             stretches: scaled poses (T, C) of unbroken stretches of the takes that have a body.
         """
 
-    def remember(self, stretches: Sequence[Stretch]) -> None:
+    def remember(self, stretches: Sequence[CapturedStretch]) -> None:
         """Captured bodies with their sound, once before learning, for networks that play them again."""
 
     def learn(

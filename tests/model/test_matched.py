@@ -9,14 +9,14 @@ import torch
 from studio.model import recurrent
 from studio.model._captured_sound import LEAST_SECONDS
 from studio.model._matched import Matched
-from studio.model._network import Network, SamplingOptions, Sizes, Stretch
+from studio.model._network import CapturedStretch, Network, SamplingOptions, Sizes
 from tests.tolerance import LAST_BITS
 
 FACES, FPS = 2, 30.0
 SIZES = Sizes(5, 14, 2, 2, FPS, faces=FACES)
 
 
-def captured(frames: int, seed: int = 3, style: int = 0) -> Stretch:
+def captured(frames: int, seed: int = 3, style: int = 0) -> CapturedStretch:
     """Sound that rises and falls like syllables, and a body that swings with it."""
     rng = np.random.default_rng(seed)
     loud = np.clip(np.convolve(rng.standard_normal(frames), np.hanning(7), "same"), -1, 3)
@@ -25,7 +25,7 @@ def captured(frames: int, seed: int = 3, style: int = 0) -> Stretch:
     body = np.stack([np.convolve(c, slow[:, 0], "same") for c in rng.standard_normal((12, frames))], axis=1)
     body[:, 0] += np.convolve(loud, np.hanning(9) / 4, "same")
     poses = np.concatenate([np.zeros((frames, FACES)), body], axis=1).astype(np.float32)
-    return Stretch(torch.from_numpy(rows.astype(np.float32)), torch.from_numpy(poses), style)
+    return CapturedStretch(torch.from_numpy(rows.astype(np.float32)), torch.from_numpy(poses), style)
 
 
 def matched(seconds: float = 50.0, **settings: object) -> Network:
@@ -126,7 +126,7 @@ def test_what_was_captured_comes_back_from_a_file_and_a_damaged_one_is_refused()
 def test_a_style_moves_in_its_own_takes() -> None:
     network = matched(seconds=4.0)
     calm, lively = captured(1000, 5, style=1), captured(1000, 6, style=2)
-    network.remember([calm, Stretch(lively.rows, lively.poses + 40.0, 2)])
+    network.remember([calm, CapturedStretch(lively.rows, lively.poses + 40.0, 2)])
     rows = rows_for(network, 90)
     with torch.no_grad():
         bodies = [

@@ -19,7 +19,7 @@ from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
-from studio.model._network import Network, Stretch
+from studio.model._network import CapturedStretch, Network
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
 from studio.training.gather import Gathered
@@ -150,7 +150,7 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     return Model(network, recipe, data.layout, data.fps, styles=data.styles)
 
 
-def _stretches(example: Example, layout: Layout) -> list[Stretch]:
+def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
     """Unbroken stretches of a take that has a body; none of one that has not."""
     if not example.mask[layout.groups != FACE].any():
         return []
@@ -160,10 +160,12 @@ def _stretches(example: Example, layout: Layout) -> list[Stretch]:
     return [_stretch(example, a, b) for a, b in pairwise(edges) if b > a and counts[a]]
 
 
-def _stretch(example: Example, first: int, last: int) -> Stretch:
+def _stretch(example: Example, first: int, last: int) -> CapturedStretch:
     k = (len(example.sound) - 2 * example.lead) // example.frames  # rows a frame
     rows = example.rows(first * k, (last - first) * k).reshape(last - first, k, -1)
-    return Stretch(torch.from_numpy(rows), torch.from_numpy(example.values[first:last]), example.style)
+    return CapturedStretch(
+        torch.from_numpy(rows), torch.from_numpy(example.values[first:last]), example.style
+    )
 
 
 def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:
