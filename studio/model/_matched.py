@@ -341,7 +341,7 @@ class Matched(Network):
     def __init__(self, inner: Network) -> None:
         super().__init__(inner.sizes)
         self.inner = inner
-        self.min_std = inner.min_std
+        self.min_std, self.knows_moods = inner.min_std, inner.knows_moods
         self.captured = CapturedBody(inner.sizes.fps)
         self._own()
 

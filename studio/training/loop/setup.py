@@ -130,7 +130,7 @@ def leave_together(fabric: lightning_fabric.Fabric) -> None:
 
 def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     """The recipe's network for some takes, knowing their means and nothing else."""
-    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles))
+    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles), len(data.moods))
     rows = np.concatenate([example.sound for example in data.train])
     # Digital silence is far below speech in dB and would stretch the scale until speech is a sliver of it.
     rows = rows if network.min_std is None else non_silent_rows(rows, recipe.sound)
@@ -147,7 +147,8 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     # Whole bodies alone: one that lacks bones would be played with these standing still.
     whole = [example for example in data.train if example.mask[body].all()]
     network.remember([one for example in whole for one in _stretches(example, data.layout)])
-    return Model(network, recipe, data.layout, data.fps, styles=data.styles)
+    moods = data.moods if network.sizes.moods else ()
+    return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
 
 
 def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
