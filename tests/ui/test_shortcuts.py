@@ -139,7 +139,9 @@ def test_a_key_of_live_asks_for_what_it_says(qtbot: QtBot, action: str, key: str
     controls.show_live(True)
     asked: list[object] = []
     controls.switched.connect(lambda *said: asked.append(said))
-    press(qtbot, controls.button(action), key)
+    controls.mood_chosen.connect(lambda name: asked.append((f"mood_{name or 0}", True)))
+    controls.moods.show_moods("123456789")
+    press(qtbot, controls.button(action) if not action.startswith("mood_") else controls, key)
     assert asked == [(action, True)]
 
 
