@@ -83,6 +83,7 @@ _ALL = (
     _action("show_train", _tr("Train"), "Ctrl+3", needs="project", listed=WITH),
     _action("show_review", _tr("Review"), "Ctrl+4", needs="project", listed=WITH),
     _action("show_live", _tr("Live"), "Ctrl+5", needs="project", listed=WITH),
+    _action("next_steps", _tr("Next steps")),
     _action("light_colours", _tr("Light theme")),
     _action("full_screen", _tr("Full screen"), "F11"),
     _action("open_menu", _tr("Menu"), "F10"),
@@ -183,6 +184,10 @@ _ALL = (
     _action("neutral", _tr("Neutral"), "N", at="live", needs="live",
             help=_tr("Panic key: the avatar returns to its neutral pose and stays there"),
             listed=_tr("Neutral pose, the panic key")),
+    _action("mood_0", _tr("No mood"), "0", at="live", needs="live",
+            help=_tr("Move as without any label"), listed=_tr("No mood, or one that the run has learnt")),
+    *(_action(f"mood_{n}", _tr("Mood {0}"), str(n), at="live", needs="live", listed=WITH)
+      for n in range(1, 10)),
     # -- the figure
     _action("turn_left", _tr("Turn left"), "Left", at=FIGURE, listed=_tr("Turn around the figure"),
             gesture=_tr("Drag")),

@@ -243,7 +243,9 @@ class CompareDialog(QDialog):
         column.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         column.setSpacing(12)
         column.addLayout(self._head())
-        column.addLayout(self._middle(), 3)
+        self._stack = QStackedLayout()
+        column.addLayout(self._stack, 3)
+        self._fill_stack()
         plots = QHBoxLayout()
         plots.setSpacing(theme.BETWEEN)
         plots.addWidget(self.error_plot, 1)
@@ -295,7 +297,7 @@ class CompareDialog(QDialog):
         row.addWidget(self._note, 1)
         return row
 
-    def _middle(self) -> QStackedLayout:
+    def _fill_stack(self) -> None:
         busy = QWidget()
         column = QVBoxLayout(busy)
         column.addStretch(1)
@@ -304,10 +306,8 @@ class CompareDialog(QDialog):
         column.addWidget(self._state)
         column.addWidget(self._bar)
         column.addStretch(1)
-        self._stack = QStackedLayout()
         self._stack.addWidget(busy)
         self._stack.addWidget(self.table)
-        return self._stack
 
 
 class CompareTable(QTableWidget):

@@ -72,7 +72,7 @@ class ProgressCard(Card):
         self._alarm.hide()
         self.body.addWidget(self._alarm)
         self.body.addLayout(self._offer_row())
-        self.body.addLayout(self._curve_area(), 1)
+        self._add_curves()
         self._log = QPlainTextEdit()
         self._log.setObjectName("train_log")
         self._log.setAccessibleName(self.tr("Training log"))
@@ -155,7 +155,7 @@ class ProgressCard(Card):
         self.show_offer("", "")
         return row
 
-    def _curve_area(self) -> QStackedLayout:
+    def _add_curves(self) -> None:
         plots = QWidget()
         row = QHBoxLayout(plots)
         row.setContentsMargins(0, 0, 0, 0)
@@ -180,9 +180,10 @@ class ProgressCard(Card):
         self._hint = EmptyState("mdi6.chart-bell-curve-cumulative", "")
         self._hint.sentence.setObjectName("curves_hint")
         self._curves = QStackedLayout()
+        # In the card first: what comes into a free stack is shown at once, as a window of its own.
+        self.body.addLayout(self._curves, 1)
         self._curves.addWidget(self._hint)
         self._curves.addWidget(plots)
-        return self._curves
 
     def _explain_plots(self) -> None:
         """What each plot shows and what is good, in plain words."""

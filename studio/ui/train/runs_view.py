@@ -277,9 +277,10 @@ class RunsCard(Card):
         )
         none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._stack = QStackedLayout()
+        # In the card first: what comes into a free stack is shown at once, as a window of its own.
+        self.body.addLayout(self._stack, 1)
         self._stack.addWidget(none)
         self._stack.addWidget(self.table)
-        self.body.addLayout(self._stack, 1)
         self._legend = label(
             self.tr(
                 "Error: how far off, less is better.   Pearson r: 1 follows exactly.   "
