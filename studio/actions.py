@@ -149,10 +149,19 @@ _ALL = (
     _action("stop_training", _tr("Stop, keep best"), at="train", needs="training"),
     _action("cancel_training", _tr("Cancel"), at="train", needs="training",
             help=_tr("Stop and delete this run")),
+    _action("training_details", _tr("Details"), at="train", needs="run",
+            help=_tr("What the network itself makes small, and the training's own messages")),
+    _action("watch_run", _tr("Watch"), at="train", needs="run",
+            help=_tr("Play in Review what this run makes of a take")),
     _action("review_run", _tr("Review"), at="train", needs="run"),
     _action("compare_runs", _tr("Compare"), at="train", needs="run",
-            help=_tr("Compare the selected runs on takes they have never heard; "
-                     "select several with Ctrl or Shift")),
+            help=_tr("Compare the selected runs on takes they have never heard; select several with Ctrl or "
+                     "Shift")),
+    _action("measure_curve", _tr("What would more takes bring?"), at="train", needs="project",
+            help=_tr("Trains quickly on a quarter, a half and all of your takes, and says what more would "
+                     "bring and when it is enough; takes a few minutes")),
+    _action("run_details", _tr("Details"), at="train", needs="run",
+            help=_tr("The figures behind the words, and what each was measured on")),
     _action("card_of_run", _tr("Model card"), at="train", needs="run"),
     _action("resume_run", _tr("Resume"), at="train", needs="run"),
     _action("show_run_folder", _tr("Folder"), at="train", needs="run"),

@@ -62,6 +62,11 @@ class ReviewPresenter(QObject):
         """Show a run; where the tab is not shown, once it is."""
         self.model.show_run(run)
 
+    def watch(self, run: str) -> None:
+        """Show a run, and play it from the start as soon as its motion is there."""
+        self.transport.play_from_start(run)
+        self.model.show_run(run)
+
     def deactivate(self) -> None:
         """Another tab is shown; sending goes on, the sound rests."""
         self.transport.deactivate()
