@@ -220,6 +220,7 @@ class SoundStats:
         peak_dbfs: highest sample.
         clipped: samples at full scale in runs; first_clip is where the first stands, seconds.
         dc: mean of all samples.
+        read_seconds: how much of it was really there when it was read, whatever the file's head says.
     """
 
     duration: float
@@ -229,6 +230,7 @@ class SoundStats:
     clipped: int
     first_clip: float
     dc: float
+    read_seconds: float = 0.0
 
     @property
     def levels_dbfs(self) -> NDArray[np.float64]:
@@ -275,7 +277,14 @@ def measure_sound(path: Path) -> SoundStats:
     power = np.concatenate(powers) if powers else np.zeros(0)
     peak_dbfs = max(20 * np.log10(max(peak, 1e-9)), FLOOR_DBFS)
     return SoundStats(
-        info.duration, info.sample_rate, power, float(peak_dbfs), clipped, first_clip, total / max(count, 1)
+        info.duration,
+        info.sample_rate,
+        power,
+        float(peak_dbfs),
+        clipped,
+        first_clip,
+        total / max(count, 1),
+        count / info.sample_rate,
     )
 
 

@@ -194,7 +194,7 @@ class InputsPresenter(QObject):
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
         self._card.device.setToolTip(self.tr("The system's own is {0}.").format(default) if default else "")
-        names = [("", self.tr("System's microphone"))]
+        names = [("", self.tr("Default microphone"))]
         names += [(device.name, device.name) for device in self._devices]
         names.append((NO_MICROPHONE, self.tr("No microphone")))
         self._card.show_devices(names, self._session.settings.audio_device)

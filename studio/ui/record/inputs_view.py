@@ -201,7 +201,7 @@ class InputsCard(Card):
         self.more.setText("+")
         theme.as_role(self.more, "quiet")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        tip = self.tr("Hear more senders at once, for example a body from one and a face from another")
+        tip = self.tr("Add a tracker by its port, for example one for the body and one for the face")
         self.more.setToolTip(tip)
         self.more.setAccessibleName(tip)
         menu = QMenu(self.more)
@@ -226,9 +226,7 @@ class InputsCard(Card):
         self.sound_text = _line("sound_text")
         self.level_button = QPushButton(self.tr("Test"))
         self.level_button.setObjectName("level_test")
-        self.level_button.setToolTip(
-            self.tr("Speak as loud as you will: measures whether the microphone is set well.")
-        )
+        self.level_button.setToolTip(self.tr("Speak at your loudest to check the microphone level."))
         self.level_button.clicked.connect(self.level_test_requested)
         title = _titled(self.tr("Sound"), self._sound_light, self.sound_text)
         title.addWidget(self.level_button, 0, 3)
@@ -259,7 +257,7 @@ class InputsCard(Card):
         self.sync_button = QPushButton(self.tr("Test"))
         self.sync_button.setObjectName("sync_test")
         self.sync_button.setToolTip(
-            self.tr("Clap or say “pa” a few times: measures how far sound and motion are apart.")
+            self.tr("Clap or say “pa” a few times to measure the delay between sound and motion.")
         )
         self.sync_button.clicked.connect(self.sync_test_requested)
         row = _titled(self.tr("Sync"), self._sync_light, self.sync_text)
@@ -293,7 +291,7 @@ class InputsCard(Card):
 
     def _show_network_note(self) -> None:
         open_ = self.network.currentData() == EVERYWHERE
-        sentence = self.tr("Any device in your network may send motion here: a phone, a second PC.")
+        sentence = self.tr("Any device on your network can send motion here, such as a phone or second PC.")
         if open_ and (address := own_address()):
             sentence += " " + self.tr("This computer's address is {0}.").format(address)
         self.network_note.setText(sentence if open_ else "")

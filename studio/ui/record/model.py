@@ -34,6 +34,8 @@ SHOWN_MS, HIDDEN_MS = 16, 500
 SLOW_EVERY = 12
 """Text is updated at every twelfth poll: five times a second can be read, sixty cannot."""
 CLOSING_MS = 5_000
+GRACE_S = 1.0
+"""How long inputs that were just opened may take before anything is said of them."""
 PRACTICE_SENDER = "the practice performer"
 
 
@@ -101,6 +103,7 @@ class RecordModel(QObject):
         self.player = SavedTakePlayer(session, self)
         # The take that rolls was begun with the practice performer.
         self._practised = False
+        self._opened = -math.inf
         self._ticks = 0
         # One thread: an input must be closed before it is opened anew, and open before a take begins.
         self._in_order = QThreadPool(self)
@@ -188,6 +191,11 @@ class RecordModel(QObject):
         """
         if self._session.rolling and self.recorder is not None:
             self.recorder.stop()
+
+    @property
+    def settling(self) -> bool:
+        """Whether the inputs were opened so lately that nothing can be said of them yet."""
+        return time.monotonic() - self._opened < GRACE_S
 
     def wait(self) -> None:
         """Wait for a take that is being begun or saved."""
@@ -348,6 +356,7 @@ class RecordModel(QObject):
         for take in takes:
             self._session.adopt(take)
         self.recorder = Recorder(project.takes_folder)
+        self._opened = time.monotonic()
         self.recorder_changed.emit(self.recorder)
         self._timer.start()
         self._next_number()
@@ -389,9 +398,11 @@ class Countdown(QObject):
 
     Signals:
         ended: it reached zero; not after a cancel.
+        cancelled: it was given up.
     """
 
     ended = Signal()
+    cancelled = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -420,8 +431,10 @@ class Countdown(QObject):
             self._timer.start(int(seconds * 1000))
 
     def cancel(self) -> None:
-        """Stop counting; nothing happens."""
-        self._timer.stop()
+        """Stop counting; no take begins."""
+        if self.running:
+            self._timer.stop()
+            self.cancelled.emit()
 
 
 def _recovered(folder: Path) -> tuple[tuple[Take, ...], tuple[tuple[str, StudioError], ...]]:
