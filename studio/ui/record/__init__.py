@@ -14,5 +14,8 @@ stage_presenter        Presenter of the figure and the shape meters
 takes_presenter        Presenter of the takes of today: heard again, kept, noted, thrown away
 takes_view             The takes of today: hear, keep, do again, note
 task                   The practice performer in the window: a child process
+tracker_pictures       Pictures of the tracker cards: the steps, and the code for a phone
+trackers_presenter     Presenter of the tracker cards: finds who sends, and listens to it from then on
+trackers_view          How are you tracked? A card for each tracker, with its steps, its light and its address
 view                   Layout of the tab and its keys
 """

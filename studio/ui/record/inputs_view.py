@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
@@ -22,13 +21,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.capture.trackers import EVERYWHERE, LOOPBACK, own_address
 from studio.ui import theme
-from studio.ui.widgets.card import Card, Picture, label
+from studio.ui.widgets.card import Card, CutLabel, Picture, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
-LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
@@ -47,6 +46,7 @@ class InputsCard(Card):
         more_ports_chosen: further ports that motion is heard on.
         sync_test_requested: begin the sync test, or give it up.
         level_test_requested: begin the test of the microphone's level, or give it up.
+        trackers_requested: show how a tracker is connected.
         phone_chosen: the address of a phone to be asked for its face; "" for none.
     """
 
@@ -60,6 +60,7 @@ class InputsCard(Card):
     sync_test_requested = Signal()
     phone_chosen = Signal(str)
     level_test_requested = Signal()
+    trackers_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__(self.tr("Inputs"))
@@ -149,7 +150,8 @@ class InputsCard(Card):
 
     def lock(self, locked: bool) -> None:
         """While rolling, inputs stay as they are."""
-        for control in (self.port, self.more, self.network, self.device, self.refresh, self.phone.button):
+        controls = (self.port, self.more, self.network, self.device, self.refresh, self.phone.button)
+        for control in (*controls, self.trackers):
             control.setEnabled(not locked)
 
     def _build_motion(self) -> None:
@@ -177,11 +179,9 @@ class InputsCard(Card):
         self.network.activated.connect(self._on_network)
         for box in (self.port, self.network):
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        row = QHBoxLayout()
-        row.setSpacing(theme.INSIDE)
-        row.addWidget(self.port, 5)
-        row.addWidget(self.network, 6)
-        self.body.addLayout(row)
+        # One below the other: side by side their words are cut in a small window.
+        self.body.addWidget(self.port)
+        self.body.addWidget(self.network)
         self._sources = label("", "caption", "motion_sources")
         self._sources.setWordWrap(True)
         self._sources.hide()
@@ -193,6 +193,12 @@ class InputsCard(Card):
         self.network_note = label("", "caption")
         self.network_note.setWordWrap(True)
         self.body.addWidget(self.network_note)
+        self.trackers = QPushButton(self.tr("Add a tracker…"))
+        self.trackers.setObjectName("add_tracker")
+        theme.set_icon(self.trackers, "mdi6.motion-sensor", "accent")
+        self.trackers.setToolTip(self.tr("Connect VSeeFace, an iPhone and others, step by step"))
+        self.trackers.clicked.connect(self.trackers_requested)
+        self.body.addWidget(self.trackers)
 
     def _build_more(self) -> QToolButton:
         """Further ports: a second VMC program, or a phone that tracks the face."""
@@ -353,17 +359,6 @@ class PhoneRow(QWidget):
         self.button.setText(self.tr("Disconnect") if asked else self.tr("Connect to phone"))
 
 
-def own_address() -> str:
-    """The address other devices of the network reach this computer by; "" where there is none."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            # UDP: nothing is sent, only the way out is chosen.
-            probe.connect(("192.0.2.1", 9))
-            return str(probe.getsockname()[0])
-        except OSError:
-            return ""
-
-
 def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:
     """A light, a word, and what is known, in one line."""
     grid = QGridLayout()
@@ -379,7 +374,7 @@ def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:
 
 
 def _line(name: str) -> QLabel:
-    text = label("", "muted", name)
+    text = CutLabel("muted", name)
     text.setFont(theme.figures_font())
     text.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)

@@ -65,6 +65,8 @@ class RecordModel(QObject):
         about_to_roll: a take is about to begin; what is typed counts now.
         slate_changed: the next take is called otherwise; read `slate` and `number`.
         practice_changed: the practice performer was started or stopped.
+        trackers_requested: show how a tracker is connected.
+        finding_changed: all known ports are to be listened on now, or those chosen again.
         saved: a SavedTake is in the open project.
         cut_off: the CutOff of a take that is not in the open project.
         recovered: takes that were cut short by a crash, and (name, StudioError) of those that are lost.
@@ -78,6 +80,8 @@ class RecordModel(QObject):
     about_to_roll = Signal()
     slate_changed = Signal()
     practice_changed = Signal()
+    trackers_requested = Signal()
+    finding_changed = Signal()
     saved = Signal(object)
     cut_off = Signal(object)
     recovered = Signal(object, object)
@@ -95,6 +99,8 @@ class RecordModel(QObject):
         """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
         self.may_refresh = True
         """Whether looking for microphones anew would interrupt no sound that is being played."""
+        self.finding = False
+        """Whether all ports that trackers are known by are listened on, to find one."""
         self.active = False
         """Whether the tab is the one shown."""
         self.undo_scope = DatasetUndo(session, TAB, self)
@@ -128,6 +134,8 @@ class RecordModel(QObject):
 
     def deactivate(self) -> None:
         """Another tab is shown: inputs and a recording go on, only the pictures rest."""
+        self.finding = False
+        """Whether all ports that trackers are known by are listened on, to find one."""
         self.active = False
         self.player.stop()
         self._timer.setInterval(HIDDEN_MS)
@@ -307,6 +315,12 @@ class RecordModel(QObject):
         """Whoever performs here performs for the port that is listened to."""
         if self.practice.on:
             self.practice.redirect(port, self._session.settings.audio_output)
+
+    def set_finding(self, on: bool) -> None:
+        """Listen on all known ports, or on those chosen again; nothing is done while a take rolls."""
+        if on != self.finding and not (on and (self._session.rolling or self.busy)):
+            self.finding = on
+            self.finding_changed.emit()
 
     # -- sync ------------------------------------------------------------------------------------
 

@@ -249,7 +249,7 @@ def test_a_port_that_is_taken_is_named_on_the_health_card(room: Room, qtbot) -> 
     qtbot.waitUntil(
         lambda: (
             room.view.figure.empty_text
-            == "Waiting for motion. Start your tracking program, or try it without any."
+            == "Waiting for motion. Start your tracking app, or try the practice performer."
         ),
         timeout=30_000,
     )
@@ -261,7 +261,7 @@ def test_the_button_on_the_stage_stops_the_practice_performer_too(room: Room) ->
     assert button.text() == "Stop the practice performer"
     assert button.width() >= button.sizeHint().width()
     room.view.show_stage("", practising=False)
-    assert button.text() == "Use the practice performer"
+    assert button.text() == "How are you tracked?"
 
 
 def test_any_port_can_be_chosen(room: Room, qtbot, monkeypatch) -> None:
@@ -373,7 +373,7 @@ def test_a_slate_that_cannot_be_a_file_s_name_says_what_it_is_saved_as(room: Roo
     bar.slate.editingFinished.emit()
     assert bar.number.text() == "saved as Who_ Me_ yes_001"
     assert bar.number.toolTip() == (
-        "Not every character may stand in a file's name: this take is saved as Who_ Me_ yes_001."
+        "Some characters can't be used in file names. This take will be saved as Who_ Me_ yes_001."
     )
 
 
