@@ -248,12 +248,17 @@ class SoundStats:
         return float(np.percentile(self.levels_dbfs, 95)) if len(self.power) else FLOOR_DBFS
 
     @property
+    def is_voice(self) -> NDArray[np.bool_]:
+        """Whether each moment is loud enough for a voice, (K,)."""
+        if not len(self.power) or self.speech_dbfs < -60:
+            return np.zeros(len(self.power), dtype=np.bool_)
+        bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
+        return np.asarray(self.levels_dbfs > bar)
+
+    @property
     def speech(self) -> float:
         """Part of the moments that are loud enough for a voice."""
-        if not len(self.power) or self.speech_dbfs < -60:
-            return 0.0
-        bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
-        return float((self.levels_dbfs > bar).mean())
+        return float(self.is_voice.mean()) if len(self.power) else 0.0
 
 
 def measure_sound(path: Path) -> SoundStats:

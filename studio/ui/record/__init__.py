@@ -8,6 +8,8 @@ inputs_view            The inputs card: where motion and sound come from, and ho
 model                  What the tab knows: the recorder, whether it rolls, the slate; and word of what changed
 playback               A take of today heard again while the figure moves
 presenter              Presenter of the tab: builds its model and its cards, asks before a recording is closed
+prompter_presenter     Presenter of the teleprompter: what to say next, hands-free, kept as labels of the take
+prompter_view          The teleprompter: what to say, and a ring that fills up to twenty minutes
 slate_presenter        Presenter of the bar under the figure: the next take, its button, its clock, the disk
 slate_view             Under the figure: slate, take number, time, the one red button, countdown, pre-roll
 stage_presenter        Presenter of the figure and the shape meters

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from studio.ui import theme
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.inputs_view import InputsCard
+from studio.ui.record.prompter_view import PrompterCard
 from studio.ui.record.slate_view import SlateBar
 from studio.ui.record.takes_view import TakesCard
 from studio.ui.record.trackers_view import TrackersDialog
@@ -54,6 +55,7 @@ class RecordView(QWidget):
         self.face = DrawnFace(self.figure)
         self.face.resize(FACE)
         self.face.hide()
+        self.prompter = PrompterCard()
         self.slate_bar = SlateBar()
         self.shapes = ShapeMeters()
         self.takes = TakesCard()
@@ -67,6 +69,8 @@ class RecordView(QWidget):
         self._space.activated.connect(self.record_requested)
         escape = QShortcut(sequence("cancel_countdown"), self)
         escape.activated.connect(self.cancel_requested)
+        for action, clicked in (("prompt_next", self.prompter.next), ("prompt_again", self.prompter.again)):
+            QShortcut(sequence(action), self).activated.connect(clicked.click)
         app = QApplication.instance()
         if isinstance(app, QApplication):
             app.focusChanged.connect(self.follow_focus)
@@ -117,6 +121,7 @@ class RecordView(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(theme.INSIDE + theme.TIGHT)
         column.addWidget(self.figure, 1)
+        column.addWidget(self.prompter)
         column.addWidget(self.slate_bar)
         meters = Card()
         meters.body.addWidget(self.shapes)
