@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from studio.dataset.coverage import Coverage, TakeCoverage
 
 
+SHOWN = 3
+"""How many of the goals that are missing are named at once."""
+
+
 class PrompterPresenter(QObject):
     """Shows prompts one after another, and how far the recordings have come."""
 
@@ -158,7 +162,9 @@ class PrompterPresenter(QObject):
             "loud": self.tr("loud speech"), "quiet": self.tr("quiet speech"), "smiles": self.tr("smiles"),
             "questions": self.tr("questions"), "feelings": self.tr("feelings"), "sounds": self.tr("sounds"),
         }  # fmt: skip
-        missing = ", ".join(goals[goal] for goal in found.missing)
+        missing = ", ".join(goals[goal] for goal in found.missing[:SHOWN])
+        if len(found.missing) > SHOWN:
+            missing = self.tr("{0} and more").format(missing)
         names = dict(
             zip(MILESTONES, (self.tr("a first look"), self.tr("good"), self.tr("excellent")), strict=True)
         )
@@ -168,6 +174,8 @@ class PrompterPresenter(QObject):
             goal = self.tr("Enough for an excellent model.")
         lack = self.tr("Still missing: {0}.").format(missing) if missing else self.tr("Nothing is missing.")
         details = self.tr("2 min: a first look. 10 min: good. 20 min: excellent.")
+        every = ", ".join(goals[goal] for goal in found.missing)
+        details += "\n" + self.tr("Still missing: {0}.").format(every) if every else ""
         self._card.show_coverage(found.seconds, MILESTONES, f"{goal} {lack}", details)
 
     # -- choices ---------------------------------------------------------------------------------

@@ -91,7 +91,8 @@ class PrompterCard(Card):
         self.text.setWordWrap(True)
         self.text.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         self.text.setMinimumHeight(50)
-        self.missing = CutLabel("caption", "prompt_missing")
+        self.missing = label("", "caption", "prompt_missing")
+        self.missing.setWordWrap(True)
         self.next = QPushButton(name_of("prompt_next"))
         self.next.setObjectName("prompt_next")
         self.next.setToolTip(tip_of("prompt_next"))
@@ -120,7 +121,7 @@ class PrompterCard(Card):
         self.ring.show_seconds(seconds, milestones)
         self.ring.setToolTip(details)
         self.missing.setText(words)
-        self.missing.setToolTip(f"{words}\n{details}".strip())
+        self.missing.setToolTip(details)
 
     def show_choices(self, languages: Mapping[str, str], chosen: str, own: str, pause: bool) -> None:
         """Show the languages by code, the one in use, the words for own text, and the pause's choice."""
