@@ -1,6 +1,11 @@
-"""The one way the studio says that something went wrong."""
+"""The one way the studio says that something went wrong, and how it counts things in a sentence."""
 
 from __future__ import annotations
+
+
+def counted(number: int, thing: str) -> str:
+    """A number and what it counts: "1 frame", "1,472 frames"."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"
 
 
 class StudioError(Exception):

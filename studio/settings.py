@@ -57,7 +57,7 @@ class Settings:
     """All preferences of one person; frozen, so change one with `changed`."""
 
     theme: str = _setting(
-        "dark", "Theme", "The colours of the window.", choices={"dark": "Dark", "light": "Light"}
+        "dark", "Theme", "Dark or light window.", choices={"dark": "Dark", "light": "Light"}
     )
     vmc_port: int = _setting(
         MARIONETTE_PORT, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535

@@ -176,7 +176,7 @@ def lost_folder(rolling: roll.Roll, watch: FolderWatch, at: float) -> CutOff:
     """Its folder is no longer there."""
     name, moved = rolling.folder.name, watch.moved_to()
     if moved is None:
-        cause = f"The folder of {name} was removed, or its disk was."
+        cause = f"The folder or disk of {name} was removed."
         return CutOff("folder_gone", cause, at, "Copy it into the takes folder of a project.")
     with_project = moved.parent.name == rolling.folder.parent.name
     todo = (
@@ -187,8 +187,8 @@ def lost_folder(rolling: roll.Roll, watch: FolderWatch, at: float) -> CutOff:
 
 def lost_sound(device: str, at: float) -> CutOff:
     """The microphone vanished, and was not back when the take ended."""
-    cause = f"{device} stopped giving sound at {at:.1f} s and did not come back."
-    return CutOff("sound_lost", cause, at, "The take is silent from there on; check its plug.")
+    cause = f"The sound of {device} stopped at {at:.1f} s and did not come back."
+    return CutOff("sound_lost", cause, at, "The take is silent from there on; check the cable.")
 
 
 def saved(
@@ -255,7 +255,7 @@ def completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
         if cut is not None and cut.reason == "folder_gone":
             remedy = f"{lies}. {cut.todo}"
         else:
-            remedy = f"{lies} and becomes a take when the project is opened next."
+            remedy = f"{lies} and becomes a take the next time the project is opened."
         raise StudioError(what, f"{remedy} {error.remedy}") from error
     return take, replace(cut, folder=folder) if cut is not None else None
 

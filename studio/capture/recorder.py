@@ -217,7 +217,7 @@ class Recorder:
             motion, sound = self._motion, self._sound
             if motion is None and sound is None:
                 raise StudioError(
-                    "There is nothing to record: neither motion nor a microphone is open.",
+                    "Nothing to record: there is no motion and no microphone.",
                     "Open a motion port or choose a microphone.",
                 )
             # What waits is fetched first, so that the pre-roll reaches up to this very moment.

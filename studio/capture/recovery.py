@@ -298,7 +298,7 @@ def _changed(folder: Path) -> str:
     return changed.astimezone().isoformat(timespec="seconds")
 
 
-_RECOVERED = "The studio ended while this was recorded; it was recovered."
+_RECOVERED = "The studio closed while recording; this take was recovered."
 _LOCK_FILE = ".recovering"
 _WAIT_S, _LOOK_S = 60.0, 0.05
 # A recording as young as that may be about to begin, and not have its lock yet.

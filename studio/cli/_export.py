@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, as_request
 from studio.cli._stdin import CancelRequests
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.export.clip import GenerationOptions
 from studio.export.options import VIEWS, RenderOptions
 from studio.export.queue import Entry, Queue
@@ -222,7 +222,7 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
         alike = all(failure.what == first.what for failure in queue.failed)
         details = first.what if alike else f"The first, {first.name}: {first.what}"
         raise StudioError(f"None of the {len(entries)} files could be made. {details}", first.remedy)
-    parts = [f"{len(queue.files)} files written."]
+    parts = [f"{counted(len(queue.files), 'file')} written."]
     parts += [f"{len(queue.failed)} failed."] if queue.failed else []
     parts += [f"{len(queue.cancelled)} cancelled."] if queue.cancelled else []
     failed = tuple(QueueFailure(one.name, one.what, one.remedy) for one in queue.failed)

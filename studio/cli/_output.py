@@ -20,11 +20,6 @@ EXAMPLE_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
 """An address as it is written, in helps and complaints; where motion goes is in the settings."""
 
 
-def counted(number: int, thing: str) -> str:
-    """ "1 take", "2 takes"."""
-    return f"{number:,} {thing}{'' if number == 1 else 's'}"
-
-
 def address(text: str) -> tuple[str, int]:
     """HOST:PORT as its two parts.
 

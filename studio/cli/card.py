@@ -6,8 +6,8 @@ import argparse
 from datetime import datetime
 from pathlib import Path
 
-from studio.cli._output import Output, counted
-from studio.errors import RequestError
+from studio.cli._output import Output
+from studio.errors import RequestError, counted
 from studio.ipc.events import CardDone, CheckedEvent, ReadEvent
 
 EXAMPLE = "saia card MyProject -o MyProject.html"

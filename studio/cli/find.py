@@ -42,4 +42,4 @@ def run(args: argparse.Namespace, out: Output) -> None:
     project.close()
     text = f"{len(search.found)} of {len(missing)} missing files were found and put back."
     done = FindDone(len(search.found), len(missing))
-    out.done(done, text if missing else "No file of any take is missing.")
+    out.done(done, text if missing else "No files are missing.")

@@ -10,8 +10,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output, as_request, counted
-from studio.errors import RequestError, StudioError
+from studio.cli._output import Output, as_request
+from studio.errors import RequestError, StudioError, counted
 from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
     decoded = folder / "audio.flac"
     write_sound(decoded, sound, "PCM_24")
     # A FLAC comes here only where it does not decode to its end.
-    damaged = f"{audio.name} is damaged; what could be read of it was kept."
+    damaged = f"{audio.name} is damaged; everything readable was kept."
     return decoded, info.note or (damaged if info.container == "FLAC" else "")
 
 

@@ -13,7 +13,7 @@ from studio.cli._live_targets import Targets
 from studio.cli._output import Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.ipc.commands import Command, read_live
 from studio.ipc.events import (
     ChannelsEvent,
@@ -251,7 +251,8 @@ class _Stage:
                 round(facts.seconds, 3), facts.frames, facts.late, sent, dropped,
                 round(facts.latency_ms, 1), round(facts.drift_ppm, 1),
             ),
-            f"Performed {facts.seconds:.1f} s: {facts.frames} poses, {sent} frames sent.",
+            f"Performed {facts.seconds:.1f} s: {counted(facts.frames, 'pose')}, "
+            f"{counted(sent, 'frame')} sent.",
         )  # fmt: skip
 
 
@@ -279,7 +280,7 @@ def _check_voice(args: argparse.Namespace) -> None:
     if to is None:
         return
     if args.file is not None:
-        raise RequestError("A file is heard in time with the avatar already.", "Leave --voice-to out.")
+        raise RequestError("A file already plays in sync with the avatar.", "Leave --voice-to out.")
     from studio.capture.microphone import find_output
 
     find_output(to)

@@ -6,9 +6,9 @@ import argparse
 import queue
 from pathlib import Path
 
-from studio.cli._output import EXAMPLE_TARGET, Output, address, counted
+from studio.cli._output import EXAMPLE_TARGET, Output, address
 from studio.cli._stdin import stop_requests
-from studio.errors import RequestError
+from studio.errors import RequestError, counted
 from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
 
 EXAMPLE = f"saia performer --to {EXAMPLE_TARGET} --seconds 30"

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from studio import settings
 from studio.cli._export import add_tune, tuning_of
-from studio.cli._output import Output, address, as_request, counted
+from studio.cli._output import Output, address, as_request
 from studio.cli._project import check_sound, recover_takes
-from studio.errors import RequestError
+from studio.errors import RequestError, counted
 from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
 
 if TYPE_CHECKING:

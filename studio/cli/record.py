@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output, counted
+from studio.cli._output import Output
 from studio.cli._stdin import stop_requests
-from studio.errors import RequestError
+from studio.errors import RequestError, counted
 from studio.ipc.events import ProblemEvent, RecordDone, RecordStateEvent, RollingEvent
 from studio.vmc import MARIONETTE_PORT
 

@@ -95,5 +95,5 @@ def _line(one: Suggestion) -> str:
 
 def _last(count: int) -> str:
     if not count:
-        return "Nothing to fix was found."
+        return "Nothing to fix."
     return "1 thing to look at." if count == 1 else f"{count} things to look at."

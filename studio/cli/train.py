@@ -16,10 +16,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import Output, counted, silence_stdout
+from studio.cli._output import Output, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.ipc.events import (
     ChosenEvent,
     CleaningEvent,

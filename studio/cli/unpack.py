@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studio.cli._output import Output, counted
+from studio.cli._output import Output
+from studio.errors import counted
 from studio.ipc.events import UnpackDone
 
 EXAMPLE = "saia unpack MyProject.zip MyProjectAgain"

@@ -1,7 +1,7 @@
 """Takes chosen and marked for training: choices apart from recordings.
 
-balance      Split for me: dividing selections among train, val and test, only when asked; a new take is
-             train (Selection.split). Each gets its share of the seconds and of every label
+balance      Split automatically: dividing selections among train, val and test, only when asked; a new take
+             is train (Selection.split). Each gets its share of the seconds and of every label
 coverage     How much was recorded, and what is still missing: loud and quiet speech, smiles, questions and
              more
 data_card    What a dataset holds, counted, and the page that shows it: one HTML file

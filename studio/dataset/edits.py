@@ -89,7 +89,7 @@ def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
     def change(selection: Selection) -> Selection:
         if selection.locked and split != "test":
             what = f"{selection.id} is a locked test take."
-            raise RequestError(what, "Unlock it first if it shall be used for anything else.")
+            raise RequestError(what, "Unlock it first to use it for anything else.")
         return replace(selection, split=split)
 
     return update(dataset, ids, change)

@@ -87,7 +87,7 @@ def outside(labels: Iterable[Label], start: float, end: float) -> int:
 
 
 def _unknown(path: Path) -> RequestError:
-    what = f"{path.name} is not a label file that is known here."
+    what = f"The studio cannot read {path.name} as a label file."
     return RequestError(what, "Choose a name that ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN).")
 
 

@@ -163,8 +163,8 @@ def _leaks(dataset: Dataset) -> Iterator[Suggestion]:
     apart = set(leaking(dataset))
     for selection in dataset.selections:
         if selection.take in apart and selection.split in ("val", "test"):
-            what = f"It judges the training, yet other parts of {selection.take} are learnt from."
-            remedy = "Use all parts of a take for the same, or press Split for me."
+            what = f"It tests the training, but other parts of {selection.take} are trained on."
+            remedy = "Use all parts of a take for the same, or press Split automatically."
             yield Suggestion(selection.id, "leak", 0.8, what, remedy)
 
 
@@ -186,9 +186,9 @@ def _of_report(selection: Selection, report: Report, duration: float) -> Iterato
     told = any(finding.kind in ("mouth", "offset") for finding in report.findings)
     unsure = report.correlation is not None and report.confidence < UNSURE
     if unsure and not told and selection.offset == 0.0:
-        what = f"Whether mouth and voice are in step is not sure ({report.confidence:.0%})."
+        what = f"Mouth and voice may be out of sync ({report.confidence:.0%})."
         weight = 0.2 + 0.2 * (1.0 - report.confidence / UNSURE)
-        remedy = "Listen to it, and nudge the motion where it is late or early."
+        remedy = "Listen to it, and nudge the motion if it is late or early."
         yield Suggestion(selection.id, "unsure", weight, what, remedy)
 
 
@@ -197,7 +197,7 @@ def _of_error(selection: Selection, worst: WorstSpan, duration: float, run: str)
     if _is_used(selection, span, duration):
         weight = min(0.4 + 0.05 * worst.ratio + 0.2 * _share(selection, span, duration), 0.95)
         what = f"{run or 'The run'} is {worst.ratio:.1f} times as far off here as usual."
-        remedy = "Look whether the captured motion is right; leave the span out if it is not."
+        remedy = "Check whether the captured motion is right; if not, leave the span out."
         yield Suggestion(selection.id, "error", weight, what, remedy, span)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.dataset.material import TrainingMaterial
-from studio.errors import RequestError
+from studio.errors import RequestError, counted
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, Floats
 from studio.features.examples import Example, cached_rows, make_example
@@ -26,7 +26,7 @@ from studio.project import Project
 
 Predict = Callable[[TrainingMaterial], Motion]
 
-_TO_VAL = "No take is marked as test; measured on the validation takes, which chose the best epoch."
+_TO_VAL = "No take is marked as test; measured on the validation takes, which also chose the best epoch."
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class EvaluationSet:
 
     def words(self, frames: int) -> str:
         """What a table's title says of it."""
-        return f"{', '.join(self.takes)} ({self.split}), {frames} frames"
+        return f"{', '.join(self.takes)} ({self.split}), {counted(frames, 'frame')}"
 
 
 def choose_evaluation_set(
@@ -85,7 +85,7 @@ def choose_evaluation_set(
     if not material:
         where = f"the split {split}" if not takes else "the takes named"
         raise RequestError(
-            f"There is no take with sound and motion in {where}.",
+            f"No take in {where} has both sound and motion.",
             "Mark takes as test in Curate, or name some with --takes.",
         )
     return EvaluationSet(material, label)

@@ -23,7 +23,7 @@ NO_LICENCE = "Nobody has said yet what may be done with this model, and whether 
 LONGEST_LICENCE = 20_000
 _FIGURES = (
     ("rmse", "Error (RMSE, smaller is nearer)", 4),
-    ("pearson", "Follows the capture (Pearson r, 1 is perfect)", 2),
+    ("pearson", "Follows the captured motion (Pearson r, 1 is perfect)", 2),
     ("pearson_mouth", "Mouth follows (Pearson r)", 2),
     ("motion_ratio", "Motion (1 moves as much as the performer)", 2),
     ("std_ratio", "Reach (1 is as wide as the performer)", 2),

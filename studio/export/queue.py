@@ -113,7 +113,7 @@ class Queue:
         except Exception as error:  # noqa: BLE001 - one bad file must not cost a person the ninety others
             what = f"Something unexpected happened: {type(error).__name__}: {error}."
             self._fail(
-                index, entry, Failure(entry.name, what, "Please report it; the other files go on.", error)
+                index, entry, Failure(entry.name, what, "Please report it; the other files continue.", error)
             )
         else:
             self.files += files

@@ -198,5 +198,5 @@ def _offline(url: str) -> StudioError:
 
 
 def _broke_off(file: Offered) -> StudioError:
-    what = f"The connection to {_host(file.url)} broke while {file.name} was fetched."
+    what = f"The connection to {_host(file.url)} was lost while downloading {file.name}."
     return StudioError(what, "Run it again: it goes on where it was.")

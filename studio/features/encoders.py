@@ -257,7 +257,7 @@ def _whisper_file() -> Path:
     found = find_spec(PACKAGE)  # looks for it, runs nothing of it
     places = list(found.submodule_search_locations or ()) if found else []
     if not places:
-        what = "The speech encoder Whisper, which this hears with, is not installed."
+        what = "This needs the speech encoder Whisper, which is not installed."
         raise StudioError(what, whisper_remedy())
     return Path(places[0], "model", "model.bin")
 
@@ -273,7 +273,7 @@ def _must_be_whisper(path: Path) -> None:
             return
     except OSError:
         pass
-    what = "The speech encoder Whisper is damaged, or of another version than this needs."
+    what = "The speech encoder Whisper is damaged or the wrong version."
     again = f'"{sys.executable}" -P -m pip install --force-reinstall {REQUIREMENT}'
     raise StudioError(what, f"Run: {again}.")
 
@@ -281,14 +281,14 @@ def _must_be_whisper(path: Path) -> None:
 def _absent(name: str) -> StudioError:
     return RequestError(
         f"The speech encoder {name} is not on this computer.",
-        f'Get it with `saia encoder "{name}"`; a folder that holds it will do, too.',
+        f'Get it with `saia encoder "{name}"`, or give a folder that contains it.',
     )
 
 
 def _another(name: str) -> StudioError:
     return StudioError(
         f"The speech encoder {name} on this computer is not the one this was trained with.",
-        "Bring the one of the other computer with `saia encoder FOLDER`, or train again.",
+        "Copy it from the other computer with `saia encoder FOLDER`, or train again.",
     )
 
 
@@ -300,7 +300,7 @@ def _damaged(name: str) -> StudioError:
 
 def _no_encoder(name: str, error: Exception) -> StudioError:
     return RequestError(
-        f"{name} is no wav2vec 2.0 in Hugging Face's layout: {error}.",
+        f"{name} is not a wav2vec 2.0 folder as Hugging Face lays it out: {error}.",
         "Choose a folder with its config.json and model.safetensors or pytorch_model.bin.",
     )
 

@@ -176,7 +176,7 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
     if is_full(error):
         remedy = f"Free some space on the disk of {path.parent}."
     elif error.errno == errno.EFBIG:
-        remedy = f"Choose another disk: that of {path.parent} takes no file of this size."
+        remedy = f"Choose another disk: the disk of {path.parent} cannot hold a file this large."
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         remedy = f"Allow writing in {path.parent}, or choose another folder."
     elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ENOENT):

@@ -105,7 +105,7 @@ def writer_for(path: Path) -> ModuleType:
     fitting = [suffix for suffix in found if path.name.lower().endswith(suffix)]
     if not fitting:
         known = ", ".join(sorted(found))
-        what = f"{path.name} has no ending that the studio writes."
+        what = f"The studio cannot write files like {path.name}."
         raise RequestError(what, f"Choose a name that ends in one of: {known}.")
     return found[max(fitting, key=len)]
 

@@ -163,7 +163,7 @@ class Glb:
         return view
 
     def _unreadable(self) -> StudioError:
-        what = f"{self.path.name} keeps its numbers in a way that the studio does not read."
+        what = f"{self.path.name} stores its numbers in a way the studio cannot read."
         return StudioError(what, "Save it as one GLB file without extra buffers.")
 
     def _values(self, accessor: dict[str, Any]) -> NDArray[Any]:

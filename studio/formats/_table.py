@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -212,7 +212,7 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
         what = f"{where} has {found[2]} values where the header names {len(form.names)} columns."
         if form.separator == "," and int(found[2]) > int(found[1]):
             return StudioError(what, "If it has decimal commas, save it with semicolons or decimal points.")
-        return StudioError(what, "Mend the row, or export the file again.")
+        return StudioError(what, "Fix the row, or export the file again.")
     if found := re.search(
         r"column #(\d+): (?:Row #(\d+): )?CSV conversion error .*invalid value '(.*)'", text
     ):
@@ -221,7 +221,7 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
         value = found[3][:30]
         return StudioError(
             f"{name} has {value!r} where a number should be, in column {column}{row_text}.",
-            "Mend the value, or export the file again.",
+            "Fix the value, or export the file again.",
         )
     return StudioError(f"{name} cannot be read as a table.", _SAVE_AGAIN)
 
@@ -275,18 +275,13 @@ def _is_doubled(rows: list[str], names: tuple[str, ...], separator: str) -> bool
     return counts == {2 * len(names)}
 
 
-def counted(number: int, thing: str) -> str:
-    """A number and what it counts: "1 row", "2 rows"."""
-    return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
 def why_unknown(path: Path) -> StudioError:
     """What to say of a table that no format recognises."""
     try:
         _first_lines(path)
     except StudioError as error:
         return error
-    what = f"{path.name} is no recording: its first column is neither Time nor Timecode."
+    what = f"{path.name} is not a recording: its first column is neither Time nor Timecode."
     return StudioError(what, "Choose a SAIA or Live Link Face CSV, or name the first column Time.")
 
 
@@ -318,4 +313,4 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
 
 def sanitized_note(path: Path, frames: int) -> str:
     """What to say of frames whose values could not be."""
-    return f"{path.name}: {counted(frames, 'frame')} with values that are no numbers mended or left out."
+    return f"{path.name}: {counted(frames, 'frame')} with values that are not numbers repaired or left out."

@@ -16,7 +16,7 @@ from studio.take.motion_file import put_motion, read_motion
 
 TITLE = "Saia motion (Apache Arrow)"
 SUFFIX = ".arrow"
-NOTE = "Everything, exactly; opens in Python, R and other tools that read Apache Arrow."
+NOTE = "Everything, lossless; opens in Python, R and other tools that read Apache Arrow."
 
 
 def read(path: Path, audio: Path | None = None) -> Imported:

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.formats import Imported, _bvh_text
 from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bones import BoneTables, UnknownSkeleton, corrected, humanoid_names, pairs
 from studio.formats._bvh_text import JOINT_CHANNELS, ROOT_CHANNELS, Bvh, Joint
-from studio.formats._table import check_suffix, counted
+from studio.formats._table import check_suffix
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.formats import Imported
-from studio.formats._table import check_suffix, counted, header, read_table
+from studio.formats._table import check_suffix, header, read_table
 from studio.formats._writing import checked, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation

@@ -22,7 +22,7 @@ from studio.sound.sound_file import sound_blocks, sound_info
 
 TITLE = "Film"
 SUFFIX = ".mp4"
-NOTE = "A film to watch and to share, picture and sound; other programs cannot take the motion out of it."
+NOTE = "A video with sound, for watching and sharing. It contains no motion data."
 DRAWS = True
 
 Codecs = tuple[tuple[str, dict[str, str]], ...]
@@ -87,7 +87,7 @@ def write(
 def frame_rate(fps: float) -> Fraction:
     """A rate as films store it; RequestError where it is not possible."""
     if not 1 <= fps <= 120:
-        raise RequestError(f"A film of {fps:g} frames a second is not possible.", "Choose 1 to 120.")
+        raise RequestError(f"A video at {fps:g} frames a second is not possible.", "Choose 1 to 120.")
     return Fraction(fps).limit_denominator(1001)
 
 

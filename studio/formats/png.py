@@ -14,7 +14,7 @@ from studio.render.drawing import Drawing
 
 TITLE = "Still picture"
 SUFFIX = ".png"
-NOTE = "One moment as a picture; neither motion nor sound."
+NOTE = "One moment as a picture, without motion or sound."
 DRAWS = True
 
 

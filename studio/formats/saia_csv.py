@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.files import atomic
 from studio.formats import Imported, _writing
-from studio.formats._table import Table, check_suffix, counted, header, read_table, write_table
+from studio.formats._table import Table, check_suffix, header, read_table, write_table
 from studio.formats._writing import not_read_back, reading_back
 from studio.motion import Motion
 from studio.motion.channels import VRM0_SHAPES, canonical_bone
@@ -275,7 +275,7 @@ def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
         end = min(shapes.times[-1], bones.times[-1])
         if end <= start:
             raise StudioError(
-                "The times of blend shapes and bones do not meet.", "Choose files of the same recording."
+                "The times of blend shapes and bones do not overlap.", "Choose files of the same recording."
             )
         notes.append(
             f"Blend shapes have {len(shapes)} rows and bones {len(bones)}; "

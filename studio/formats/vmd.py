@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, counted
 from studio.formats import Imported
-from studio.formats._table import check_suffix, counted
+from studio.formats._table import check_suffix
 from studio.formats._writing import checked, grounded_body, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, Skeleton, rotation
@@ -199,7 +199,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
         notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
     weights = {_shape(_name(raw)): _morph_track(part, frames) for raw, part in _by_name(morphs)}
     if not known and not weights:
-        raise StudioError(f"{path.name} holds no face and no bones that are known.", _AGAIN)
+        raise StudioError(f"{path.name} contains no face shapes or bones that the studio knows.", _AGAIN)
     names, positions, rotations = to_humanoid(known, frames + 1)
     if names:
         notes.append("Arms were taken to rest 35° below level, and moves between keys as straight.")

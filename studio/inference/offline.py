@@ -214,11 +214,11 @@ def sampling_of(seed: int, liveliness: float) -> SamplingOptions:
 def _must_be_possible(sampling: SamplingOptions) -> None:
     if not 0 <= sampling.liveliness <= LIVELIEST:
         what = f"A liveliness of {sampling.liveliness:g} is not possible."
-        raise RequestError(what, f"Choose 0 (still) to {LIVELIEST:g}; 1 is as it was learnt.")
+        raise RequestError(what, f"Choose 0 (still) to {LIVELIEST:g}; 1 is as trained.")
     if sampling.seed < 0:
         raise RequestError(f"A seed of {sampling.seed} is not possible.", "Choose a whole number from 0 on.")
 
 
 def _must_be_numbers(block: Floats) -> None:
     if not np.isfinite(block).all():
-        raise StudioError("The sound holds values that are not numbers.", "Export it again as WAV.")
+        raise StudioError("The sound contains values that are not numbers.", "Export it again as WAV.")

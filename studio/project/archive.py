@@ -173,7 +173,7 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
     for member in listed:
         plain, windows = PurePosixPath(member.filename), PureWindowsPath(member.filename)
         if plain.is_absolute() or windows.drive or windows.root or ".." in windows.parts or not plain.parts:
-            raise RequestError(f"{source.name} holds a path that leads out of the project.", _OTHER)
+            raise RequestError(f"{source.name} contains a path that leads outside the project.", _OTHER)
     members = [member for member in listed if _is_plain(member) and is_known(PurePosixPath(member.filename))]
     if PROJECT_FILE not in {member.filename for member in members}:
         raise RequestError(f"There is no project in {source.name}.", _OTHER)
@@ -184,7 +184,7 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
         raise RequestError(f"{source.name} is made to fill the disk.", _OTHER)
     if needed > room - len(members) * _BLOCK:
         what = f"{source.name} needs {size_text(needed)}, and there is room for {size_text(room)}."
-        raise RequestError(what, "Make room, or choose a folder on another disk.")
+        raise RequestError(what, "Free some space, or choose a folder on another disk.")
     return members, len(listed) - len(members)
 
 

@@ -381,7 +381,7 @@ class Project:
         except (StudioError, OSError) as second:
             self.problems.append((error.what, f"It is left out; {second}"))
             return None
-        self.problems.append((error.what, "It was set aside and the take read again from its files."))
+        self.problems.append((error.what, "It was set aside and the take was read again from its files."))
         return take
 
     def _load_dataset(self) -> None:
@@ -457,7 +457,7 @@ class Project:
         remedy = error.remedy
         if not self.read_only:
             kept = atomic.set_aside(path)
-            remedy = f"It was kept as {kept.name}, and the project goes on without it."
+            remedy = f"It was kept as {kept.name}, and the project continues without it."
         self.problems.append((error.what, remedy))
 
 

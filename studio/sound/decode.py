@@ -84,7 +84,7 @@ class Decoding:
     def note(self) -> str:
         """What a person should know of how it was read; "" where all of it could be."""
         if self.damaged:
-            return f"{self._path.name} is damaged; what could be read of it was kept."
+            return f"{self._path.name} is damaged; everything readable was kept."
         if self.ends_early:
             return f"{self._path.name} ends early; what is there was kept."
         if self.lost:

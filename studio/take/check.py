@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, counted
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
 from studio.take.findings import SoundStats, measure_sound, motion_findings, sound_findings, value_findings
@@ -231,20 +231,16 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         yield Finding("journal", "minor", damage, remedy)
     part = info.frames_lost / max(info.frames + info.frames_lost, 1)
     if part > 0.001:
-        what = (
-            f"{info.frames_lost} frames of motion were lost ({part:.1%})."
-            if info.frames_lost != 1
-            else f"One frame of motion was lost ({part:.1%})."
-        )
+        what = f"Lost {counted(info.frames_lost, 'frame')} of motion ({part:.1%})."
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
     dropped = info.extra.get("packets_lost", "")
     if dropped.isdigit() and int(dropped) > 0.001 * max(info.packets, 1):
-        what = f"This computer had no time for {dropped} packets of motion."
+        what = f"This computer was too busy for {counted(int(dropped), 'packet')} of motion."
         remedy = "Close other programs while recording, or let the sender bundle its messages."
         yield Finding("dropped", "minor", what, remedy)
     if info.packets_bad > 0.001 * max(info.packets, 1):
-        what = f"{info.packets_bad} packets could not be understood."
+        what = f"Could not understand {counted(info.packets_bad, 'packet')}."
         yield Finding("packets", "minor", what, "Check that only one program sends motion to this port.")
     if abs(info.drift_ppm) > 500:
         what = f"The clocks of sound and motion drift by {info.drift_ppm:.0f} parts in a million."

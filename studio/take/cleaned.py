@@ -61,7 +61,7 @@ def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s
     if not way:
         return sound
     if way not in WAYS:
-        raise StudioError(f"There is no way to clean sound called {way}.", f"Choose {' or '.join(WAYS)}.")
+        raise StudioError(f"There is no sound cleaning called {way}.", f"Choose {' or '.join(WAYS)}.")
     found = cached_clean(sound, way)
     if found is None:
         info = sound_info(sound)
@@ -185,7 +185,7 @@ class VoiceNetwork:
             from pyrnnoise import rnnoise
         except (ImportError, OSError) as error:
             raise StudioError(
-                "The voice cannot be told from noise on this system.", "Choose less noise instead."
+                "Voice-only cleaning is not available on this system.", "Choose less noise instead."
             ) from error
         self._library = rnnoise
         self._states = [rnnoise.create() for _ in range(channels)]

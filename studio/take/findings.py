@@ -44,7 +44,7 @@ def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
 def _rate(motion: Motion, median: float, jitter: float) -> Iterator[Finding]:
     if motion.fps < 24:
         what = f"Motion came at only {motion.fps:.0f} frames a second."
-        remedy = "Raise the frame rate in the motion program, to 60 if it can."
+        remedy = "Raise the frame rate in the tracking app, to 60 if possible."
         yield Finding("rate", "major" if motion.fps < 12 else "minor", what, remedy)
     if jitter > 0.35 * median:
         what = f"Frames came unevenly, by {jitter * 1000:.0f} ms."
@@ -72,20 +72,20 @@ def value_findings(motion: Motion) -> Iterator[Finding]:
         if bad.any():
             what = f"{_frames(bad)} values that are no numbers."
             yield Finding(
-                "values", "major", what, "Exclude them, and check the motion program.", _first(motion, bad)
+                "values", "major", what, "Exclude them, and check the tracking app.", _first(motion, bad)
             )
             break
     length = np.linalg.norm(motion.rotations.astype(np.float64), axis=-1)
     off: NDArray[np.bool_] = np.abs(length - 1).max(axis=1, initial=0.0) > 0.01
     if off.any():
         what = f"{_frames(off)} rotations that are not of length one."
-        remedy = "They are mended when used; check the motion program."
+        remedy = "They are repaired automatically; check the tracking app."
         yield Finding("non_unit", "minor", what, remedy, _first(motion, off))
     # A little beyond is usual for trackers that smooth; only what is far off spoils the scale.
     low, high = motion.shapes.min(initial=0.0), motion.shapes.max(initial=0.0)
     if low < -0.05 or high > 1.05:
         what = f"Blend shapes reach from {low:.2f} to {high:.2f} instead of 0 to 1."
-        yield Finding("range", "minor", what, "Calibrate the face in the motion program.")
+        yield Finding("range", "minor", what, "Calibrate your face in the tracking app.")
 
 
 def _frames(which: NDArray[np.bool_] | np.bool_) -> str:
@@ -104,7 +104,7 @@ def _still(motion: Motion) -> Iterator[Finding]:
     moving = np.concatenate([[True], changes])
     if not changes.any():
         yield Finding(
-            "frozen", "fatal", "Nothing moves in the take.", "Check that the motion program tracks you."
+            "frozen", "fatal", "Nothing moves in the take.", "Check that the tracking app can see you."
         )
         return
     starts = np.flatnonzero(moving)
@@ -138,15 +138,15 @@ def _face(motion: Motion) -> Iterator[Finding]:
     blinks = [i for i, n in enumerate(names) if is_blink_shape(n)]
     if blinks and motion.duration > 20 and motion.shapes[:, blinks].max() < 0.4:
         what = "The eyes never blink."
-        yield Finding("no_blink", "minor", what, "Calibrate blinking in the motion program.")
+        yield Finding("no_blink", "minor", what, "Calibrate blinking in the tracking app.")
     mouth = [i for i, n in enumerate(names) if is_mouth_shape(n)]
     if mouth and np.ptp(motion.shapes[:, mouth], axis=0).max() < 0.05:
         what = "The mouth does not move."
-        yield Finding("mouth", "major", what, "Switch lip or face tracking on in the motion program.")
+        yield Finding("mouth", "major", what, "Turn on lip or face tracking in the tracking app.")
     spread = np.ptp(motion.shapes, axis=0)
     if len(names) >= 3 and (held := [n for n, s in zip(names, spread, strict=True) if s < 1e-4]):
         what = f"{len(held)} of {len(names)} blend shapes never move: {_some(held)}."
-        yield Finding("static", "note", what, "They are carried as they are, not learnt.")
+        yield Finding("static", "note", what, "They are kept as they are, but not trained on.")
 
 
 def _body(motion: Motion) -> Iterator[Finding]:
@@ -311,7 +311,7 @@ def sound_findings(stats: SoundStats) -> Iterator[Finding]:
         yield Finding("quiet", "minor", what, "Turn the microphone's gain up or come closer.")
     distance = stats.speech_dbfs - stats.noise_dbfs
     if stats.noise_dbfs > -50 and distance < 25:
-        what = f"The background noise is only {distance:.0f} dB below the voice."
+        what = f"Background noise is only {distance:.0f} dB below your voice."
         remedy = "Record in a quieter room, closer to the microphone."
         yield Finding("noise", "major" if distance < 12 else "minor", what, remedy)
     if stats.speech < 0.2:
@@ -321,7 +321,7 @@ def sound_findings(stats: SoundStats) -> Iterator[Finding]:
         what = f"The sound was recorded at {stats.sample_rate} Hz, too low for clear consonants."
         yield Finding("rate", "minor", what, "Record at 44100 or 48000 Hz.")
     if abs(stats.dc) > 0.02:
-        what = "The sound does not swing around zero (DC offset)."
+        what = "The sound is off-centre (DC offset)."
         yield Finding("dc", "note", what, "Check the microphone's cable or interface.")
 
 

@@ -134,9 +134,7 @@ def repair_take(folder: Path) -> Take:
     atomic.set_aside(folder / INFO_FILE)
     stamp = datetime.fromtimestamp(folder.stat().st_mtime).isoformat(timespec="seconds")
     slate, _, number = folder.name.rpartition("_")
-    notes: tuple[str, ...] = (
-        "take.json was damaged; the facts were read from the sound and the motion again.",
-    )
+    notes: tuple[str, ...] = ("take.json was damaged; its contents were rebuilt from the sound and motion.",)
     info = TakeInfo(folder.name, 1, stamp, source="recovered", notes=notes)
     if slate and number.isdigit():
         info = replace(info, slate=slate, number=int(number))

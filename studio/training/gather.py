@@ -144,7 +144,7 @@ def _materials(
     if shared := leaking(project.dataset):
         notes.append(
             f"Parts of {', '.join(shared)} are learnt from and other parts are kept to check the learning: "
-            "the figures look better than they are. Press Split for me in Curate."
+            "the figures look better than they are. Press Split automatically in Curate."
         )
     return train, val
 

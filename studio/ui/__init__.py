@@ -6,6 +6,7 @@ bone_table         Which joint of an imported skeleton is which bone: what was g
                    person in a table
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
 child_process      One child process of the window: what it says and is told, and how it ends
+command_palette    Every action, setting, take and run, found by typing: Ctrl+K
 imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
                    unpacked; by child processes
 live/              The Live tab: the microphone or a file moves the avatar, now

@@ -209,8 +209,8 @@ class Avatars(QObject):
             self._store.choose(Path(name), self._view.avatar)
 
     def _on_too_slow(self) -> None:
-        what = self.tr("This computer draws the avatar too slowly.")
-        instead = self.tr("The stick figure with its proportions is shown instead.")
+        what = self.tr("This computer is too slow to draw this avatar.")
+        instead = self.tr("A stick figure with its proportions is shown instead.")
         messages.show_note(self._view.avatar, f"{what} {instead}")
 
 

@@ -54,7 +54,7 @@ class BoneDialog(QDialog):
         self._problem = label("", "caption", "bone_problem")
         self._problem.setWordWrap(True)
         sentence = self.tr(
-            "These joints were matched to bones by their names. Correct what is wrong; the project keeps it "
+            "Joints were matched to bones by name. Correct any mistakes; the project remembers them "
             "for every skeleton with these joints."
         )
         words = label(sentence, "muted")
@@ -106,7 +106,7 @@ class BoneDialog(QDialog):
         self._accept = QPushButton(self.tr("Import again with these bones"))
         self._accept.setObjectName("bone_accept")
         theme.as_role(self._accept, "primary")
-        reset = QPushButton(self.tr("Back to the guess"))
+        reset = QPushButton(self.tr("Reset to automatic"))
         reset.setObjectName("bone_reset")
         buttons.addButton(self._accept, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(reset, QDialogButtonBox.ButtonRole.ResetRole)
@@ -126,12 +126,12 @@ class BoneDialog(QDialog):
         twice = next(((bone, joints) for bone, joints in given.items() if len(joints) > 1), None)
         problem = ""
         if twice:
-            sentence = self.tr("{0} is given to {1} and {2}: choose one of them.")
+            sentence = self.tr("{0} is assigned to both {1} and {2}. Choose one.")
             problem = sentence.format(twice[0], *twice[1][:2])
         elif NEEDED not in given:
-            problem = self.tr("Say which joint is the hips: everything hangs from it.")
+            problem = self.tr("Choose which joint is the hips: every other bone depends on it.")
         elif len(given) < 2:
-            problem = self.tr("Name at least one bone beside the hips.")
+            problem = self.tr("Assign at least one bone besides the hips.")
         counted = self.tr("{0} of {1} joints are bones.").format(len(given), len(self._guess))
         self._problem.setText(problem or counted)
         theme.as_role(self._problem, "warn" if problem else "caption")

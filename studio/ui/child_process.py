@@ -177,7 +177,7 @@ class ChildProcess(QObject):
     def _on_process_error(self, error: QProcess.ProcessError) -> None:
         # Every other error is followed by `finished`.
         if error == QProcess.ProcessError.FailedToStart:
-            self._end(StudioError(self.tr("The work could not be started."), self._process.errorString()))
+            self._end(StudioError(self.tr("This task could not be started."), self._process.errorString()))
 
     def _on_finished(self, code: int, status: QProcess.ExitStatus) -> None:
         self._kill_timer.stop()
@@ -195,8 +195,8 @@ class ChildProcess(QObject):
         elif self._misread is not None and code == 0:
             self._end(self._misread)
         else:
-            last = " / ".join(list(self._lines)[-3:]) or self.tr("It left no message.")
-            self._end(StudioError(self.tr("The work ended unexpectedly (code {0}).").format(code), last))
+            last = " / ".join(list(self._lines)[-3:]) or self.tr("No error message was given.")
+            self._end(StudioError(self.tr("This task ended unexpectedly (code {0}).").format(code), last))
 
 
 def _as_error(event: ErrorEvent) -> StudioError:

@@ -120,11 +120,11 @@ class Importer(QObject):
         """Import paths, or say why not."""
         project = self._session.project
         if project is None:
-            what = self.tr("There is no project to import into.")
-            messages.show_error(self._window, StudioError(what, self.tr("Open or make a project first.")))
+            what = self.tr("No project is open.")
+            messages.show_error(self._window, StudioError(what, self.tr("Open or create a project first.")))
         elif self._task.running:
-            what = self.tr("Another import is still going on.")
-            messages.show_error(self._window, StudioError(what, self.tr("Drop these files when it is done.")))
+            what = self.tr("Another import is still running.")
+            messages.show_error(self._window, StudioError(what, self.tr("Try again when it has finished.")))
         else:
             self._folder = project.folder
             self._refused.clear()
@@ -228,14 +228,14 @@ class PackTask(QObject):
         project = self._session.project
         if project is not None:
             place = project.folder.parent / f"{safe_name(project.name)}{SUFFIX}"
-            title, kinds = self.tr("Pack the project"), self.tr("Packed project (*.zip)")
+            title, kinds = self.tr("Export project as .zip"), self.tr("Project (*.zip)")
             found, _ = QFileDialog.getSaveFileName(self._window, title, str(place), kinds)
             if found:
                 self.pack(Path(found))
 
     def ask_unpack(self) -> None:
         """Ask for a packed project, and open it."""
-        title, kinds = self.tr("Open a packed project"), self.tr("Packed project (*.zip)")
+        title, kinds = self.tr("Open project .zip"), self.tr("Project (*.zip)")
         found, _ = QFileDialog.getOpenFileName(self._window, title, str(self._home()), kinds)
         if found:
             self.ask_place(Path(found))
@@ -274,8 +274,8 @@ class PackTask(QObject):
 
     def _is_busy(self) -> bool:
         if self._task.running:
-            what = self.tr("Something is still being packed.")
-            messages.show_error(self._window, StudioError(what, self.tr("Wait until it is done.")))
+            what = self.tr("Another .zip is still being made.")
+            messages.show_error(self._window, StudioError(what, self.tr("Wait until it has finished.")))
         return self._task.running
 
     def _on_done(self, done: DoneEvent) -> None:
@@ -286,16 +286,16 @@ class PackTask(QObject):
             else:
                 self._open_project(target)
             if isinstance(done, UnpackDone) and done.left_out:
-                one = self.tr("{0} file of the zip is part of no project and was left out.")
-                many = self.tr("{0} files of the zip are part of no project and were left out.")
+                one = self.tr("{0} file in the zip does not belong to a project and was skipped.")
+                many = self.tr("{0} files in the zip do not belong to a project and were skipped.")
                 messages.show_note(self._window, counted(done.left_out, one, many))
             return
 
         def show_it() -> None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(target.parent)))
 
-        text = self.tr("The whole project is in {0}.").format(target.name)
-        messages.show_note(self._window, text, "", (self.tr("Show the folder"), show_it))
+        text = self.tr("The project was saved to {0}.").format(target.name)
+        messages.show_note(self._window, text, "", (self.tr("Open folder"), show_it))
 
     def _home(self) -> Path:
         recent = self._session.settings.recent_projects

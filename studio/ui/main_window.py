@@ -136,13 +136,25 @@ class MainWindow(QMainWindow):
         """What Undo and Redo act on now: the shown room's own, None on the welcome page."""
         return self.rooms[self._active][1].undo_scope if self._active else None
 
-    def show_settings(self) -> None:
-        """Show every setting. Not modal: what is changed shows in the window at once."""
+    def show_palette(self) -> None:
+        """Find anything by typing."""
+        from studio.ui.command_palette import CommandPalette, entries
+
+        dialog = CommandPalette(self, list(entries(self)))
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.show()
+
+    def show_settings(self, name: str = "") -> None:
+        """Show every setting, one of them with the keyboard.
+
+        Not modal: what is changed shows in the window at once.
+        """
         from studio.ui.settings_dialog import SettingsDialog
 
         dialog = SettingsDialog(self.session, self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.show()
+        dialog.point_at(name)
 
     def show_shortcuts(self) -> None:
         """List every key. Not modal: a recording goes on and can be stopped."""
@@ -214,8 +226,8 @@ class MainWindow(QMainWindow):
     def _take_run(self, path: Path) -> None:
         """Show Train, which brings the run in."""
         if self.session.project is None:
-            what = self.tr("There is no project to bring {0} into.").format(path.name)
-            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            what = self.tr("No project is open for {0}.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
             return
         self.show_room("train")
         self.session.run_dropped.emit(path)
@@ -223,8 +235,8 @@ class MainWindow(QMainWindow):
     def _take_avatar(self, path: Path) -> None:
         """Wear the avatar, in Live where that is shown, else in Review."""
         if self.session.project is None:
-            what = self.tr("There is no project to bring {0} into.").format(path.name)
-            messages.show_error(self, StudioError(what, self.tr("Open or make a project first.")))
+            what = self.tr("No project is open for {0}.").format(path.name)
+            messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
             return
         if self._active != "live":
             self.show_room("review")
@@ -318,6 +330,7 @@ class MainWindow(QMainWindow):
         session.status_changed.connect(self.status.show_fact)
         session.tab_requested.connect(self.show_room)
         session.review_requested.connect(self._on_review_requested)
+        session.take_requested.connect(self._on_take_requested)
         session.import_requested.connect(self._on_import_requested)
         session.rolling_changed.connect(self._on_rolling_changed)
         self.status.clicked.connect(self._on_status_clicked)
@@ -356,7 +369,7 @@ class MainWindow(QMainWindow):
     def _show_locked(self) -> None:
         """Say in every tab, as long as it lasts, that nothing can be changed here."""
         why = self.session.locked_reason
-        self.status.show_fact("locked", self.tr("Only to look at") if why else "", "warn" if why else "")
+        self.status.show_fact("locked", self.tr("Read-only") if why else "", "warn" if why else "")
         self.status.facts["locked"].setToolTip(why)
 
     def _on_build_ahead(self) -> None:
@@ -397,6 +410,11 @@ class MainWindow(QMainWindow):
         # Review may not have been built yet, and would not hear the signal itself.
         self.room("review")[1].show_run(run)  # type: ignore[attr-defined]
         self.show_room("review")
+
+    def _on_take_requested(self, take: str) -> None:
+        # As above.
+        self.show_room("curate")
+        self.room("curate")[1].show_take(take)  # type: ignore[attr-defined]
 
     def _on_status_clicked(self, key: str) -> None:
         home = {

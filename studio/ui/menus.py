@@ -52,6 +52,9 @@ class MenuCommands(Protocol):
     def show_shortcuts(self) -> None:
         """List every key."""
 
+    def show_palette(self) -> None:
+        """Find anything by typing."""
+
 
 class Menus(QObject):
     """All actions of the window, gathered in menus: behind a button, on macOS in the menu bar."""
@@ -118,6 +121,7 @@ class Menus(QObject):
         self._add(menu, "full_screen", self._on_full_screen)
 
     def _build_help(self, menu: QMenu) -> None:
+        self._add(menu, "open_palette", self._commands.show_palette, "mdi6.magnify")
         self._add(menu, "list_keys", self._commands.show_shortcuts, "mdi6.keyboard-outline")
         self._add(menu, "copy_diagnostics", self._commands.start.copy_report)
         self._add(menu, "about", self._on_about)
@@ -169,7 +173,7 @@ class Menus(QObject):
     def _on_light(self) -> None:
         if self._commands.session.rolling:  # restyling everything stalls the window for half a second
             self.light.setChecked(not self.light.isChecked())
-            messages.show_note(self._window, self.tr("Colours can be changed after the recording."))
+            messages.show_note(self._window, self.tr("You can change the theme after the recording."))
             return
         self._commands.session.change_settings(theme="light" if self.light.isChecked() else "dark")
 

@@ -54,6 +54,7 @@ class Session(QObject):
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
         review_requested: show a run in Review, by its id.
+        take_requested: show a take in Curate, by its id.
     """
 
     project_opened = Signal()
@@ -75,6 +76,7 @@ class Session(QObject):
     import_progress = Signal(str, object)
     tab_requested = Signal(str)
     review_requested = Signal(str)
+    take_requested = Signal(str)
 
     def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -61,6 +61,12 @@ class SettingsDialog(QDialog):
         self._show_values()
         self._show_locked(session.rolling)
 
+    def point_at(self, name: str) -> None:
+        """Give a setting the keyboard; "" for none."""
+        control = self.findChild(QWidget, f"setting_{name}")
+        if control is not None:
+            control.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
     def _add(self, grid: QGridLayout, row: int, name: str, about: SettingInfo) -> None:
         control, self._show[name] = self._control(name, about)
         control.setObjectName(f"setting_{name}")
@@ -133,7 +139,7 @@ class SettingsDialog(QDialog):
     def _show_locked(self, rolling: bool) -> None:
         """A recording keeps the inputs it began with."""
         self._lines.setEnabled(not rolling)
-        self._why.setText(self.tr("Settings can be changed after the recording.") if rolling else "")
+        self._why.setText(self.tr("You can change settings after the recording.") if rolling else "")
         self._why.setVisible(rolling)
 
 

@@ -58,7 +58,7 @@ class TargetPreset:
     @property
     def hint(self) -> str:
         """What to do in that program, one sentence."""
-        return f"In {self.title}, switch receiving VMC on and set the same port as here."
+        return f"In {self.title}, turn on VMC receiving and set the same port as here."
 
 
 PRESETS: tuple[TargetPreset, ...] = (
@@ -334,8 +334,8 @@ def _connected(destination: Destination) -> socket.socket:
 
 def _refused(destination: Destination) -> StudioError:
     return StudioError(
-        f"Nobody listens on {destination.host} port {destination.port}.",
-        "Start the avatar program and switch its VMC receiver on, or choose its port.",
+        f"Nothing is receiving on {destination.host} port {destination.port}.",
+        "Start the avatar program and turn on its VMC receiver, or choose its port.",
     )
 
 

@@ -111,7 +111,7 @@ def test_a_disk_without_a_byte_left_keeps_what_becomes_a_take_later(tmp_path: Pa
         recorder.close()
         assert caught.value.what.startswith("The disk is full. Recording ended at ")
         place = tiny / "takes" / "Hello_001"
-        said = f"What was recorded lies in {place} and becomes a take when the project is opened next. "
+        said = f"What was recorded lies in {place} and becomes a take the next time the project is opened. "
         assert caught.value.remedy == f"{said}Free some space on the disk of {place}."
         filler.unlink()
         (take,) = recover(tiny / "takes")
@@ -159,7 +159,7 @@ def test_a_take_whose_folder_is_removed_is_rescued(
     assert take.folder == rescue_folder() / "Hello_001"
     assert take.info.frames >= 20
     assert why.reason == "folder_gone"
-    assert why.cause == "The folder of Hello_001 was removed, or its disk was."
+    assert why.cause == "The folder or disk of Hello_001 was removed."
     kept = f"What came until then is kept in {take.folder}. Copy it into the takes folder of a project."
     assert why.remedy == kept
 

@@ -213,7 +213,7 @@ def test_discard_removes_nothing_but_what_was_recorded(
 def test_what_makes_no_sense_is_a_sentence(recorder: Recorder) -> None:
     with pytest.raises(StudioError) as caught:
         recorder.start("Hello")
-    assert caught.value.what == "There is nothing to record: neither motion nor a microphone is open."
+    assert caught.value.what == "Nothing to record: there is no motion and no microphone."
     with pytest.raises(StudioError) as caught:
         recorder.stop()
     assert caught.value.what == "No take is being recorded."
@@ -417,7 +417,7 @@ def test_a_kill_in_mid_take_loses_less_than_a_second(tmp_path: Path) -> None:
     (take,) = recover(tmp_path / "takes")
     assert take.id == "Killed_001"
     assert take.info.frames >= safe_by_then(told)[1]
-    assert take.info.notes[-1] == "The studio ended while this was recorded; it was recovered."
+    assert take.info.notes[-1] == "The studio closed while recording; this take was recovered."
     assert load_take(take.folder) == take
     assert recover(tmp_path / "takes") == ()
 

@@ -61,7 +61,7 @@ def test_a_whole_recording_is_recovered_and_its_journal_goes(tmp_path: Path) -> 
     assert seen(take) == list(range(120))
     assert take.info.notes == (
         "There is no sound in this take.",
-        "The studio ended while this was recorded; it was recovered.",
+        "The studio closed while recording; this take was recovered.",
     )
     assert sorted(path.name for path in folder.iterdir()) == ["motion.arrow", "take.json"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["Hello_007"]

@@ -140,7 +140,7 @@ def test_an_empty_test_split_falls_back_to_validation_and_says_so(
     project.edit("Split", edits.set_split(project.dataset, ["Toy_004"], ""))
     _, events = outcome(capsys, "evaluate", str(project.folder), "balanced_001", "--no-baselines")
     assert events[0]["text"] == (
-        "No take is marked as test; measured on the validation takes, which chose the best epoch."
+        "No take is marked as test; measured on the validation takes, which also chose the best epoch."
     )
     assert events[-1]["split"] == "val"
     assert events[-1]["baselines"] == {}

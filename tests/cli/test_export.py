@@ -102,7 +102,7 @@ def test_another_frame_rate(folder: Path, tmp_path: Path) -> None:
     ("what", "out", "code", "sentence"),
     [
         ("zz", "x.bvh", 2, "There is no take zz in p. Takes there: full, voice."),
-        ("full", "x.fbx", 2, "x.fbx has no ending that the studio writes."),
+        ("full", "x.fbx", 2, "The studio cannot write files like x.fbx."),
         ("voice", "x.bvh", 2, "voice has no motion to export. Generate it first: RUN:voice."),
         ("saia_001:voice", "x.bvh", 2, "There is no run saia_001 in p. Runs there: none yet."),
     ],

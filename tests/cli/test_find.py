@@ -38,6 +38,6 @@ def test_nothing_missing_and_no_folder_are_said(
     project = make_toy_project(("train",), seconds=2.0)
     project.close()
     assert cli.main(["find", str(project.folder), str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "No file of any take is missing.\n"
+    assert capsys.readouterr().out == "No files are missing.\n"
     assert cli.main(["find", str(project.folder), str(tmp_path / "nowhere")]) == 2
     assert "There is no folder nowhere." in capsys.readouterr().err

@@ -81,7 +81,7 @@ def test_the_ending_says_the_format(
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
-        (["quick_001", "SOUND", "-o", "out.fbx"], 2, "out.fbx has no ending that the studio writes."),
+        (["quick_001", "SOUND", "-o", "out.fbx"], 2, "The studio cannot write files like out.fbx."),
         (["quick_009", "SOUND"], 2, "There is no run quick_009 in Toy プロジェクト."),
         (["quick_001", "missing.wav"], 2, "There is no sound file at missing.wav. Check how the path "),
         (

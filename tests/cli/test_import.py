@@ -158,7 +158,7 @@ def test_importing_twice_keeps_both(tmp_path: Path, capsys: pytest.CaptureFixtur
     [
         (["nowhere"], "There is nothing at nowhere."),
         (["empty"], "Nothing in empty can be imported."),
-        (["prices.csv"], "prices.csv is no recording: its first column is neither Time nor Timecode."),
+        (["prices.csv"], "prices.csv is not a recording: its first column is neither Time nor Timecode."),
         (["picture.csv"], "picture.csv is not a text file."),
     ],
 )
@@ -207,7 +207,7 @@ def test_what_can_be_read_of_a_damaged_flac_is_kept_and_told(
     source.write_bytes(content)
     assert cli.main(["import", str(tmp_path / "p"), str(source), "--json"]) == 0
     take = next(event for event in lines(capsys) if event["event"] == "take")
-    assert take["notes"] == ["voice.flac is damaged; what could be read of it was kept."]
+    assert take["notes"] == ["voice.flac is damaged; everything readable was kept."]
     assert read_sound(tmp_path / "p" / "takes" / "voice" / "audio.flac").duration > 3.0
 
 

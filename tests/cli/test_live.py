@@ -120,7 +120,7 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
     assert child.has("look_ahead", look_ahead_ms=500)
     assert child.has("notice", what="There is no dance while it is live.")
     assert child.has("switch", name="mute", on=True)
-    assert child.has("notice", what="A file is heard in time with the avatar already.")
+    assert child.has("notice", what="A file already plays in sync with the avatar.")
     done = child.events[-1]
     assert done["event"] == "done"
     assert done["sent"] > 0

@@ -75,4 +75,4 @@ def test_nobody_listening_is_said_once(motion: Path, capsys: pytest.CaptureFixtu
         port = free.getsockname()[1]
     assert main(["play", str(motion), "--to", f"127.0.0.1:{port}", "--json"]) == 0
     notices = [e for e in map(json.loads, capsys.readouterr().out.splitlines()) if e["event"] == "notice"]
-    assert [n["what"] for n in notices] == [f"Nobody listens on 127.0.0.1 port {port}."]
+    assert [n["what"] for n in notices] == [f"Nothing is receiving on 127.0.0.1 port {port}."]

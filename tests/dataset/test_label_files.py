@@ -90,7 +90,7 @@ def test_other_suffixes_and_no_labels_are_refused(tmp_path: Path) -> None:
     for call in (lambda: read_labels(Path("a.srt")), lambda: write_labels(Path("a.srt"), LABELS, 1.0)):
         with pytest.raises(RequestError) as error:
             call()
-        assert str(error.value.what) == "a.srt is not a label file that is known here."
+        assert str(error.value.what) == "The studio cannot read a.srt as a label file."
         assert error.value.remedy == remedy
     with pytest.raises(RequestError) as none:
         write_labels(tmp_path / "a.txt", (), 1.0)

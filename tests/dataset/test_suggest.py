@@ -13,7 +13,9 @@ from studio.take.take import Finding
 
 GAP = Finding("gap", "major", "Motion has a gap of 2.00 s.", "Exclude the gap.", 3.0, 5.0)
 QUIET = Finding("quiet", "minor", "The sound is quiet.", "Come nearer to the microphone.")
-NOTE = Finding("static", "note", "2 blend shapes never move.", "They are carried as they are.")
+NOTE = Finding(
+    "static", "note", "2 blend shapes never move.", "They are kept as they are, but not trained on."
+)
 LATE = Finding("offset", "major", "The mouth moves 400 ms too late for the voice.", "Press Align.")
 ENDS = Finding("ends", "minor", "The motion ends 2.0 s before the sound.", "Trim the take.", 8.0)
 TEN = {"a": 10.0, "b": 10.0}
@@ -69,7 +71,7 @@ def test_an_unsure_alignment_is_worth_a_listen_until_it_was_set_by_hand() -> Non
     dataset = Dataset((Selection("a", "a"),))
     reports = {"a": report(confidence=0.2)}
     (found,) = suggest(dataset, TEN, reports)
-    assert found.what == "Whether mouth and voice are in step is not sure (20%)."
+    assert found.what == "Mouth and voice may be out of sync (20%)."
     assert suggest(edits.set_offset(dataset, ["a"], 0.05), TEN, reports) == ()
     assert suggest(dataset, TEN, {"a": report(confidence=0.2, correlation=None)}) == ()
 
@@ -110,7 +112,7 @@ def test_a_part_that_judges_what_was_learnt_from_its_own_take_is_told() -> None:
     assert suggest(dataset, TEN, {}) == ()
     (found,) = suggest(edits.set_split(dataset, ["a.2"], "val"), TEN, {})
     assert (found.selection, found.kind, found.span) == ("a.2", "leak", None)
-    assert found.what == "It judges the training, yet other parts of a are learnt from."
+    assert found.what == "It tests the training, but other parts of a are trained on."
 
 
 def test_a_runs_spans_are_kept_beside_its_weights(tmp_path: Path) -> None:

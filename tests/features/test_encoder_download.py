@@ -132,7 +132,7 @@ def test_a_broken_connection_is_gone_on_with(hub: Hub, ranges: bool) -> None:
         fetch(NAME)
     host = hub.url.removeprefix("http://")
     assert str(caught.value) == (
-        f"The connection to {host} broke while model.safetensors was fetched. "
+        f"The connection to {host} was lost while downloading model.safetensors. "
         "Run it again: it goes on where it was."
     )
     assert [part.stat().st_size for part in parts()] == [1000]

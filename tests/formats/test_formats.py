@@ -145,7 +145,7 @@ def test_a_missing_file_is_one_sentence(module: ModuleType, tmp_path: Path) -> N
 def test_an_unknown_ending_names_those_there_are() -> None:
     with pytest.raises(RequestError) as error:
         formats.writer_for(Path("dance.fbx"))
-    assert error.value.what == "dance.fbx has no ending that the studio writes."
+    assert error.value.what == "The studio cannot write files like dance.fbx."
     assert ".bvh" in error.value.remedy
     assert ".csv" in error.value.remedy
 

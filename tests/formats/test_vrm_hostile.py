@@ -124,7 +124,7 @@ def name_one_morph_often(document: Document) -> None:
         (have_no_bones, "x.vrm has no humanoid skeleton."),
         (have_bones_nowhere, "x.vrm is damaged."),
         (be_no_avatar, "x.vrm is not a VRM avatar."),
-        (lie_elsewhere, "x.vrm keeps its numbers in a way that the studio does not read."),
+        (lie_elsewhere, "x.vrm stores its numbers in a way the studio cannot read."),
         (hang_from_no_joint, "x.vrm is damaged."),
         (name_a_morph_by_text, "x.vrm is damaged."),
         (name_one_array_often, "x.vrm is too large to show."),
@@ -203,7 +203,7 @@ def test_pictures_that_lie_elsewhere_are_never_fetched(good: Path, tmp_path: Pat
 
     avatar = formats.read_avatar(changed(good, tmp_path, point))
     assert all(material.picture is None for material in avatar.materials)
-    assert avatar.notes == ("Some of its textures cannot be shown; plain colours stand for them.",)
+    assert avatar.notes == ("Some of its textures cannot be shown; plain colours are used instead.",)
 
 
 def test_a_picture_that_claims_to_be_huge_is_left_out(tmp_path: Path) -> None:

@@ -154,7 +154,7 @@ def test_bad_sound_is_a_sentence(tmp_path: Path) -> None:
     assert str(caught.value) == "The sound file no samples.wav is empty. Choose another file."
     with pytest.raises(StudioError) as caught:
         made.generate_samples(np.full(RATE, np.nan, np.float32))
-    assert str(caught.value) == "The sound holds values that are not numbers. Export it again as WAV."
+    assert str(caught.value) == "The sound contains values that are not numbers. Export it again as WAV."
     assert len(made.generate_samples(np.zeros(0, np.float32))) == 0
 
 

@@ -53,7 +53,7 @@ def test_a_path_that_leads_out_is_refused_and_nothing_is_written(tmp_path: Path,
         file.writestr(name, "x")
     with pytest.raises(StudioError) as error:
         unpack(bad, tmp_path / "in" / "Project")
-    assert error.value.what == "bad.zip holds a path that leads out of the project."
+    assert error.value.what == "bad.zip contains a path that leads outside the project."
     assert error.value.remedy == "Choose a zip that Saia Studio packed."
     assert [path.name for path in tmp_path.rglob("*")] == ["bad.zip"]
 
@@ -92,7 +92,7 @@ def test_what_would_fill_the_disk_is_refused_before_anything_is_written(
     with pytest.raises(RequestError) as error:
         unpack(packed, tmp_path / "a" / "Out")
     assert error.value.what.startswith("big.zip needs ")
-    assert error.value.remedy == "Make room, or choose a folder on another disk."
+    assert error.value.remedy == "Free some space, or choose a folder on another disk."
     assert sorted(tmp_path.rglob("*")) == before
 
 

@@ -301,7 +301,10 @@ def test_a_damaged_file_is_kept_aside_and_the_rest_goes_on(
     (tmp_path / "p" / name).write_bytes(content)
     project = Project.open(tmp_path / "p")
     assert project.problems == [
-        (f"{name} in p is damaged.", f"It was kept as {name}.damaged-1, and the project goes on without it.")
+        (
+            f"{name} in p is damaged.",
+            f"It was kept as {name}.damaged-1, and the project continues without it.",
+        )
     ]
     assert (tmp_path / "p" / f"{name}.damaged-1").read_bytes() == content
     assert len(project.takes) == 3
@@ -345,7 +348,7 @@ def test_a_damaged_take_is_read_again_from_its_files(tmp_path: Path, sound: Path
     info = project.take("Hello_012").info
     assert (info.slate, info.number, info.frames, info.sample_rate) == ("Hello", 12, 30, 16000)
     assert project.problems == [
-        ("take.json in Hello_012 is damaged.", "It was set aside and the take read again from its files.")
+        ("take.json in Hello_012 is damaged.", "It was set aside and the take was read again from its files.")
     ]
     assert (take.folder / "take.json.damaged-1").read_text() == "{"
 

@@ -183,7 +183,7 @@ def test_clipping_is_told_with_its_place(tmp_path: Path) -> None:
     [
         (np.zeros(RATE * 24, np.float32), "silence", "The sound is silent."),
         (np.zeros(0, np.float32), "silence", "The sound is empty."),
-        (voice(noise=0.05), "noise", "The background noise is only 17 dB below the voice."),
+        (voice(noise=0.05), "noise", "Background noise is only 17 dB below your voice."),
         (voice(gain=0.02, noise=0.00002), "quiet", "The sound is quiet: its peak is -34 dBFS."),
     ],
     ids=["silent", "empty", "noisy", "quiet"],
@@ -224,11 +224,11 @@ def test_what_the_recorder_counted_is_told(tmp_path: Path) -> None:
         extra={"late": "90", "packets_lost": "30", "damage": "Near 4.5 s."},
     )
     found = kinds(replace(take, info=info))
-    assert found["lost"] == "100 frames of motion were lost (6.5%)."
-    assert found["packets"] == "20 packets could not be understood."
+    assert found["lost"] == "Lost 100 frames of motion (6.5%)."
+    assert found["packets"] == "Could not understand 20 packets."
     assert found["drift"] == "The clocks of sound and motion drift by 700 parts in a million."
     assert found["late"] == "The motion paused 90 times."
-    assert found["dropped"] == "This computer had no time for 30 packets of motion."
+    assert found["dropped"] == "This computer was too busy for 30 packets of motion."
     assert found["journal"] == "Near 4.5 s."
 
 

@@ -81,7 +81,7 @@ def test_parts_of_one_take_on_both_sides_are_told(make_toy_project: MakeProject)
     _, events = trained(project, tiny())
     assert notes(events) == [
         f"Parts of {name} are learnt from and other parts are kept to check the learning: "
-        "the figures look better than they are. Press Split for me in Curate."
+        "the figures look better than they are. Press Split automatically in Curate."
     ]
 
 

@@ -49,7 +49,7 @@ def test_a_run_hears_with_whisper_in_any_pieces_and_says_where_it_is_missing(
     monkeypatch.setattr("sys.path_importer_cache", {})
     with pytest.raises(StudioError) as caught:
         load_predictor(folder).generate_samples(sound)
-    assert caught.value.what == "The speech encoder Whisper, which this hears with, is not installed."
+    assert caught.value.what == "This needs the speech encoder Whisper, which is not installed."
 
 
 @pytest.mark.slow

@@ -221,8 +221,8 @@ def test_dropping_files_without_a_project_says_what_to_do(open_window, tmp_path:
     window = open_window()
     window.take_paths((tmp_path / "a.wav",))
     toast = window.findChild(Toast)
-    assert toast.text.text() == "There is no project to import into."
-    assert toast.remedy.text() == "Open or make a project first."
+    assert toast.text.text() == "No project is open."
+    assert toast.remedy.text() == "Open or create a project first."
 
 
 def test_a_dropped_run_needs_a_project_too(open_window, tmp_path: Path) -> None:
@@ -230,7 +230,7 @@ def test_a_dropped_run_needs_a_project_too(open_window, tmp_path: Path) -> None:
     window.take_paths((tmp_path / "best_001.saiarun",))
     toast = window.findChild(Toast)
     assert toast.text.text() == "There is no project to bring best_001.saiarun into."
-    assert toast.remedy.text() == "Open or make a project first."
+    assert toast.remedy.text() == "Open or create a project first."
 
 
 @pytest.mark.slow
@@ -336,7 +336,7 @@ def test_a_second_window_says_in_every_tab_that_it_only_looks(open_window, proje
         for name in tabs.NAMES:
             window.show_room(name)
             assert told.isVisible()
-        assert told.words.text() == "Only to look at"
+        assert told.words.text() == "Read-only"
         assert told.toolTip() == f"{window.session.project.name} is open in another window."
     window.close_project()
     assert not told.isVisible()

@@ -40,7 +40,7 @@ def test_a_table_that_makes_no_sense_cannot_be_used_and_says_why(qtbot: QtBot) -
     dialog.choose("atama", "")
     assert _accept(dialog).isEnabled()
     dialog.choose("root", "")
-    assert _problem(dialog) == "Say which joint is the hips: everything hangs from it."
+    assert _problem(dialog) == "Choose which joint is the hips: every other bone depends on it."
     reset = dialog.findChild(QPushButton, "bone_reset")
     assert reset is not None
     qtbot.mouseClick(reset, Qt.MouseButton.LeftButton)

@@ -63,7 +63,9 @@ def test_a_zip_that_leads_out_of_its_folder_is_refused_with_a_sentence(qtbot: Qt
         found = window.findChild(QLabel, "toast_text")
         return found.text() if found is not None else ""
 
-    qtbot.waitUntil(lambda: said() == "bad.zip holds a path that leads out of the project.", timeout=60_000)
+    qtbot.waitUntil(
+        lambda: said() == "bad.zip contains a path that leads outside the project.", timeout=60_000
+    )
     assert opened == []
     assert not (tmp_path / "P").exists()
     assert not (tmp_path.parent / "evil.txt").exists()

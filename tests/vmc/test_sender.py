@@ -200,8 +200,8 @@ def test_a_closed_port_turns_the_light_to_refused(target: VmcTarget) -> None:
     until(lambda: bool(seen.append(target.state)) or seen[-1].status is TargetStatus.REFUSED)
     problem = seen[-1].problem
     assert problem is not None
-    assert problem.what == f"Nobody listens on 127.0.0.1 port {port}."
-    assert problem.remedy == ("Start the avatar program and switch its VMC receiver on, or choose its port.")
+    assert problem.what == f"Nothing is receiving on 127.0.0.1 port {port}."
+    assert problem.remedy == ("Start the avatar program and turn on its VMC receiver, or choose its port.")
 
 
 def test_a_receiver_that_starts_later_is_found(listener: _Listener, target: VmcTarget) -> None:

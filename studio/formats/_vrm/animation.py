@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, counted
 from studio.formats import _glb
 from studio.formats._glb import Glb, entry
-from studio.formats._table import counted
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.avatar import MIRROR, MIRROR_TURN
 from studio.motion.channels import ALL_BONES, vrm1_bone

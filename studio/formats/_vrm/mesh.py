@@ -36,7 +36,9 @@ def read_materials(glb: Glb, vrm0: dict[str, Any]) -> tuple[tuple[SurfaceMateria
         _material(entry(glb.document, "materials", i), own[i] if i < len(own) else {}, pictures)
         for i in range(len(listed))
     ]
-    notes = ("Some of its textures cannot be shown; plain colours stand for them.",) if pictures.lost else ()
+    notes = (
+        ("Some of its textures cannot be shown; plain colours are used instead.",) if pictures.lost else ()
+    )
     return (*made, SurfaceMaterial()), notes
 
 
@@ -228,7 +230,7 @@ def too_large(path: Path) -> StudioError:
     """What to say of an avatar beyond what a screen could show."""
     return StudioError(
         f"{path.name} is too large to show.",
-        "Choose an avatar with fewer polygons, or none for the stick figure.",
+        "Choose an avatar with fewer polygons, or use the stick figure.",
     )
 
 
@@ -250,7 +252,7 @@ class _Reader:
             places = list(range(first, len(self._made)))
             by_node[index] = places
             by_mesh.setdefault(node["mesh"], []).extend(places)
-        notes = ["Parts of it are kept in a way that the studio does not show."] if self._left_out else []
+        notes = ["Parts of it are stored in a way the studio cannot show."] if self._left_out else []
         return Meshes(tuple(self._made), by_node, by_mesh, tuple(notes))
 
     def _add(self, index: int, node: dict[str, Any], name: str, primitive: dict[str, Any]) -> None:
@@ -294,7 +296,7 @@ class _Reader:
             corners = np.arange(count)
         corners = corners[: len(corners) // 3 * 3]
         if not len(corners) or corners.min() < 0 or corners.max() >= count:
-            raise IndexError("a triangle reaches for a vertex that is not there")
+            raise IndexError("a triangle uses a vertex that does not exist")
         return corners
 
     def _skin(
@@ -319,7 +321,7 @@ class _Reader:
         joints = np.concatenate([self._table(attributes[f"JOINTS_{s}"])[used] for s in sets], axis=1)
         weights = np.concatenate([self._floats(attributes[f"WEIGHTS_{s}"], 4)[used] for s in sets], axis=1)
         if joints.max(initial=0) >= len(places) or not np.isfinite(binds).all():
-            raise IndexError("a vertex hangs from a joint that is not there")
+            raise IndexError("a vertex uses a joint that does not exist")
         joints = np.where(weights > 0.0, joints, 0)
         return joints.astype(np.int32), _shares(weights), binds[:, :3], self._owners[places]
 

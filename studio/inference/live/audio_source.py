@@ -163,7 +163,7 @@ class Microphone:
     def _lose(self, current: AudioInput) -> None:
         self._lost = True
         self._problems.append(
-            StudioError(f"{self.name} stopped giving sound.", "Plug it in again; it goes on by itself.")
+            StudioError(f"{self.name} stopped giving sound.", "Plug it in again; it resumes by itself.")
         )
         # A device that is gone may take its time to be closed.
         threading.Thread(target=current.abandon, name="close lost microphone", daemon=True).start()
@@ -176,8 +176,10 @@ class Microphone:
             self._latency = SAFE_S
             self._losses.clear()
             self._lost = True  # opened anew with more patience
-            what = f"This computer is too busy to hand over {self.name} in short blocks."
-            self._problems.append(StudioError(what, "Longer ones are used from now on: 30 ms more latency."))
+            what = f"This computer is too busy for short blocks of sound from {self.name}."
+            self._problems.append(
+                StudioError(what, "Longer blocks are used from now on: 30 ms more latency.")
+            )
             threading.Thread(target=self._input.abandon, name="close microphone", daemon=True).start()
 
     def _reopen(self, may_refresh: bool) -> None:

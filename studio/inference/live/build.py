@@ -105,7 +105,7 @@ class LivePerformance:
         if device is None:
             return
         if not isinstance(source, Microphone):
-            raise RequestError("A file is heard in time with the avatar already.", "Choose a microphone.")
+            raise RequestError("A file already plays in sync with the avatar.", "Choose a microphone.")
         output = DelayedVoiceOutput(device, lambda: self.performance.late)
         output.start()
         # Looking for devices anew ends all streams of the process, this output's among them.

@@ -194,7 +194,7 @@ class DelayedVoiceOutput:
         if not self._gone and self._fed - self._called > _SILENT_S:
             self._gone = True
             what = f"{self.name} takes no sound any more."
-            remedy = "Plug it in again; if your voice is not handed on by itself then, choose it again."
+            remedy = "Plug it in again; if your voice does not return, choose it again."
             self._problems.append(StudioError(what, remedy))
 
     def problems(self) -> list[StudioError]:
@@ -234,7 +234,7 @@ class DelayedVoiceOutput:
             self._stream.start()
         except (sd.PortAudioError, ValueError) as error:
             self._close()
-            what = f"{self.name} cannot be opened to hand your voice on."
+            what = f"{self.name} cannot be opened for your delayed voice."
             raise StudioError(what, "Choose another output for it, or none.") from error
 
     def _reopen(self, _may_refresh: bool) -> None:

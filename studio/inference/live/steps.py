@@ -105,7 +105,7 @@ def _must_be_rows(spec: AudioSpec) -> None:
     # The whole encoder sees windows of half a minute; there is no moment at which one is complete live.
     if not spec.streams:
         raise RequestError(
-            "This run hears whole sentences before it moves, so it cannot follow a microphone.",
+            "This run needs to hear whole sentences first, so it cannot work live.",
             "Choose another run, or train Balanced.",
         )
 
@@ -160,7 +160,7 @@ class LiveSteps:
         """
         # One NaN would stay in the LSTM's state and in every pose from then on.
         if not np.isfinite(block).all():
-            raise StudioError("The sound holds values that are not numbers.", "Check the microphone.")
+            raise StudioError("The sound contains values that are not numbers.", "Check the microphone.")
         self._samples = np.concatenate([self._samples, block])
         # Most blocks complete no frame; knowing when the next can be due saves computing rows for nothing.
         if self._start + len(self._samples) < self._due:

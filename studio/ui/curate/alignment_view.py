@@ -62,8 +62,8 @@ def judged(found: Alignment) -> str:
     if found.confidence >= LIKELY:
         return _tr("{0}, likely ({1}): listen").format(offset, percent)
     if found.confidence > 0:
-        return _tr("Not sure ({0}): nudge by ear").format(percent)
-    return _tr("Nothing to go by: nudge by ear")
+        return _tr("Not sure ({0}): adjust by ear").format(percent)
+    return _tr("Could not tell: adjust by ear")
 
 
 class CurvePopup(QDialog):
@@ -125,7 +125,7 @@ class AlignReport(QDialog):
         self.resize(760, 460)
         self._answers = list(answers)
         used = sum(one.used for one in answers)
-        words = _tr("{0} takes aligned, {1} left as they are.").format(used, len(answers) - used)
+        words = _tr("Aligned: {0} of {1}.").format(used, len(answers))
         self.table = self._build_table()
         self.use = QPushButton(_tr("Use the selected anyway"))
         self.use.setObjectName("align_report_use")

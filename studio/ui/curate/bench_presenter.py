@@ -77,7 +77,7 @@ class BenchPresenter(QObject):
         self._bench.show_duration(take.info.duration if take else 0.0)
         self._bench.loop.setChecked(False)
         if take is None:
-            self._view.stage.show_nothing(self.tr("Choose a take to see it move."))
+            self._view.stage.show_nothing(self.tr("Select a take to see it move."))
 
     def _on_loaded(self, loaded: LoadedTake) -> None:
         if loaded.motion is None or not len(loaded.motion):

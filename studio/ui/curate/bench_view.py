@@ -209,7 +209,7 @@ class Bench(Card):
         for widget in (self.wider, self.fit, self.closer, self.curves, self.picture):
             row.addWidget(widget)
         row.addStretch(1)
-        self.locked = label(self.tr("Only to look at"), "warn", "read_only_label")
+        self.locked = label(self.tr("Read-only"), "warn", "read_only_label")
         self.locked.hide()
         row.addWidget(self.locked)
         row.addWidget(self.undo)

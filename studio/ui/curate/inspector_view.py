@@ -125,7 +125,9 @@ class Inspector(Card):
         self.findings = Findings()
         self.bones = QPushButton(self.tr("Correct the bones…"))
         self.bones.setObjectName("inspector_bones")
-        self.bones.setToolTip(self.tr("See which joint was taken for which bone, and import it again"))
+        self.bones.setToolTip(
+            self.tr("See which joint was matched to which bone, correct it and import again")
+        )
         theme.as_role(self.bones, "chip")
         self.bones.clicked.connect(self._on_bones)
         self.find_button = QPushButton(self.tr("Find it…"))
@@ -170,10 +172,10 @@ class Inspector(Card):
         self._scroll.setVisible(bool(rows))
         self._show_title()
         selections = [row.selection for row in rows]
-        hint = self.tr("who performs")
+        hint = self.tr("name")
         self._show_names(self.performer, "performer", performers, [s.performer for s in selections], hint)
         emotions = dict.fromkeys((*template("emotion"), *(s.emotion for s in selections if s.emotion)))
-        hint = self.tr("how it is played")
+        hint = self.tr("mood")
         self._show_names(self.emotion, "emotion", tuple(emotions), [s.emotion for s in selections], hint)
         split = _common([s.split for s in selections])
         for name, button in self.splits.items():
@@ -268,7 +270,7 @@ class Inspector(Card):
         row.addStretch(1)
         self.locked = QCheckBox(self.tr("Keep as a test take"))
         self.locked.setObjectName("inspector_locked")
-        self.locked.setToolTip(self.tr("A locked take stays in test, whatever else is divided"))
+        self.locked.setToolTip(self.tr("Always keeps this take in the test set"))
         self.locked.toggled.connect(lambda on: self._send("locked", on))
         column = QVBoxLayout()
         column.setSpacing(theme.TIGHT)
@@ -348,7 +350,7 @@ class Inspector(Card):
 
     def _show_note(self, common: str | None) -> None:
         several = common is None and len(self._rows) > 1
-        self.note.setPlaceholderText(self.tr("several") if several else self.tr("anything worth knowing"))
+        self.note.setPlaceholderText(self.tr("several") if several else self.tr("your notes"))
         if self._is_new("note", common):
             self.note.setPlainText(common or "")
 

@@ -163,8 +163,8 @@ class LabelPresenter(QObject):
         count = outside(labels, *row.span) if row is not None else 0
         if not count:
             return ""
-        one = self.tr("1 of them lies outside of the in and out points: kept, but not used.")
-        many = self.tr("{0} of them lie outside of the in and out points: kept, but not used.")
+        one = self.tr("1 is outside the trimmed range: kept but not used.")
+        many = self.tr("{0} are outside the trimmed range: kept but not used.")
         return counted(count, one, many)
 
     def _on_write(self) -> None:

@@ -186,7 +186,7 @@ def words_of(tier: str, dataset: Dataset, own: tuple[str, ...] = ()) -> tuple[st
 
 def shipped_vocabularies(own: tuple[str, ...]) -> tuple[dict[str, str], str | None]:
     """Titles of the word lists one can choose, by name, and which of them is in use; None for own words."""
-    titles = {"": _tr("As the studio came")} | {one.name: one.title for one in vocabularies()}
+    titles = {"": _tr("Default")} | {one.name: one.title for one in vocabularies()}
     now = [one.name for one in vocabularies() if set(one.entries) <= set(own)]
     return titles, now[0] if now else None if own else ""
 

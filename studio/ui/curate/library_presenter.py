@@ -92,9 +92,9 @@ class LibraryPresenter(QObject):
         used = {s: [x.id for x in self._model.dataset.of_split(s)] for s in ("train", "val", "test")}
         count = {split: len(whole.intersection(ids)) for split, ids in used.items()}
         parts = (
-            counted(count["train"], self.tr("1 take trains"), self.tr("{0} takes train")),
-            counted(count["val"], self.tr("1 checks the training"), self.tr("{0} check the training")),
-            counted(count["test"], self.tr("1 tests it"), self.tr("{0} test it")),
+            counted(count["train"], self.tr("1 take for training"), self.tr("{0} takes for training")),
+            counted(count["val"], self.tr("1 for validation"), self.tr("{0} for validation")),
+            counted(count["test"], self.tr("1 for testing"), self.tr("{0} for testing")),
         )
         sentence = self.tr("{0}, {1}, {2}.").format(*parts)
         one = self.tr("{0} is not used: training needs both sound and motion.").format(*useless[:1], "")
@@ -247,5 +247,5 @@ class InspectorPresenter(QObject):
         elif row.report is None:
             findings.show_marks((), (), self.tr("Being checked…"))
         else:
-            sentence = self.tr("Nothing is wrong with this take.")
+            sentence = self.tr("No problems found in this take.")
             findings.show_marks(all_marks(row.report), placed(row.report), sentence)

@@ -49,9 +49,9 @@ class MissingMediaPresenter(QObject):
     def ask(self, missing: tuple[Missing, ...]) -> None:
         """Ask for the folder to look through."""
         if not missing:
-            self._model.show_message(self.tr("No file of any take is missing."))
+            self._model.show_message(self.tr("No files are missing."))
             return
-        title = self.tr("Where may the files of {0} be?").format(_named(missing))
+        title = self.tr("Where are the files of {0}?").format(_named(missing))
         found = QFileDialog.getExistingDirectory(self._view, title, str(Path.home()))
         if found:
             self.find(Path(found), missing)
@@ -97,7 +97,7 @@ class MissingMediaPresenter(QObject):
             return
         before = self._model.dataset
         if search.found:
-            name = self.tr("Put back the files of {0}").format(_named(tuple(search.found)))
+            name = self.tr("Restore the files of {0}").format(_named(tuple(search.found)))
             paths = [one.path for one in search.found]
             self._model.edit(name, lambda data: edits.put_back(data, paths))
             self._session.refresh_takes()
@@ -105,10 +105,10 @@ class MissingMediaPresenter(QObject):
             takes = {one.take for one in search.found}
             self._model.grading.ask_again(take for take in project.takes if take.id in takes)
         count, left = len(search.found), len(missing) - len(search.found)
-        text = self.tr("{0} of {1} missing files were found and put back.").format(count, len(missing))
-        remedy = self.tr("Look in another folder for the others.") if left else ""
+        text = self.tr("{0} of {1} missing files were found and restored.").format(count, len(missing))
+        remedy = self.tr("Look for the others in another folder.") if left else ""
         if search.unclear:
-            remedy = self.tr("Several different files fit {0}: name the right one like the take.").format(
+            remedy = self.tr("Several files could be {0}. Rename the right one to match the take.").format(
                 _named(search.unclear)
             )
         self._model.show_message(text, remedy, since=before)

@@ -57,6 +57,10 @@ class CuratePresenter(QObject):
         self._view.library.table.setFocus()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
+    def show_take(self, take: str) -> None:
+        """Select a take and show it."""
+        self.model.show_take(take)
+
     def deactivate(self) -> None:
         """Another tab is shown: be silent."""
         self.model.deactivate()

@@ -131,7 +131,7 @@ class SuggestionsPresenter(QObject):
         self._run, self._errors = run, errors
         count = sum(len(spans) for spans in self._errors.values())
         sentence = self.tr("{0} spans stand out of the run's errors.")
-        self._model.show_message(sentence.format(count) if count != 1 else self.tr("One span stands out."))
+        self._model.show_message(sentence.format(count) if count != 1 else self.tr("1 span stands out."))
         self.show()
 
 

@@ -101,9 +101,9 @@ class Suggestions(QWidget):
 
     def _words(self, count: int, waiting: int) -> str:
         if waiting:
-            return self.tr("{0} found; {1} takes still to be checked.").format(count, waiting)
+            return self.tr("{0} found; still checking (takes left: {1}).").format(count, waiting)
         if not count:
-            return self.tr("Nothing to fix was found.")
+            return self.tr("Nothing to fix.")
         if count > MOST:
             return self.tr("The worst {0} of {1} things to look at.").format(MOST, count)
         if count == 1:
@@ -118,7 +118,7 @@ class Suggestions(QWidget):
         self.compare = QPushButton(self.tr("Compare"))
         self.compare.setObjectName("suggestions_compare")
         self.compare.setToolTip(
-            self.tr("Find the spans where this trained run is furthest from what was captured")
+            self.tr("Find the spans where this run differs most from the captured motion")
         )
         self.compare.clicked.connect(lambda: self.compare_requested.emit(self.run.currentText()))
         row = QHBoxLayout()
@@ -169,7 +169,7 @@ class Suggestions(QWidget):
         theme.as_role(out, "chip")
         out.setEnabled(self._editable and not is_moment)
         if is_moment:
-            out.setToolTip(self.tr("This is one moment: go there and drag over what is to be left out"))
+            out.setToolTip(self.tr("This is a single moment: go there and drag across the part to leave out"))
         out.clicked.connect(lambda: self.exclude_requested.emit(one))
         across.addWidget(out, 0, Qt.AlignmentFlag.AlignTop)
 

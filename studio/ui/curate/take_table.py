@@ -233,21 +233,21 @@ class TakeTable(QAbstractTableModel):
     def _told(self) -> dict[str, str]:
         """What each column means, in plain words."""
         return {
-            "take": self.tr("The slate and its number; the small picture is the sound"),
-            "length": self.tr("How much of the take is used, in minutes and seconds"),
-            "stars": self.tr("How good you find it, 1 to 5; click a star"),
+            "take": self.tr("The take's name; the picture shows its sound"),
+            "length": self.tr("How much of the take is in use (minutes:seconds)"),
+            "stars": self.tr("Your rating, 1 to 5; click a star"),
             "split": self.tr(
                 "What the take is for:\ntrain: to learn from\n"
                 "val: to notice when more practice stops helping\ntest: to judge by at the end"
             ),
             "grade": self.tr(
-                "How clean the recording is, and what keeps it from being better:\n"
-                "A: nothing to mend, B: small things, C: look at it, D: hardly of use"
+                "How clean the recording is, and what would improve it:\n"
+                "A: clean. B: minor issues. C: needs a look. D: barely usable."
             ),
-            "performer": self.tr("Who is seen and heard; runs can learn the style of each"),
-            "emotion": self.tr("How the whole take is played"),
-            "tags": self.tr("Your own words, to find takes by"),
-            "note": self.tr("Anything worth knowing"),
+            "performer": self.tr("Who performs; a run can learn the style of each performer"),
+            "emotion": self.tr("The mood of the whole take"),
+            "tags": self.tr("Your own words for finding takes"),
+            "note": self.tr("Your notes"),
         }
 
     def _text(self, row: TakeRow, column: str) -> str:
@@ -268,12 +268,14 @@ class TakeTable(QAbstractTableModel):
     def _tip(self, row: TakeRow, column: str) -> str:
         if column == "grade" and row.report:
             found = "\n".join(f"• {f.what} {f.remedy}" for f in row.report.findings)
-            return found or self.tr("Nothing is wrong with this take.")
+            return found or self.tr("No problems found in this take.")
         if column == "take" and row.take is None:
-            return self.tr("The folder of this take is missing: find it. Its choices are kept.")
+            return self.tr("This take's folder is missing. Use Find missing files; your edits are kept.")
         if column == "take" and self.is_missing(row):
             names = ", ".join(self._missing[row.selection.take])
-            return self.tr("{0} of this take is missing: find it. Its choices are kept.").format(names)
+            return self.tr(
+                "{0} is missing from this take. Use Find missing files; your edits are kept."
+            ).format(names)
         return self._text(row, column)
 
 

@@ -194,7 +194,7 @@ class CurvesPresenter(QObject):
         groups: dict[str, list[tuple[str, str]]] = {}
         for channel in found:
             if not channel.axis:
-                name = self.tr("Face that moves") if channel.moves else self.tr("Face at rest")
+                name = self.tr("Active face shapes") if channel.moves else self.tr("Inactive face shapes")
             elif not channel.moves:
                 continue
             elif channel.name in FACE_OF_BODY:
@@ -203,7 +203,7 @@ class CurvesPresenter(QObject):
                 name = self.tr("Arms, hands, legs")
             title = f"{channel.name} {axes[channel.axis]}" if channel.axis else channel.name
             groups.setdefault(name, []).append((channel.key, title))
-        order = (self.tr("Face that moves"), self.tr("Head and body"), self.tr("Arms, hands, legs"))
+        order = (self.tr("Active face shapes"), self.tr("Head and body"), self.tr("Arms, hands, legs"))
         return {name: groups[name] for name in (*order, *(set(groups) - set(order))) if name in groups}
 
     def _on_chosen(self, keys: tuple[str, ...]) -> None:

@@ -139,13 +139,13 @@ class CutPresenter(QObject):
             return
         chances = kept_voice(row.take.audio_path)
         if chances is None:
-            what = self.tr("What was heard could not be kept.")
+            what = self.tr("The result could not be saved.")
             self._on_failed(StudioError(what, self.tr("Free some space on the disk.")))
             return
         self._speech = pauses.spoken(chances, HOP)
         if not self._speech:
             self.drop()
-            self._model.show_message(self.tr("Nobody speaks in this take, so there is nothing to cut."))
+            self._model.show_message(self.tr("There is no speech in this take, so there is nothing to cut."))
             return
         self._preview(self._bench.question.cut)
 
@@ -160,7 +160,7 @@ class CutPresenter(QObject):
         count, length = len(self._parts), sum(b - a for a, b in self._parts)
         if count < 2:
             self._bench.timeline.set_parts(())
-            self._bench.show_question(self.tr("No pause is long enough to cut in."), "", adjust=True)
+            self._bench.show_question(self.tr("No pause is long enough to cut at."), "", adjust=True)
             return
         sentence = self.tr("{0} parts, {1} of {2} stay in use").format(
             count, minutes(length), minutes(end - start)
@@ -230,8 +230,8 @@ class CleaningPresenter(QObject):
         row = self._model.row
         if row is None or not row.selection.clean:
             self._model.show_message(
-                self.tr("Nothing is cleaned yet."),
-                self.tr("Choose a way under Clean sound; then B compares it with the recording."),
+                self.tr("No sound is cleaned yet."),
+                self.tr("Choose an option under Clean sound; then press B to compare it with the recording."),
             )
             return
         self._before = not self._before

@@ -34,14 +34,16 @@ class CleanButton(QPushButton):
     def __init__(self, compare_key: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("clean_button")
-        self.setToolTip(self.tr("Use this take with less noise; the recording stays as it is"))
+        self.setToolTip(self.tr("Reduce noise in this take; the recording itself is never changed"))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self._words = {"noise": self.tr("Less noise"), "voice": self.tr("Voice alone")}
+        self._words = {"noise": self.tr("Less noise"), "voice": self.tr("Voice only")}
         menu = QMenu(self)
         self._ways = {
             "": self._action(menu, self.tr("As recorded"), "clean_off"),
             "noise": self._action(menu, self.tr("Less noise: hiss, hum and fans"), "clean_noise"),
-            "voice": self._action(menu, self.tr("Voice alone: also keys, clicks, traffic"), "clean_voice"),
+            "voice": self._action(
+                menu, self.tr("Voice only: also removes typing, clicks and traffic"), "clean_voice"
+            ),
         }
         for way, action in self._ways.items():
             action.setCheckable(True)
@@ -101,17 +103,17 @@ class CutQuestion(QWidget):
         self._sentence = label("", "", "cut_question_text")
         usual = Cut()
         self.pause = self._length(
-            "cut_pause", self.tr("Cut at pauses from"), self.tr("Shorter pauses are not cut in"), usual.pause
+            "cut_pause", self.tr("Minimum pause"), self.tr("Shorter pauses are not cut"), usual.pause
         )
         self.shortest = self._length(
-            "cut_shortest", self.tr("Parts from"), self.tr("A shorter part stays with its neighbour"),
+            "cut_shortest", self.tr("Minimum length"), self.tr("Shorter parts stay with their neighbour"),
             usual.shortest,
         )  # fmt: skip
         self.padding = self._length(
-            "cut_padding", self.tr("Keep around"),
-            self.tr("Silence kept before and after what is spoken"), usual.padding,
+            "cut_padding", self.tr("Padding"),
+            self.tr("Silence to keep before and after speech"), usual.padding,
         )  # fmt: skip
-        self._no = QPushButton(self.tr("Leave it whole"))
+        self._no = QPushButton(self.tr("Cancel"))
         self._no.setObjectName("cut_cancel_button")
         self._no.clicked.connect(self.dropped)
         self._yes = QPushButton()

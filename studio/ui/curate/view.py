@@ -60,7 +60,7 @@ class CurateView(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.library = Library()
-        empty = self.tr("Choose a take to see it move.")
+        empty = self.tr("Select a take to see it move.")
         self.stage = Pane("curate_stage", "", empty, "mdi6.human", "figure")
         self.inspector = Inspector()
         self.bench = Bench()
@@ -123,11 +123,11 @@ class CurateView(QWidget):
         self._offer(menu, self.tr("Align by mouth and voice"), "align", None)
         self._offer(menu, self.tr("Align by claps"), "align", "clap")
         self._offer(menu, self.tr("Check again"), "check", None)
-        self._offer(menu, self.tr("Show the folder"), "folder", None)
+        self._offer(menu, self.tr("Open folder"), "folder", None)
         menu.addSeparator()
         self._offer(menu, self.tr("Remove"), "remove", None)
         for action in menu.actions():
-            action.setEnabled(editable or action.text() == self.tr("Show the folder"))
+            action.setEnabled(editable or action.text() == self.tr("Open folder"))
         menu.popup(place)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -211,7 +211,7 @@ class CurateView(QWidget):
         return page
 
     def _build_empty(self) -> QWidget:
-        sentence = self.tr("Your takes will be here: to hear, trim, label and divide before training.")
+        sentence = self.tr("Your takes will appear here, ready to trim, label and split for training.")
         empty = EmptyState("mdi6.playlist-edit", sentence, self.tr("Record a take"), "empty_record_button")
         empty.clicked.connect(self.record_requested)
         other = QPushButton(self.tr("Import files"))

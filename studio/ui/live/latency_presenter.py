@@ -42,7 +42,7 @@ class LatencyPresenter(QObject):
         if state.latency_ms > 0:
             self._card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms)
         elif self._model.file is not None:
-            self._card.show_none(self.tr("A file is known ahead: voice and lips come together."))
+            self._card.show_none(self.tr("A file is read ahead, so voice and lips are in sync."))
         else:
             self._card.show_none()
 

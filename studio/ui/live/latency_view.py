@@ -100,9 +100,9 @@ class LatencyCard(Card):
             return
         self.words.setText(
             {
-                "unseen": self.tr("The lips follow so soon that nobody notices."),
-                "seen": self.tr("Attentive viewers notice lips this late, from 45 ms on."),
-                "minded": self.tr("Viewers mind lips this late, unless your voice is delayed to match."),
+                "unseen": self.tr("The lips follow so quickly that nobody notices."),
+                "seen": self.tr("Attentive viewers notice a delay from 45 ms on."),
+                "minded": self.tr("Viewers will notice this delay. Delay your voice to match."),
             }.get(seen, "")
         )
 
@@ -111,7 +111,7 @@ class LatencyCard(Card):
         handed_on = self.voice.value != NOBODY
         advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
         if handed_on:
-            advice = self.tr("Your delayed voice agrees with the lips: no Sync Offset is needed for it.")
+            advice = self.tr("Your delayed voice already matches the lips; no Sync Offset needed.")
         self.advice.setText(advice.format(delay_ms))
         self.advice.setVisible(bool(delay_ms))
         self.copy.setVisible(bool(delay_ms) and not handed_on)
@@ -149,7 +149,7 @@ class LatencyCard(Card):
         button.setObjectName("live_copy_delay")
         button.setText(self.tr("Copy"))
         button.setAccessibleName(self.tr("Copy the Sync Offset for OBS"))
-        button.setToolTip(self.tr("Copies the number, to paste it into OBS"))
+        button.setToolTip(self.tr("Copies the number for pasting into OBS"))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         theme.set_icon(button, "mdi6.content-copy", "muted")
         theme.as_role(button, "chip")
@@ -213,7 +213,7 @@ class VoiceRow(QWidget):
 
     def show_outputs(self, names: Sequence[str], chosen: str) -> None:
         """List the outputs; one that was chosen and is not there is kept and named so."""
-        entries = [(self.tr("Off"), NOBODY), (self.tr("System's output"), SYSTEM)]
+        entries = [(self.tr("Off"), NOBODY), (self.tr("Default output"), SYSTEM)]
         entries += [(name, name) for name in names]
         if chosen not in {value for _, value in entries}:
             entries.append((self.tr("{0} (not found)").format(chosen), chosen))
@@ -227,7 +227,7 @@ class VoiceRow(QWidget):
         """Whether a file is performed, which is heard in time already."""
         self.outputs.setEnabled(not file)
         self.outputs.setToolTip(
-            self.tr("A file is heard in time with the avatar already.")
+            self.tr("A file already plays in sync with the avatar.")
             if file
             else self.tr(
                 "Plays your voice here, as late as your avatar moves. Choose a virtual cable and take it as"

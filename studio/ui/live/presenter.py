@@ -77,7 +77,7 @@ class LivePresenter(QObject):
         messages.show_error(self._view, self.microphones.explained(error))
 
     def _on_forced(self) -> None:
-        what = self.tr("The performance did not end by itself, so it was ended for you.")
+        what = self.tr("Live stopped responding and was ended.")
         messages.show_warning(self._view, what, self.tr("Nothing is lost: you can go live again."))
 
     def _warm_up(self) -> None:

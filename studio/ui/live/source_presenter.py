@@ -132,8 +132,8 @@ class MicrophonePresenter(QObject):
         card, ready = self._card, self._model.ready
         if ready is None or card.file is not None or not card.device or ready.source == card.device:
             return
-        what = self.tr("{0} is not there: {1} is heard instead.").format(card.device, ready.source)
-        messages.show_warning(card, what, self.tr("Stop, and choose the microphone you mean."))
+        what = self.tr("{0} is not connected; using {1} instead.").format(card.device, ready.source)
+        messages.show_warning(card, what, self.tr("To change it, stop and choose another microphone."))
 
     def refresh(self, anew: bool = False) -> None:
         """List the microphones; anew, where something was plugged in since, which takes a moment."""
@@ -161,7 +161,7 @@ class MicrophonePresenter(QObject):
             if info.duration > 0:
                 self._choose(path)
             else:
-                what = self.tr("{0} holds no sound.").format(path.name)
+                what = self.tr("{0} contains no sound.").format(path.name)
                 bad(StudioError(what, self.tr("Choose another file.")))
 
         def bad(error: BaseException) -> None:
@@ -209,7 +209,7 @@ class MicrophonePresenter(QObject):
         else:
             self.offer(path)
             if len(paths) > 1:
-                one = self.tr("One sound is performed at a time: {0} is chosen.")
+                one = self.tr("Live performs one sound at a time: {0} was chosen.")
                 messages.show_note(self._card, one.format(path.name))
 
     def _on_file(self) -> None:

@@ -107,7 +107,7 @@ class LiveSourceCard(Card):
         keep = self.file is not None
         with QSignalBlocker(self.source):
             self.source.clear()
-            self.source.addItem(self.tr("System's microphone"), "")
+            self.source.addItem(self.tr("Default microphone"), "")
             if chosen and chosen not in names:
                 words = self.tr("{0} (not found)").format(chosen) if known else chosen
                 self.source.addItem(words, chosen)
@@ -162,7 +162,7 @@ class LiveSourceCard(Card):
         """Show whether it is "idle", "starting", "live" or "stopping"."""
         words, icon, tip = {
             "idle": (name_of("start_live"), "mdi6.account-voice", tip_of("start_live")),
-            "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to leave it")),
+            "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to go back")),
             "live": (self.tr("Stop"), "mdi6.stop", self.tr("End the performance")),
             "stopping": (self.tr("Ending…"), "mdi6.timer-sand", ""),
         }[state]
@@ -192,8 +192,8 @@ class LiveSourceCard(Card):
         self.tuning.activated.connect(lambda _: self.tuning_chosen.emit(str(self.tuning.currentData() or "")))
         self.refresh = QToolButton()
         self.refresh.setObjectName("live_refresh")
-        self.refresh.setToolTip(self.tr("Look for microphones again"))
-        self.refresh.setAccessibleName(self.tr("Look for microphones again"))
+        self.refresh.setToolTip(self.tr("Refresh the list of microphones"))
+        self.refresh.setAccessibleName(self.tr("Refresh the list of microphones"))
         theme.set_icon(self.refresh, "mdi6.refresh", "muted")
         self.refresh.clicked.connect(self.refresh_requested)
         self._style_caption = label(self.tr("Style"), "muted")
@@ -231,11 +231,11 @@ class LiveSourceCard(Card):
 
     def _options(self) -> tuple[QCheckBox, ...]:
         self.gain, self.gate = QCheckBox(self.tr("Match the level")), QCheckBox(self.tr("Idle in silence"))
-        self.noise = QCheckBox(self.tr("Take noise out"))
+        self.noise = QCheckBox(self.tr("Remove noise"))
         for check, name, tip in (
-            (self.gain, "gain", self.tr("Brings your voice to the level the run has learnt from")),
-            (self.gate, "gate", self.tr("While nobody speaks, the avatar breathes, blinks and looks about")),
-            (self.noise, "noise", self.tr("Keeps the voice alone; the avatar follows 30 ms later")),
+            (self.gain, "gain", self.tr("Matches your voice to the level the run was trained on")),
+            (self.gate, "gate", self.tr("When you are silent, the avatar breathes, blinks and looks around")),
+            (self.noise, "noise", self.tr("Keeps only the voice; the avatar follows 30 ms later")),
         ):
             check.setObjectName(f"live_{name}")
             check.setToolTip(tip)
@@ -254,6 +254,6 @@ class LiveSourceCard(Card):
     def _show_gone(self) -> None:
         """Say that the chosen microphone is not there, where it is chosen."""
         gone = bool(self._missing) and self.device == self._missing
-        text = self.tr("{0} is not found: plug it in and look again, or choose another.")
+        text = self.tr("{0} was not found. Plug it in and refresh, or choose another.")
         self.gone.setText(text.format(self._missing) if gone else "")
         self.gone.setVisible(gone)

@@ -90,7 +90,7 @@ class StatusPresenter(QObject):
         self._show()
 
     def _on_silent(self) -> None:
-        text = self.tr("The performance does not answer: this computer is very busy. Wait, or press Stop.")
+        text = self.tr("Live is not responding because this computer is very busy. Wait, or press Stop.")
         self._view.show_status(text, "bad")
 
     def _show(self) -> None:
@@ -100,7 +100,7 @@ class StatusPresenter(QObject):
         """The sentence, and "good", "warn", "bad" or ""."""
         phase, state, ready = self._model.task.phase, self._model.state, self._model.ready
         if phase == Phase.IDLE:
-            return self.tr("Not live: press Go live, and speak."), ""
+            return self.tr("Not live. Press Go live and speak."), ""
         if phase == Phase.STOPPING:
             return self.tr("Ending…"), ""
         if phase == Phase.STARTING or ready is None or state is None:
@@ -118,11 +118,11 @@ class StatusPresenter(QObject):
             text = self.tr("Frozen: the avatar holds still until you switch it off ({0}).").format(freeze)
             return text + also, "warn"
         if state.lost:
-            text = self.tr("No sound comes from {0}: it goes on by itself as soon as some does.")
+            text = self.tr("No sound from {0}. Live resumes when sound returns.")
             return text.format(source), "bad"
         if state.muted:
             return self.tr("Muted: nothing you say is heard ({0}).").format(mute), "warn"
         if state.speaking:
             return self.tr("Live: {0} is heard.").format(source), "good"
-        idles = self.tr("Live: {0} is quiet, the avatar idles.")
-        return (idles if state.idling > 0 else self.tr("Live: {0} is quiet.")).format(source), "good"
+        idles = self.tr("Live. You are silent, so the avatar idles.")
+        return (idles if state.idling > 0 else self.tr("Live. You are silent.")).format(source), "good"

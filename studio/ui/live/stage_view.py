@@ -25,7 +25,7 @@ class LiveStage(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._waiting = self.tr("Press Go live, and speak: your avatar moves here.")
+        self._waiting = self.tr("Press Go live and speak. Your avatar moves here.")
         self._performs = False
         self.pane = Pane("live", "", self._waiting, "mdi6.human", "figure")
         self.figure = self.pane.figure

@@ -130,7 +130,7 @@ class BatchPresenter(QObject):
 
     def _on_start(self, request: BatchRequest) -> None:
         if self.busy and self._dialog is not None:
-            text = self.tr("The batch before is ending: press Start again in a moment.")
+            text = self.tr("The previous batch is still stopping. Try again in a moment.")
             self._dialog.show_message(text, "warn")
             return
         self._request = request
@@ -142,7 +142,7 @@ class BatchPresenter(QObject):
             return
         takes = [item.key.partition(":")[2] for item in self._model.items if item.take]
         if not takes and not request.sounds:
-            dialog.show_message(self.tr("There is no take in this project yet."), "warn")
+            dialog.show_message(self.tr("This project has no takes yet."), "warn")
             return
         arguments = batch_arguments(request, project.folder, takes) + (["--force"] if force else [])
 
@@ -206,8 +206,8 @@ class BatchPresenter(QObject):
         request = self._request
         if request is None or self._dialog is None or self.busy:
             return
-        question = self.tr("{0} is there already. Replace what is there?").format(name)
-        details = self.tr("Files of the same names in {0} are written over.").format(request.folder)
+        question = self.tr("{0} already exists. Replace its contents?").format(name)
+        details = self.tr("Files with the same names in {0} will be replaced.").format(request.folder)
         if messages.ask(self._dialog, question, details, self.tr("Replace")):
             self._start(request, force=True)
 
@@ -226,7 +226,7 @@ class BatchPresenter(QObject):
         if self._dialog is not None:
             self._dialog.show_busy(False)
         if was_outdated:
-            self._show_message(self.tr("The batch before has ended."))
+            self._show_message(self.tr("The previous batch has stopped."))
 
     def _on_folder(self) -> None:
         if self._request is not None:

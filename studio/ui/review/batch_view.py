@@ -148,7 +148,7 @@ class BatchDialog(QDialog):
         if item is None:
             return
         titles = {
-            "running": self.tr("being made"), "done": self.tr("done"), "failed": self.tr("failed"),
+            "running": self.tr("generating"), "done": self.tr("done"), "failed": self.tr("failed"),
             "cancelled": self.tr("cancelled"),
         }  # fmt: skip
         tokens = {"done": "good", "failed": "bad", "running": "accent"}
@@ -197,7 +197,7 @@ class BatchDialog(QDialog):
         if not takes and not self._sounds:
             self.show_message(self.tr("Choose the sounds first."), "warn")
         elif not takes and not self.run.currentData():
-            self.show_message(self.tr("Sounds need a run that makes motion of them."), "warn")
+            self.show_message(self.tr("Choose a run: sounds need one to become motion."), "warn")
         elif folder:
             names = self.more.chosen(besides="") or ("vrma",)
             # Sounds chosen before "all takes" was are still in the form.
@@ -230,13 +230,13 @@ class BatchDialog(QDialog):
         for button in (self.files, self.whole_folder):
             button.setVisible(not takes)
         if takes:
-            text = self.tr("Every take as it is used, captured or as a run makes it.")
+            text = self.tr("Every take, trimmed as in Curate: captured, or predicted by a run.")
         elif len(self._sounds) == 1:
             text = str(self._sounds[0])
         else:
             text = self.tr("{0} files").format(len(self._sounds)) if self._sounds else ""
         self.chosen.setText(text)
-        self.run.setItemText(0, self.tr("No run, captured only") if takes else self.tr("Choose a run"))
+        self.run.setItemText(0, self.tr("Captured motion only") if takes else self.tr("Choose a run"))
 
     def _show_details(self) -> None:
         """All of what happened to the entry that is looked at: in its row there is room for a part of it."""
@@ -275,7 +275,7 @@ class BatchDialog(QDialog):
         self._show_formats()
         self.folder = QLineEdit(str(folder))
         self.folder.setObjectName("batch_folder")
-        self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
+        self.tuned = QCheckBox(self.tr("With Tune settings"))
         self.tuned.setObjectName("batch_tuned")
         # As in Export: what is tuned is what is exported.
         self.tuned.setChecked(True)
@@ -344,7 +344,7 @@ class BatchDialog(QDialog):
         self.skip = self._small(self.tr("Cancel selected"), "batch_skip", self._on_skip)
         self.cancel = self._small(self.tr("Cancel all"), "batch_cancel", self.cancel_requested)
         self.show_folder = self._small(
-            self.tr("Show in folder"), "batch_show_folder", self.folder_requested
+            self.tr("Open folder"), "batch_show_folder", self.folder_requested
         )  # fmt: skip
         self.show_folder.hide()
         row = QHBoxLayout()

@@ -156,12 +156,12 @@ class ExportPresenter(QObject):
     def _may_replace(self, files: tuple[Path, ...]) -> bool:
         """Ask before files are written over, naming them: nothing else goes."""
         if len(files) == 1:
-            details = self.tr("Only this file is written over: {0}").format(files[0])
+            details = self.tr("This file will be replaced: {0}").format(files[0])
         else:
             names = "\n".join(str(file) for file in files)
-            details = self.tr("Only these files are written over:\n{0}").format(names)
+            details = self.tr("These files will be replaced:\n{0}").format(names)
         # With whole paths: a question that named a folder alone read as though the folder were lost.
-        question = self.tr("{0} is there already. Replace it?").format(files[0].name)
+        question = self.tr("{0} already exists. Replace it?").format(files[0].name)
         return messages.ask(self._panel, question, details, self.tr("Replace"))
 
     def _on_event(self, event: ChildEvent) -> None:
@@ -172,7 +172,7 @@ class ExportPresenter(QObject):
         self._files = [Path(file) for file in done.files]
         self._panel.show_busy(None)
         names = ", ".join(_distinct_names(self._files))
-        lines = [self.tr("Exported and read back: {0}.").format(names)] if names else []
+        lines = [self.tr("Exported and verified: {0}.").format(names)] if names else []
         lines += [f"{one.name}: {one.what} {one.remedy}" for one in done.failed]
         self._panel.show_result("\n".join(lines), not done.failed)
 

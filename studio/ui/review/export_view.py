@@ -70,7 +70,7 @@ class MoreFormats(QToolButton):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("more_formats")
-        self.setAccessibleName(self.tr("Further formats"))
+        self.setAccessibleName(self.tr("More formats"))
         self.setToolTip(self.tr("Export to several formats at once"))
         theme.set_icon(self, "mdi6.plus", "muted")
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -175,7 +175,7 @@ class OptionsForm(QWidget):
         """What is chosen is read on a closed fold, too."""
         text = [self.part.currentText().lower()] if self.part.currentIndex() else []
         text += [self.fps.currentText()] if self.fps.currentIndex() else []
-        text += [] if self.tuned.isChecked() else [self.tr("without Tune")]
+        text += [] if self.tuned.isChecked() else [self.tr("without Tune settings")]
         summary = self.tr("Options: {0}").format(", ".join(text)) if text else self.tr("Options")
         self.fold.head.setText(summary)
         self.fold.head.setToolTip(summary if text else "")
@@ -199,11 +199,11 @@ class OptionsForm(QWidget):
         self.picture = self._box("export_size", self.tr("Picture"))
         for wide, high in SIZES:
             self.picture.addItem(f"{wide} x {high}", (wide, high))
-        self.tuned = QCheckBox(self.tr("With the sliders of Tune"))
+        self.tuned = QCheckBox(self.tr("With Tune settings"))
         self.tuned.setObjectName("export_tuned")
         self.tuned.setChecked(True)
         self.tuned.toggled.connect(lambda _: self.changed.emit())
-        self.clear_room = QCheckBox(self.tr("Still without the room"))
+        self.clear_room = QCheckBox(self.tr("Still on a transparent background"))
         self.clear_room.setObjectName("export_clear")
 
     def _box(self, name: str, text: str) -> QComboBox:
@@ -341,8 +341,8 @@ class ExportPanel(QWidget):
 
     def show_what(self, predicted: bool) -> None:
         """Which motion is exported: the one a run predicted, or the captured one."""
-        text = self.tr("The predicted motion will be exported.")
-        self.what.setText(text if predicted else self.tr("The captured motion will be exported."))
+        text = self.tr("Exports the predicted motion.")
+        self.what.setText(text if predicted else self.tr("Exports the captured motion."))
         self.what.setVisible(self._ready)
 
     def show_busy(self, fraction: float | None) -> None:
@@ -485,7 +485,7 @@ class ExportPanel(QWidget):
         self.result = label("", "good", "export_result")
         self.result.setWordWrap(True)
         self.result.hide()
-        self.show_folder = QPushButton(self.tr("Show in folder"))
+        self.show_folder = QPushButton(self.tr("Open folder"))
         self.show_folder.setObjectName("show_export_folder")
         self.show_folder.clicked.connect(self.folder_requested)
         self.show_folder.hide()

@@ -78,7 +78,7 @@ class GenerateTask(QObject):
         # Bound now: another request may come before the pool gets to it.
         command = self._arguments
         self._child.prepare_and_start(lambda scratch: [*command, "--pieces", str(scratch)], "pieces")
-        self.progressed.emit(self.tr("{0} listens").format(run_title(run.id)), -1.0)
+        self.progressed.emit(self.tr("{0} is listening").format(run_title(run.id)), -1.0)
 
     def cancel(self) -> None:
         """Ask for nothing any more; a child process is ended."""

@@ -221,7 +221,7 @@ class RunBar(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.first = RunChooser(self.tr("Run"), "", self.tr("No run, captured only"))
+        self.first = RunChooser(self.tr("Run"), "", self.tr("Captured motion only"))
         self.second = RunChooser("B", "_b", self.tr("Choose a run"))
         self.first.chosen.connect(lambda selection: self.chosen.emit(0, selection))
         self.second.chosen.connect(lambda selection: self.chosen.emit(1, selection))
@@ -326,7 +326,7 @@ class RunBar(QWidget):
         self.two = QPushButton(self.tr("A/B"))
         self.two.setObjectName("review_two")
         self.two.setCheckable(True)
-        self.two.setToolTip(self.tr("Hold a second run or style beside this one, on the same sound"))
+        self.two.setToolTip(self.tr("Compare with a second run or style on the same sound"))
         theme.set_icon(self.two, "mdi6.compare-horizontal", "muted")
         theme.as_role(self.two, "quiet")
         self.two.toggled.connect(lambda _: self._arrange())
@@ -346,7 +346,7 @@ class RunBar(QWidget):
         self.ghost.setToolTip(tip_of("ghost"))
         theme.as_role(self.ghost, "quiet")
         self.ghost.toggled.connect(self.ghost_toggled)
-        self._hidden = label(self.tr("Two runs, in an order of chance"), "muted")
+        self._hidden = label(self.tr("Two runs in random order"), "muted")
         self._views = self._view_buttons()
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
@@ -363,7 +363,7 @@ class RunBar(QWidget):
         self._generating = WorkProgress(names, self.tr("Generating"))
         self._generating.cancelled.connect(self.cancelled)
         names = ("style_bar", "style_text", "cancel_style")
-        self.style_progress = WorkProgress(names, self.tr("Looking how this take moves"))
+        self.style_progress = WorkProgress(names, self.tr("Watching how this take moves"))
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
         for widget in (self.second, self.vote, self._generating, self.style_progress):

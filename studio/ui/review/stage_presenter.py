@@ -167,7 +167,7 @@ class StagePresenter(QObject):
     def _empty_text(self) -> str:
         """What stands where no motion is: it is on its way, or none was asked for."""
         if self._model.generating:
-            return self.tr("{0} is making the motion.").format(self._model.side.selection.title)
+            return self.tr("{0} is generating the motion.").format(self._model.side.selection.title)
         return self.tr("Choose a run to see what it makes of this sound.")
 
     def _why_no_prediction(self) -> str:

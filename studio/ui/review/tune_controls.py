@@ -260,7 +260,7 @@ class ShapesFold(Fold):
     def __init__(self) -> None:
         super().__init__("shapes", self.tr("Single shapes"), False)
         self._shapes: tuple[ShapeTuning, ...] = ()
-        self.top_vowels = QCheckBox(self.tr("No more than two vowels at a time"))
+        self.top_vowels = QCheckBox(self.tr("At most two vowels at a time"))
         self.top_vowels.setObjectName("tune_top_vowels")
         self.body.insertWidget(0, self.top_vowels)
         self.shape = NoWheelComboBox()
@@ -269,7 +269,7 @@ class ShapesFold(Fold):
         self.grid.addWidget(label(self.tr("Shape")), 0, 0)
         self.grid.addWidget(self.shape, 0, 1, 1, 2)
         gain = self.tr("Makes this blend shape stronger or weaker")
-        lift = self.tr("Adds to this blend shape all the time")
+        lift = self.tr("Adds a constant amount to this blend shape")
         self.gain = NumberRow(Number("gain", self.tr("Gain"), gain, GAIN_LIMITS, 0.05, 1.0), self.grid)
         self.lift = NumberRow(Number("lift", self.tr("Offset"), lift, LIFT_LIMITS, 0.05, 0.0), self.grid)
         self.list = label("", "caption", "tune_shapes_changed")
@@ -308,7 +308,7 @@ class ShapesFold(Fold):
         for row in (self.gain, self.lift):
             row.set_available(bool(names), none)
         self.top_vowels.setEnabled(vowels)
-        tip = self.tr("Weaker vowels fade: mixed mouths of many vowels look like mumbling.")
+        tip = self.tr("Fades weaker vowels, so the mouth does not look mumbly.")
         self.top_vowels.setToolTip(tip if vowels else self.tr("This motion has no vowels to choose among."))
         self._show_shape()
 
@@ -352,8 +352,8 @@ class MovesFold(Fold):
         self.rest = NoWheelComboBox()
         self.rest.setObjectName("tune_rest")
         self.rest.setAccessibleName(self.tr("The rest"))
-        self.rest.addItem(self.tr("is held still"), False)
-        self.rest.addItem(self.tr("is left to other programs"), True)
+        self.rest.addItem(self.tr("stays still"), False)
+        self.rest.addItem(self.tr("is not sent"), True)
         self.rest.setToolTip(
             self.tr(
                 "Held still: sent and exported at rest. Left to other programs: not sent at all, for "
@@ -431,9 +431,9 @@ class GroundFold(Fold):
     def __init__(self) -> None:
         super().__init__("ground", self.tr("Ground"), False)
         self.lock_root = QCheckBox(self.tr("Stay in place"))
-        self.lock_root.setToolTip(self.tr("The avatar no longer wanders over the floor."))
+        self.lock_root.setToolTip(self.tr("Stops the avatar from drifting across the floor."))
         self.plant_feet = QCheckBox(self.tr("Keep the feet on the floor"))
-        self.plant_feet.setToolTip(self.tr("The feet stay where they stand and the knees bend for it."))
+        self.plant_feet.setToolTip(self.tr("Feet stay planted; the knees bend to match."))
         for name, check in (("lock_root", self.lock_root), ("plant_feet", self.plant_feet)):
             check.setObjectName(f"tune_{name}")
             check.toggled.connect(lambda _, name=name: self.changed.emit(name))

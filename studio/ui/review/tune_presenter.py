@@ -183,8 +183,8 @@ class LastTuning(QObject):
             elif not self._touched:
                 # The file is left as it is.
                 self._panel.begin(Tuning())
-            what = self.tr("Where the sliders of Tune stood last could not be read.")
-            remedy = self.tr("They begin as if nothing was tuned; your presets are as they were.")
+            what = self.tr("The last Tune settings could not be read.")
+            remedy = self.tr("The sliders start at their defaults; your presets are unchanged.")
             messages.show_warning(self._panel, what, remedy)
 
         self._reading = tasks.run(lambda: _read(folder), show, failed, owner=self, pool=self._pool)
@@ -227,5 +227,5 @@ def _save(folder: Path, tuning: Tuning) -> None:
     try:
         presets.write(folder / FILE, "Last", tuning)
     except StudioError as error:
-        remedy = f"{error.remedy} Until then the sliders of Tune are forgotten when the studio closes."
+        remedy = f"{error.remedy} Until then, Tune settings are lost when the studio closes."
         raise StudioError(error.what, remedy, code=error.code) from error

@@ -164,8 +164,8 @@ class PresetBar(QWidget):
         save = QPushButton(self.tr("Save"))
         save.setObjectName("tune_preset_keep")
         cancel = QToolButton()
-        cancel.setAccessibleName(self.tr("Do not save"))
-        cancel.setToolTip(self.tr("Do not save"))
+        cancel.setAccessibleName(self.tr("Cancel"))
+        cancel.setToolTip(self.tr("Cancel"))
         theme.set_icon(cancel, "mdi6.close", "muted")
         theme.as_role(cancel, "quiet")
         row = QHBoxLayout(self.naming)
@@ -280,7 +280,7 @@ class TunePanel(QWidget):
         """Enable what the motion on the stage has channels for; anything else would do nothing."""
         regions = {shape_region(name) for name in shape_names} | {bone_region(name) for name in bone_names}
         bones = set(bone_names)
-        none = self.tr("This motion has nothing there that could move.")
+        none = self.tr("This motion has nothing that this slider could move.")
         there = dict.fromkeys(self.rows, bool(shape_names or bone_names))
         there |= {name: name in regions for name in self.rows if name in _REGION_ROWS}
         there["blinks"] = any(is_lid(name) for name in shape_names)
@@ -400,7 +400,7 @@ class TunePanel(QWidget):
         folds.setSpacing(2)
         for fold in (*(fold for fold, _ in self._number_folds), self.shapes, self.moves, self.ground):
             folds.addWidget(fold)
-        hint = label(self.tr("What you tune here is what is sent and exported."), "caption")
+        hint = label(self.tr("What you set here is also what is sent and exported."), "caption")
         hint.setWordWrap(True)
         folds.addWidget(hint)
         folds.addStretch(1)
@@ -452,7 +452,7 @@ class TunePanel(QWidget):
             Number("expressiveness", self.tr("Expression"), self.tr("One dial for face, head and body"),
                    LIMITS["expressiveness"], 0.05, 1.0),
             Number("smoothing", self.tr("Smoothing"),
-                   self.tr("Calms trembling, in seconds; lips still close and blinks stay sharp"),
+                   self.tr("Reduces jitter (seconds) while keeping lip closures and blinks sharp"),
                    LIMITS["smoothing"], 0.01, 0.0, 2, " s"),
             Number("offset_ms", self.tr("Offset"),
                    self.tr("Motion later (+) or earlier (-) than the sound, in milliseconds"),
@@ -485,7 +485,7 @@ class TunePanel(QWidget):
                    LIMITS["breath"], 0.05, 0.0),
             Number("sway", self.tr("Sway"), self.tr("The slow sway of a body at rest; 1 is life size"),
                    LIMITS["sway"], 0.05, 0.0),
-            Number("seed", self.tr("Variation"), self.tr("Another number, other blinks, darts and sway"),
+            Number("seed", self.tr("Variation"), self.tr("Change it for different blinks, glances and sway"),
                    LIMITS["seed"], 1.0, 0.0, 0),
         ]  # fmt: skip
 

@@ -69,11 +69,11 @@ class AvatarButton(QWidget):
         """
         self.menu.clear()
         group = QActionGroup(self.menu)
-        self._choice(group, self.tr("None: the plain figure"), None, chosen is None)
+        self._choice(group, self.tr("None (stick figure)"), None, chosen is None)
         for path in own:
             self._choice(group, path.stem, path, path == chosen)
         if recent:
-            self.menu.addSection(self.tr("Used lately"))
+            self.menu.addSection(self.tr("Recent"))
         for path in recent:
             action = self.menu.addAction(path.stem)
             action.setToolTip(str(path))

@@ -54,7 +54,7 @@ class LevelMeterBar(QWidget):
         self.setObjectName("level_meter")
         self.setAccessibleName(self.tr("Microphone level"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setToolTip(self.tr("Peaks belong in the yellow. Click the lamp to put it out."))
+        self.setToolTip(self.tr("Aim for peaks in the yellow. Click CLIP to reset."))
         self.values: tuple[float, float, float] | None = None
         self.clipped = False
 

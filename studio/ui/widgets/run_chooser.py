@@ -49,8 +49,8 @@ class RunChooser(QWidget):
             box.setMaximumWidth(240)
         self.another = QToolButton()
         self.another.setObjectName(f"review_another{name}")
-        self.another.setAccessibleName(self.tr("Another take"))
-        self.another.setToolTip(self.tr("Another take: this run moves a little differently each time"))
+        self.another.setAccessibleName(self.tr("Another variation"))
+        self.another.setToolTip(self.tr("Another variation: this run moves a little differently each time"))
         theme.set_icon(self.another, "mdi6.dice-multiple-outline", "muted")
         theme.as_role(self.another, "quiet")
         self.another.clicked.connect(self._on_another)
@@ -100,7 +100,7 @@ class RunChooser(QWidget):
             return ""
         chosen = (action.text() for action in self.liveliness.menu().actions() if action.isChecked())
         lively = next(chosen, f"{self._lively:g}").lower()
-        return self.tr("Liveliness: {0}. Take {1} of the dice.").format(lively, self._seed + 1)
+        return self.tr("Liveliness: {0}. Variation {1}.").format(lively, self._seed + 1)
 
     def show_runs(self, choices: Sequence[RunChoice], wanted: RunSelection) -> None:
         """Fill the boxes."""

@@ -279,7 +279,7 @@ class TargetRow(QFrame):
         theme.set_icon(self.send, "mdi6.broadcast", "muted", "accent")
         self.wave = QPushButton(self.tr("Test wave"))
         self.wave.setObjectName(f"test_wave_{number}" if number else "test_wave")
-        self.wave.setToolTip(self.tr("The avatar waves, opens its mouth and blinks: shows that it hears us"))
+        self.wave.setToolTip(self.tr("Makes the avatar wave, to check the connection"))
         theme.as_role(self.wave, "quiet")
         self.remove = QToolButton()
         self.remove.setObjectName(f"target_remove_{number}")
@@ -332,7 +332,7 @@ class TargetRow(QFrame):
         token, words = {
             TargetStatus.OFF: ("disabled", self.tr("off")),
             TargetStatus.SENDING: ("good", self.tr("sending {0} frames/s").format(f"{rate:.0f}")),
-            TargetStatus.REFUSED: ("warn", self.tr("nobody listens")),
+            TargetStatus.REFUSED: ("warn", self.tr("not receiving")),
             TargetStatus.ERROR: ("bad", self.tr("not sending")),
         }[state.status]
         problem = state.problem or self._warning

@@ -181,7 +181,7 @@ def test_a_computer_that_is_far_too_busy_passes_sound_over_and_does_not_fall_beh
     now.t += 1.9  # nobody came to look for the sound meanwhile
     go_on(made, now, 3.0)
     said = [one.what for one in made.notices()]
-    assert said == ["This computer is too busy: 1.7 s were passed over."]
+    assert said == ["This computer is too busy: 1.7 s were skipped."]
     assert made.facts.latency_ms < made.look_ahead.reach_ms + 200
 
 

@@ -196,7 +196,7 @@ def test_a_window_that_hears_everything_is_near_the_whole() -> None:
 def test_features_that_need_whole_sentences_are_declined() -> None:
     model = untrained("balanced")
     sound = replace(model.recipe.sound, kind="speech")
-    with pytest.raises(RequestError, match="hears whole sentences before it moves"):
+    with pytest.raises(RequestError, match="needs to hear whole sentences first"):
         look_ahead_of(replace(model, recipe=replace(model.recipe, sound=sound)))
 
 

@@ -268,7 +268,7 @@ def test_split_for_me_trains_validates_and_tests(room: Room) -> None:
     room.click("split_for_me_button")
     splits = sorted(room.saved(f"toy_00{i}").get("split", "train") for i in (1, 2, 3))
     assert splits == ["test", "train", "val"]
-    said = "1 take trains, 1 checks the training, 1 tests it."
+    said = "1 take for training, 1 for validation, 1 for testing."
     assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
 
 
@@ -282,7 +282,7 @@ def test_split_for_me_leaves_a_take_without_motion_unused_and_says_so(room: Room
     room.click("split_for_me_button")
     assert room.saved("Radio").get("split", "train") == ""
     said = (
-        "1 take trains, 1 checks the training, 1 tests it. "
+        "1 take for training, 1 for validation, 1 for testing. "
         "Radio is not used: training needs both sound and motion."
     )
     assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
@@ -723,7 +723,7 @@ def test_cleaned_sound_is_a_choice_heard_before_and_after_with_one_key(talk_room
     assert cleaned is not None
     assert cleaned.parent.name == ".cache"
     assert room.model.playing.position == pytest.approx(2.0)
-    assert room.view.bench.clean.text() == "Voice alone"
+    assert room.view.bench.clean.text() == "Voice only"
     assert room.view.bench.undo.text() == "Undo: Clean the sound of talk"
     room.qtbot.waitUntil(lambda: room.timeline.grab().toImage() != before, timeout=LONG)
     room.key(Qt.Key.Key_B)

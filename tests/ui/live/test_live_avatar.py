@@ -107,7 +107,7 @@ def test_drawing_too_slowly_is_said_and_the_stick_figure_goes_on(
     assert not figure.avatar.surfaces
     said = " ".join(toast.text.text() for toast in view.findChildren(Toast))
     assert said == (
-        "This computer draws the avatar too slowly. The stick figure with its proportions is shown instead."
+        "This computer is too slow to draw this avatar. A stick figure with its proportions is shown instead."
     )
     view.source.start.click()
     child.told.emit(ready(("A",), BONES))

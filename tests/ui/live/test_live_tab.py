@@ -71,12 +71,12 @@ def test_the_latency_is_said_in_words_and_as_what_to_type_into_obs(qtbot: QtBot)
     qtbot.addWidget(card)
     card.show_latency(141.2, "minded", 140)
     assert card.figure.text() == "141 ms"
-    assert card.words.text() == "Viewers mind lips this late, unless your voice is delayed to match."
+    assert card.words.text() == "Viewers will notice this delay. Delay your voice to match."
     assert card.advice.text() == "In OBS: Advanced Audio Properties, your microphone, Sync Offset 140 ms."
     card.copy.click()
     assert QGuiApplication.clipboard().text() == "140"
     card.show_latency(40.0, "unseen", 0)
-    assert card.words.text() == "The lips follow so soon that nobody notices."
+    assert card.words.text() == "The lips follow so quickly that nobody notices."
     assert not card.advice.isVisibleTo(card)
     assert not card.copy.isVisibleTo(card)
 
@@ -157,7 +157,7 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         view.source.start.click()
         qtbot.waitUntil(lambda: not presenter.model.task.running)
     assert view.source.start.text() == "Go live"
-    assert view.status.text() == "Not live: press Go live, and speak."
+    assert view.status.text() == "Not live. Press Go live and speak."
     assert facts[-1] == ("live", "", "")
 
 
@@ -293,7 +293,7 @@ def test_a_performance_that_says_nothing_is_told_of(performing: Room, child: Fak
     child.told.emit(state(speaking=True))
     presenter.model.task.silent.emit()
     assert view.status.text() == (
-        "The performance does not answer: this computer is very busy. Wait, or press Stop."
+        "Live is not responding because this computer is very busy. Wait, or press Stop."
     )
     child.told.emit(state(speaking=True))
     assert view.status.text() == "Live: Mic is heard."

@@ -60,7 +60,7 @@ def test_a_microphone_that_is_gone_stays_chosen_and_says_so(
     card, made, session = sounds(audio_device="Studio mic")
     assert card.source.currentText() == "Studio mic"  # nobody has looked yet
     made.show_devices(microphones("Webcam"))
-    assert words(card) == ["System's microphone", "Studio mic (not found)", "Webcam", "Perform a file…"]
+    assert words(card) == ["Default microphone", "Studio mic (not found)", "Webcam", "Perform a file…"]
     assert card.source.currentText() == "Studio mic (not found)"
     assert card.device == "Studio mic"
     assert args_of(card, session) == ["--device", "Studio mic"]
@@ -76,9 +76,9 @@ def test_the_systems_own_stays_chosen_where_it_was_chosen(
 ) -> None:
     card, made, session = sounds(audio_device="Studio mic")
     made.show_devices(microphones("Webcam", "Studio mic"))
-    choose(card, "System's microphone")
+    choose(card, "Default microphone")
     made.show_devices(microphones("Webcam", "Studio mic"))
-    assert card.source.currentText() == "System's microphone"
+    assert card.source.currentText() == "Default microphone"
     assert args_of(card, session) == []
     assert session.settings.live_device == ("",)
     again, _, _ = sounds(audio_device="Studio mic", live_device=("",))
@@ -89,7 +89,7 @@ def test_live_listens_to_the_systems_own_where_record_has_no_microphone(
     sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, _, _ = sounds(audio_device=NO_MICROPHONE)
-    assert card.source.currentText() == "System's microphone"
+    assert card.source.currentText() == "Default microphone"
     card, _, _ = sounds(audio_device=NO_MICROPHONE, live_device=("Studio mic",))
     assert card.device == "Studio mic"
 
@@ -150,7 +150,7 @@ def test_a_sound_file_is_performed_instead_of_a_microphone(live: Room, tmp_path:
     assert view.source.source.currentText() == "File: 声.wav"
     assert presenter.source.args[:2] == ["--file", str(file)]
     assert view.source.start.isEnabled()
-    choose(view.source, "System's microphone")
+    choose(view.source, "Default microphone")
     assert view.source.file is None
     assert presenter.source.args == []
 
@@ -175,13 +175,13 @@ def test_a_microphone_chosen_meanwhile_stays_chosen(live: Room, tmp_path: Path) 
     card = view.source
     presenter.microphones.offer(write(tmp_path / "a.wav"))
     assert not card.start.isEnabled()
-    choose(card, "System's microphone")
+    choose(card, "Default microphone")
     assert card.start.isEnabled()
     assert session.settings.live_device == ("",)
     tasks.wait()
     QCoreApplication.processEvents()  # only now the file turns out to be a sound
     assert card.file is None
-    assert card.source.currentText() == "System's microphone"
+    assert card.source.currentText() == "Default microphone"
 
 
 def test_dropped_sounds_are_performed_next(live: Room, tmp_path: Path, qtbot: QtBot) -> None:

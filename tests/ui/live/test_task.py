@@ -58,14 +58,14 @@ def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
     qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
     qtbot.waitUntil(lambda: bool(view.meters.shown_names))
     qtbot.waitUntil(lambda: presenter.model.state is not None)
-    known = "A file is known ahead: voice and lips come together."
+    known = "A file is read ahead, so voice and lips are in sync."
     qtbot.waitUntil(lambda: view.latency.words.text() == known)
     os.kill(presenter.model.task.pid, signal.SIGSTOP)
     view.source.start.click()
     presenter.model.task.force()
     qtbot.waitUntil(lambda: not presenter.model.task.running)
     said = [(toast.text.text(), toast.remedy.text()) for toast in view.findChildren(Toast)]
-    ended = "The performance did not end by itself, so it was ended for you."
+    ended = "Live stopped responding and was ended."
     assert (ended, "Nothing is lost: you can go live again.") in said
     assert view.source.start.text() == "Go live"
     assert view.source.start.isEnabled()

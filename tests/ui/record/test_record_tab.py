@@ -226,7 +226,7 @@ def test_nothing_to_record_is_said_in_words(room: Room, qtbot) -> None:
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: room.view.findChild(Toast) is not None, timeout=30_000)
     toast = room.view.findChild(Toast)
-    assert toast.text.text() == "There is nothing to record: neither motion nor a microphone is open."
+    assert toast.text.text() == "Nothing to record: there is no motion and no microphone."
     assert not room.session.rolling
     qtbot.waitUntil(lambda: room.view.slate_bar.record.isEnabled(), timeout=30_000)
 

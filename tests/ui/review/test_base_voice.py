@@ -43,7 +43,7 @@ def test_an_empty_review_asks_for_a_sound(opened: Tab) -> None:
 def test_a_sound_in_an_empty_project_moves_the_avatar(qtbot: QtBot, opened: Tab, tmp_path: Path) -> None:
     view, presenter = opened
     chooser = view.bar.first.run
-    assert [chooser.itemText(i) for i in range(chooser.count())] == ["No run, captured only", "Base voice"]
+    assert [chooser.itemText(i) for i in range(chooser.count())] == ["Captured motion only", "Base voice"]
     sound = tmp_path / "voice.wav"
     soundfile.write(sound, np.random.default_rng(1).normal(0, 0.1, 3 * 16_000).astype(np.float32), 16_000)
     presenter.sources.add([sound])

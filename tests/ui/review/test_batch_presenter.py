@@ -102,7 +102,7 @@ def test_what_is_missing_is_said(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None
     assert dialog.run.currentText() == "Base voice"
     dialog.run.setCurrentIndex(0)
     dialog.start.click()
-    assert dialog.message.text() == "Sounds need a run that makes motion of them."
+    assert dialog.message.text() == "Choose a run: sounds need one to become motion."
     assert not presenter.batch.busy
 
 
@@ -194,12 +194,12 @@ def test_a_batch_of_the_project_before_is_none_of_the_new_form(
         if folder == before:
             model.open()  # another project
     assert dialog is not None
-    assert dialog.message.text() == "The batch before is ending: press Start again in a moment."
+    assert dialog.message.text() == "The previous batch is still stopping. Try again in a moment."
     child.say(QueueEvent(("a.bvh",)))
     assert dialog.list.topLevelItemCount() == 0
     assert half_written.exists()
     child.end(None)
-    assert dialog.message.text() == "The batch before has ended."
+    assert dialog.message.text() == "The previous batch has stopped."
     assert not half_written.exists(), "its half-written files lie in its own folder"
     assert not batch.busy
     dialog.start.click()

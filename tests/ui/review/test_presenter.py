@@ -227,7 +227,7 @@ def test_a_take_without_sound_says_why_a_run_predicts_nothing(
     view.bar.chosen.emit(A, RunSelection("quick_001"))
     qtbot.waitUntil(lambda: not why.isHidden())
     assert why.text() == "This take has no sound, so nothing can be predicted from it."
-    assert _text(view, "export_what") == "The captured motion will be exported."
+    assert _text(view, "export_what") == "Exports the captured motion."
 
 
 def test_a_long_sentence_beside_the_transport_leaves_the_send_panel_whole(

@@ -109,7 +109,7 @@ def test_one_target_that_nobody_hears_leaves_the_other_alone(
     kept = (f"VNyan=127.0.0.1:{heard}", f"Warudo=127.0.0.1:{gone}")
     panel, sending, _ = _made(qtbot, Settings(send_targets=kept))
     panel.all.click()
-    said = f"Nobody listens on 127.0.0.1 port {gone}. Start the avatar program"
+    said = f"Nothing is receiving on 127.0.0.1 port {gone}. Start the avatar program"
     qtbot.waitUntil(lambda: _words(panel.rows[1]).startswith(said))
     qtbot.waitUntil(lambda: _words(panel.rows[0]).startswith("sending"))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as back:

@@ -100,7 +100,7 @@ def test_a_damaged_file_is_told_of_and_tunes_nothing(
     assert panel.tuning == Tuning()
     toast = panel.window().findChild(Toast)
     assert toast is not None
-    assert "Where the sliders of Tune stood last could not be read." in toast.text.text()
+    assert "The last Tune settings could not be read." in toast.text.text()
     panel.set_tuning(Tuning(head=0.4))
     last.close()
     assert _kept(folder) == Tuning(head=0.4)

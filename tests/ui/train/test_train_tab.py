@@ -243,5 +243,5 @@ def test_a_project_only_to_look_at_says_why_nothing_starts(qtbot: QtBot, toy_pro
     session.project = toy_project
     session.project_opened.emit()
     assert view.recipe.start.isEnabled()
-    assert view.recipe.start.toolTip() == "Learn from the training takes"
+    assert view.recipe.start.toolTip() == "Train a network on the takes marked train"
     assert view.runs.table.editTriggers() != view.runs.table.EditTrigger.NoEditTriggers

@@ -357,7 +357,7 @@ def paint_above(painter: QPainter, content: Content, lanes: tuple[Lane, ...], vi
     if content.handles:
         paint_outside(painter, whole, GUTTER, view, content.in_out)
     if content.unmade is not None:
-        paint_unmade(painter, whole, GUTTER, view, content.unmade, _tr("being made"))
+        paint_unmade(painter, whole, GUTTER, view, content.unmade, _tr("generating"))
     if content.span is not None:
         paint_span(painter, whole, GUTTER, view, content.span, 50)
     if content.loop is not None:
