@@ -275,7 +275,7 @@ def test_a_whole_take_is_verified_and_one_that_lost_something_is_not(tmp_path: P
     one = replace(take, info=replace(take.info, frames_lost=1))
     assert proof_of(one, check_take(one)).what == "Verified: 24.0 s, 60 fps, 1 frame lost."
     many = replace(take, info=replace(take.info, frames_lost=90))
-    assert proof_of(many, check_take(many)).what == "90 frames of motion were lost (5.9%)."
+    assert proof_of(many, check_take(many)).what == "Lost 90 frames of motion (5.9%)."
     silent = replace(take, info=replace(take.info, notes=("Sound was lost for 80 ms at 3.0 s.",)))
     assert not proof_of(silent, check_take(silent)).good
     shaky = replace(take, info=replace(take.info, drift_ppm=9000.0))
