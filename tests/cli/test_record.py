@@ -283,7 +283,7 @@ def test_a_folder_that_vanishes_in_mid_take_is_the_sentence(
     assert done["frames"]
     problems = told[-2]["problems"]
     assert isinstance(problems, list)
-    assert problems[0]["what"].startswith("The folder of V_001 was ")
+    assert problems[0]["what"].startswith(("The folder of V_001 was ", "The folder or disk of V_001 was "))
     assert shown.err == ""
     assert not folder.exists()
     if reason == "folder_moved":
