@@ -190,7 +190,7 @@ def apt_install(names: Sequence[str]) -> bool:
 
 
 def run(rest: Sequence[str]) -> int:
-    """Open the studio on a project (the sample one by default), or tour it where there is no screen.
+    """Open the studio, on a project where one is named, or tour it where there is no screen.
 
     Args:
         rest: a project, or any other words that `saia` takes; --out FOLDER is the tour's.
@@ -204,7 +204,11 @@ def run(rest: Sequence[str]) -> int:
         if code != 130 and make_sample() == 0:  # 130: the person wants to stop
             say(f"The sample project is in {SAMPLE}.")
         return code
-    return make_sample() or call("-m", "studio", str(SAMPLE))
+    if (code := make_sample()) != 0:
+        return code
+    # "Try the sample" on the welcome page then opens this one, instead of making another.
+    os.environ["SAIA_SAMPLE"] = str(SAMPLE)
+    return call("-m", "studio")
 
 
 def make_sample() -> int:

@@ -20,6 +20,7 @@ from studio.vmc.address import USUAL, Address
 FORMAT_VERSION = 1
 FILE = "settings.json"
 RECENT_KEPT = 10
+STEPS_KEPT = 60
 NO_MICROPHONE = "none"
 """The value of `audio_device` for recording motion alone; "" is the system's own device."""
 
@@ -110,6 +111,9 @@ class Settings:
         high=10_000,
         unit="GB",
     )
+    notify: bool = _setting(
+        True, "Notifications", "The desktop tells when a training ends while the window is not in front."
+    )
     recent_projects: tuple[str, ...] = _setting((), "", "Projects that were opened, the latest first.")
     recent_avatars: tuple[str, ...] = _setting((), "", "Avatars that were opened, the latest first.")
     phone: str = _setting("", "", "Address of the phone that is asked to send its face; empty for none.")
@@ -123,6 +127,10 @@ class Settings:
     prompt_pause: bool = _setting(False, "", "Whether a long pause brings the next prompt.")
     own_prompts: tuple[str, ...] = _setting((), "", "The person's own text for the teleprompter, by lines.")
     sound_picture: str = _setting("waveform", "", "How Curate draws sound, waveform or spectrogram.")
+    next_steps: bool = _setting(True, "Next steps", "The strip under the tabs that says what to do next.")
+    steps_done: tuple[str, ...] = _setting(
+        (), "", "Steps that no file tells of, as step=folder of the project, the latest first."
+    )
     label_words: tuple[str, ...] = _setting((), "", "The person's own words to label with, as tier=word.")
 
     @property
@@ -158,6 +166,15 @@ class Settings:
         # A dict keeps the first of equals in its place: the one opened again comes to the head.
         names = dict.fromkeys((str(Path(project).absolute()), *self.recent_projects))
         return replace(self, recent_projects=tuple(names)[:RECENT_KEPT])
+
+    def with_step(self, step: str, project: Path) -> Settings:
+        """With a step of the way done in a project, such as "live"."""
+        names = dict.fromkeys((f"{step}={Path(project).absolute()}", *self.steps_done))
+        return replace(self, steps_done=tuple(names)[:STEPS_KEPT])
+
+    def has_step(self, step: str, project: Path) -> bool:
+        """Whether a step was done in a project."""
+        return f"{step}={Path(project).absolute()}" in self.steps_done
 
     def with_recent_avatar(self, avatar: Path) -> Settings:
         """With an avatar at the head of the recent ones."""

@@ -272,7 +272,7 @@ def test_no_module_needs_itself_to_be_imported() -> None:
 
 RAW_MOTION = {
     "take.motion_file", "take.check", "take.folder", "dataset.relink", "capture.recovery", "formats.arrow",
-    "training.preview", "ui.review.generate_task",
+    "training.preview", "ui.generate_task",
 }  # fmt: skip
 """Who may see a motion file as it was written: those who look for damage, and readers of files of no take."""
 

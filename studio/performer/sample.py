@@ -1,4 +1,4 @@
-"""The sample project: a few minutes of the practice performer, made on the spot."""
+"""The sample project: a few minutes of the practice performer, made on the spot, and a run for them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 
 from studio.dataset.dataset import Label, Selection
 from studio.errors import StudioError
-from studio.files import leftovers
+from studio.files import atomic, leftovers
+from studio.paths import resource
 from studio.performer.performance import ScriptedPerformance, perform_script
 from studio.performer.script import Script
 from studio.project import Project
@@ -29,14 +30,20 @@ TAKES: tuple[tuple[str, int, str], ...] = (
 """Slate, number and split of each take."""
 LINES_PER_TAKE = 6
 FPS = 60.0
+RUN = "sample_001"
+"""Id of the run that comes with it; `packaging/sample_run.py` trains it, on these very takes."""
+RUN_FOLDER = resource("performer", "run")
 
 
-def make_sample(folder: Path, on_take: Callable[[str, int, int], None] | None = None) -> None:
-    """Make the sample project: about three minutes in seven takes, divided and labelled.
+def make_sample(
+    folder: Path, on_take: Callable[[str, int, int], None] | None = None, with_run: bool = True
+) -> None:
+    """Make the sample project: about three minutes in seven takes, divided and labelled, and a trained run.
 
     Args:
         folder: a new or empty folder.
         on_take: called with a take's id, how many are done, and of how many.
+        with_run: whether the run that was trained on its training takes is put in.
 
     Raises:
         StudioError: the folder is not empty or cannot be written.
@@ -45,9 +52,10 @@ def make_sample(folder: Path, on_take: Callable[[str, int, int], None] | None = 
     try:
         chosen = {}
         for number, (slate, count, split) in enumerate(TAKES):
-            script = Script(PERFORMER, number)
+            # Never espeak-ng: the run was trained on these clips, and must know the takes on every computer.
+            script = Script(PERFORMER, number, voice_source="bundled")
             performance = perform_script(script, None, FPS, LINES_PER_TAKE)
-            info = _info(slate, count, performance, script.bundled)
+            info = _info(slate, count, performance)
             take_id = _save(project, info, performance)
             chosen[take_id] = (split, sentence_labels(performance))
             if on_take is not None:
@@ -55,6 +63,8 @@ def make_sample(folder: Path, on_take: Callable[[str, int, int], None] | None = 
         dataset = project.dataset
         selections = tuple(_chosen(selection, chosen) for selection in dataset.selections)
         project.begin_with(replace(dataset, selections=selections))
+        if with_run:
+            _install_run(project)
     finally:
         project.close()
 
@@ -76,7 +86,17 @@ def _chosen(selection: Selection, chosen: dict[str, tuple[str, tuple[Label, ...]
     return replace(selection, split=split, labels=labels, performer=PERFORMER_NAME, locked=split == "test")
 
 
-def _info(slate: str, number: int, performance: ScriptedPerformance, bundled: bool) -> TakeInfo:
+def _install_run(project: Project) -> None:
+    target = project.runs_folder / RUN
+    try:
+        target.mkdir(parents=True)
+        for file in sorted(RUN_FOLDER.iterdir()):
+            atomic.copied(file, target / file.name)
+    except OSError as error:
+        raise atomic.cannot_write(target, error) from error
+
+
+def _info(slate: str, number: int, performance: ScriptedPerformance) -> TakeInfo:
     return TakeInfo(
         slate=slate,
         number=number,
@@ -85,7 +105,7 @@ def _info(slate: str, number: int, performance: ScriptedPerformance, bundled: bo
         fps=FPS,
         source="performer",
         device="practice performer",
-        extra={"voice": "bundled clips" if bundled else "espeak-ng"},
+        extra={"voice": "bundled clips"},
     )
 
 

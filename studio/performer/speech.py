@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from studio.errors import StudioError
 from studio.performer import espeak, sentences
 from studio.performer.sentences import Sentence
+from studio.sound.sound_file import Sound
 
 MOUTH = ("A", "I", "U", "E", "O")
 VOWELS = frozenset("aɑæäɐʌəɚɝɜeɛiɪɨyoɔɒuʊɯø")
@@ -194,6 +195,27 @@ def from_text(sentence: Sentence, voice: SpeakerVoice, take: tuple[int, ...] = (
     samples = np.frombuffer(reply.pcm, dtype="<i2").astype(np.float32) / 32768.0
     starts = [(sample / reply.sample_rate, name) for sample, name in reply.phones]
     return finished(sentence, samples, reply.sample_rate, _joined(starts, len(samples) / reply.sample_rate))
+
+
+_SCRIPTS = (("ja", "\u3040", "\u30ff"), ("ko", "\uac00", "\ud7a3"), ("cmn", "\u4e00", "\u9fff"))
+"""Letters that only one language has; kana first, since Japanese uses the Chinese characters too."""
+
+
+def read_aloud(text: str) -> Sound:
+    """Any text, spoken by espeak-ng in the language of its letters.
+
+    Raises:
+        StudioError: espeak-ng is not installed, or there is nothing in the text to say.
+    """
+    if not espeak.available():
+        what = "Typed sentences need espeak-ng, which is not installed."
+        raise StudioError(what, "Use the microphone or a sound file, or install espeak-ng.")
+    language = next((name for name, a, z in _SCRIPTS if any(a <= c <= z for c in text)), "en-us")
+    reply = espeak.speak(espeak.Request(text, f"{language}+f2"))
+    if reply is None:
+        raise StudioError("This sentence could not be spoken.", "Try other words, or use the microphone.")
+    samples = np.frombuffer(reply.pcm, dtype="<i2").astype(np.float32) / 32768.0
+    return Sound(samples[:, None], reply.sample_rate)
 
 
 def from_bundle(index: int, voice: SpeakerVoice, order_seed: int = 0) -> Speech:

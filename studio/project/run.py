@@ -57,6 +57,7 @@ class RunReport:
         train, val: ids of the selections learnt from and validated on.
         frames, minutes, fps: of what was learnt from.
         performers, styles, style: whose and which it tells apart, and the style used unless asked otherwise.
+        moods: labels it was taught.
         channels, parameters, device: of its network.
         notes: sentences worth knowing.
         look_aheads, look_aheads_on: figures at each look-ahead of Live, and the takes measured on.
@@ -88,6 +89,7 @@ class RunReport:
     performers: tuple[str, ...] = ()
     styles: tuple[str, ...] = ()
     style: str = ""
+    moods: tuple[str, ...] = ()
     channels: int | None = None
     parameters: int | None = None
     device: str = ""

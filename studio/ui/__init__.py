@@ -7,6 +7,13 @@ bone_table         Which joint of an imported skeleton is which bone: what was g
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
 child_process      One child process of the window: what it says and is told, and how it ends
 command_palette    Every action, setting, take and run, found by typing: Ctrl+K
+desktop            Word from the desktop while the window is not in front: a notification of what ended
+                   meanwhile
+generate_task      The motion a run makes of a sound: from the cache, else from a child process, piece by
+                   piece
+hello_presenter    What "Say something" does: a phrase, a sound file or a sentence moves the figure, by the
+                   base voice and without a project
+hello_view         "Say something" on the welcome page: three ways to speak, and the figure that speaks
 imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
                    unpacked; by child processes
 live/              The Live tab: the microphone or a file moves the avatar, now
@@ -14,6 +21,8 @@ main_window        The frame around the five tabs: tabs, status, menus, keys, dr
 menus              The menus and their keys
 messages           The only place that shows an error: a sentence and what to do, over the strip beside the
                    tabs
+next_steps_presenter  What is done of the way from the first take to going live, read from the project
+next_steps_view    The strip under the tabs: the five steps, each with its one button
 record/            The Record tab: capture, meters, health, takes of today
 review/            The Review tab: predicted and captured motion in time with sound, sending, exporting
 session            What the whole window shares: the open project, the settings, and word of what changed

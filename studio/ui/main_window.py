@@ -34,6 +34,8 @@ from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
 from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
+from studio.ui.next_steps_presenter import StepsPresenter
+from studio.ui.next_steps_view import StepStrip
 from studio.ui.session import Session
 from studio.ui.shortcuts import ShortcutsDialog, name_of, sequence, tip_of
 from studio.ui.status_strip import StatusStrip
@@ -68,6 +70,7 @@ class MainWindow(QMainWindow):
         self.importer = Importer(session, self)
         self.packing = PackTask(session, self, self.start.open_project)
         self.menus = Menus(self, self)
+        self.steps = StepsPresenter(StepStrip(), session, self._on_step)
         self._build_frame()
         self._connect()
         self._build_ahead = QTimer(self)
@@ -103,6 +106,7 @@ class MainWindow(QMainWindow):
         self.stack.setCurrentWidget(view)
         presenter.activate()
         self.menus.show_undo()
+        self.steps.show_tab(name)
 
     @property
     def shown_room(self) -> str:
@@ -183,6 +187,7 @@ class MainWindow(QMainWindow):
         save_window(self)
         for _, presenter in self.rooms.values():
             presenter.close()
+        self.steps.close()
         self.start.close()
         self.importer.close()
         self.packing.close()
@@ -202,7 +207,8 @@ class MainWindow(QMainWindow):
 
     def take_paths(self, paths: tuple[Path, ...]) -> None:
         """Do what dropping these paths means here."""
-        drop = sort_drop(paths, self._active)
+        # Before there is a project a sound is something to say.
+        drop = sort_drop(paths, self._active or "review")
         if drop.project is not None:
             if self.session.rolling:
                 messages.show_note(self, self.tr("Stop the recording before opening another project."))
@@ -212,9 +218,11 @@ class MainWindow(QMainWindow):
             self.packing.ask_place(drop.packed)
         elif drop.run is not None:
             self._take_run(drop.run)
+        elif drop.sounds and self.session.project is None:
+            self.start.hello.say_file(drop.sounds[0])
         elif drop.sounds:
             self.session.sounds_dropped.emit(drop.sounds)
-        elif drop.batch is not None:
+        elif drop.batch is not None and self.session.project is not None:
             self.session.batch_dropped.emit(drop.batch)
         elif drop.performed:
             self.session.performance_dropped.emit(drop.performed)
@@ -265,6 +273,9 @@ class MainWindow(QMainWindow):
         self.project_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.project_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.project_button.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
+        # The arrow stands behind the name by that; the menu would inherit it and be mirrored.
+        self.menus.file.setLayoutDirection(Qt.LayoutDirection.LeftToRight)
+        self.menus.recent.setLayoutDirection(Qt.LayoutDirection.LeftToRight)
         self.project_button.setMenu(self.menus.file)
         self.project_button.setMaximumWidth(260)
         theme.as_role(self.project_button, "quiet")
@@ -290,6 +301,7 @@ class MainWindow(QMainWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(bar)
+        column.addWidget(self.steps.strip)
         column.addWidget(self.stack, 1)
         page = QWidget()
         page.setObjectName("page")
@@ -330,6 +342,8 @@ class MainWindow(QMainWindow):
         session.status_changed.connect(self.status.show_fact)
         session.tab_requested.connect(self.show_room)
         session.review_requested.connect(self._on_review_requested)
+        session.watch_requested.connect(self._on_watch_requested)
+        self._news = tabs.NewsDots(self.tabs, session)
         session.take_requested.connect(self._on_take_requested)
         session.import_requested.connect(self._on_import_requested)
         session.rolling_changed.connect(self._on_rolling_changed)
@@ -351,6 +365,7 @@ class MainWindow(QMainWindow):
             if self._active:
                 self.rooms[self._active][1].deactivate()
                 self._active = ""
+                self.steps.show_tab("")
             self.stack.setCurrentWidget(self.welcome)
             self.menus.show_undo()
             self.setWindowTitle("Saia Studio")
@@ -410,6 +425,21 @@ class MainWindow(QMainWindow):
         # Review may not have been built yet, and would not hear the signal itself.
         self.room("review")[1].show_run(run)  # type: ignore[attr-defined]
         self.show_room("review")
+
+    def _on_watch_requested(self, run: str) -> None:
+        self.room("review")[1].watch(run)  # type: ignore[attr-defined]
+        self.show_room("review")
+
+    def _on_step(self, tab: str, button: str) -> None:
+        """Show where a step is done, with the focus on its button; Watch chooses the newest trained run."""
+        project = self.session.project
+        runs = [run for run in project.runs if run.has_weights] if project is not None else []
+        if tab == "review" and runs:
+            self._on_review_requested(max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id)).id)
+        self.show_room(tab)
+        found = self.room(tab)[0].findChild(QWidget, button)
+        if found is not None:
+            found.setFocus(Qt.FocusReason.TabFocusReason)
 
     def _on_take_requested(self, take: str) -> None:
         # As above.

@@ -115,6 +115,9 @@ class Menus(QObject):
         for tab in tabs.NAMES:
             self._add(menu, f"show_{tab}", partial(self._commands.show_room, tab), tabs.ICONS[tab])
         menu.addSeparator()
+        self.next_steps = self._add(menu, "next_steps", self._on_next_steps)
+        self.next_steps.setCheckable(True)
+        self.next_steps.setChecked(self._commands.session.settings.next_steps)
         self.light = self._add(menu, "light_colours", self._on_light)
         self.light.setCheckable(True)
         self.light.setChecked(theme.colours().name == "light")
@@ -177,7 +180,11 @@ class Menus(QObject):
             return
         self._commands.session.change_settings(theme="light" if self.light.isChecked() else "dark")
 
+    def _on_next_steps(self) -> None:
+        self._commands.session.change_settings(next_steps=self.next_steps.isChecked())
+
     def _on_settings(self, changed: frozenset[str]) -> None:
+        self.next_steps.setChecked(self._commands.session.settings.next_steps)
         if "theme" in changed:
             name = self._commands.session.settings.theme
             app = QApplication.instance()

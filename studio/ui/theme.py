@@ -152,7 +152,7 @@ def as_role(widget: QWidget, role: str) -> None:
     """Give a widget one of the style sheet's roles.
 
     Labels: title, heading, muted, caption, good, warn, bad. Frames: card, bar. Buttons: primary,
-    record, quiet, danger, chip. Changing the role later restyles the widget.
+    record, quiet, step, danger, chip. Changing the role later restyles the widget.
     """
     if widget.property("role") == role:
         return
@@ -265,6 +265,10 @@ QPushButton[role="quiet"]:hover, QToolButton[role="quiet"]:hover { background: @
 QPushButton[role="quiet"]:focus, QToolButton[role="quiet"]:focus { border-color: @accent; }
 QPushButton[role="quiet"]:checked, QToolButton[role="quiet"]:checked { background: @accent_soft; color: @text; }
 QPushButton[role="quiet"]:disabled, QToolButton[role="quiet"]:disabled { color: @disabled; }
+QPushButton[role="step"] {
+    background: @accent_soft; border-color: @accent_soft; color: @text; padding: 4px 10px;
+}
+QPushButton[role="step"]:hover, QPushButton[role="step"]:focus { border-color: @accent; }
 QPushButton[role="fold"] {
     background: transparent; border-color: transparent; padding: 5px 2px; text-align: left;
 }

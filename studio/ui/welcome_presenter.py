@@ -1,12 +1,13 @@
-"""What the welcome page does: projects opened and made, the sample built, the machine checked."""
+"""What the welcome page does: projects opened and made, the sample built, the computer checked."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from platformdirs import user_data_path
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from studio.errors import StudioError
@@ -18,6 +19,12 @@ from studio.ui.welcome_view import WelcomePage
 
 if TYPE_CHECKING:
     from studio.project import Project
+    from studio.ui.hello_presenter import HelloPresenter
+
+HELLO_MS = 120
+"""After the first paint: the figure and all it needs must not keep the window from coming up."""
+SAMPLE = "SAIA_SAMPLE"
+"""Environment variable: where the sample project lies or is to be made, in place of the user's own folder."""
 
 
 class StartPresenter(QObject):
@@ -31,6 +38,7 @@ class StartPresenter(QObject):
         self.checks: tuple[SystemCheckEvent, ...] = ()
         """What was found out about this machine."""
         self._checked = False
+        self._hello: HelloPresenter | None = None
         self._sample = ChildTask(self)
         self._sample_folder = Path()
         self._doctor = ChildTask(self)
@@ -84,21 +92,33 @@ class StartPresenter(QObject):
 
     def open_sample(self) -> None:
         """Open the sample project; it is made first where it is not there yet."""
-        folder = user_data_path("saia-studio", appauthor=False) / self.tr("Sample project")
+        folder = self._sample_place()
         if (folder / "project.json").is_file():
-            self.open_project(folder)
+            self._show_sample(folder)
         elif not self._sample.running:
             self._sample_folder = folder
             self._page.show_progress(self.tr("Making the sample project…"), None)
             self._sample.start(["performer", "--sample", str(folder)])
 
+    @property
+    def hello(self) -> HelloPresenter:
+        """What "Say something" does; made when first asked for."""
+        if self._hello is None:
+            from studio.ui.hello_presenter import HelloPresenter
+
+            self._hello = HelloPresenter(self._page.hello, self._session, self._window)
+        return self._hello
+
     def close(self) -> None:
         """End the children."""
+        if self._hello is not None:
+            self._hello.close()
         self._sample.close()
         self._doctor.close()
 
     def _connect(self) -> None:
         page = self._page
+        page.hello.first_shown.connect(lambda: QTimer.singleShot(HELLO_MS, self, self._make_hello))
         page.new_requested.connect(self.choose_new)
         page.open_requested.connect(self.choose_project)
         page.sample_requested.connect(self.open_sample)
@@ -144,7 +164,26 @@ class StartPresenter(QObject):
             self._page.show_progress(f"{text} {event.take}", event.fraction)
 
     def _on_sample_done(self, _done: DoneEvent) -> None:
-        self.open_project(self._sample_folder)
+        self._show_sample(self._sample_folder)
+
+    def _make_hello(self) -> None:
+        # The window may be gone again.
+        if self._page.isVisible():
+            _ = self.hello
+
+    def _sample_place(self) -> Path:
+        if chosen := os.environ.get(SAMPLE):
+            return Path(chosen)
+        return user_data_path("saia-studio", appauthor=False) / self.tr("Sample project")
+
+    def _show_sample(self, folder: Path) -> None:
+        """Open the sample where there is something to see at once: in Review, with its trained run."""
+        from studio.performer.sample import RUN
+
+        self.open_project(folder)
+        project = self._session.project
+        if project is not None and any(run.id == RUN and run.has_weights for run in project.runs):
+            self._session.review_requested.emit(RUN)
 
     def _on_checked(self, done: DoctorDone) -> None:
         self.checks = done.checks

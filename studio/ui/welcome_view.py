@@ -1,4 +1,4 @@
-"""The welcome page: a new project, one from before, the sample; and whether this machine is ready."""
+"""The welcome page: say something, a new project, one from before, the sample; is this computer ready?"""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QLayout,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -24,10 +25,10 @@ from PySide6.QtWidgets import (
 from studio.ipc.events import SystemCheckEvent
 from studio.paths import resource
 from studio.ui import theme
-from studio.ui.shortcuts import name_of
+from studio.ui.hello_view import HelloView
 from studio.ui.widgets.card import Card, Picture, label
 
-SHOWN_RECENT = 6
+SHOWN_RECENT = 4
 
 
 class RecentRow(QFrame):
@@ -93,23 +94,23 @@ class WelcomePage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("welcome_page")
+        self._found: tuple[SystemCheckEvent, ...] = ()
         middle = QWidget()
         middle.setObjectName("scrolled")
         middle.setMaximumWidth(1040)
         column = QVBoxLayout(middle)
-        column.setContentsMargins(theme.EDGE, theme.EDGE, theme.EDGE, theme.EDGE)
-        column.setSpacing(theme.EDGE)
+        column.setContentsMargins(theme.EDGE, theme.BETWEEN, theme.EDGE, theme.BETWEEN)
+        column.setSpacing(theme.BETWEEN)
         column.addStretch(2)
         column.addLayout(self._build_head())
-        cards = QHBoxLayout()
-        cards.setSpacing(theme.BETWEEN)
-        cards.addLayout(self._build_start(), 5)
-        right = QVBoxLayout()
-        right.setSpacing(theme.BETWEEN)
-        right.addWidget(self._build_recent(), 1)
-        right.addWidget(self._build_check())
-        cards.addLayout(right, 6)
-        column.addLayout(cards)
+        self.hello = HelloView()
+        self.hello.record_requested.connect(self.new_requested)
+        self.hello.sample_requested.connect(self.sample_requested)
+        column.addWidget(self.hello)
+        column.addLayout(self._build_start())
+        column.addWidget(self._build_progress())
+        column.addWidget(self._build_recent())
+        column.addWidget(self._build_check())
         column.addStretch(3)
         holder = QWidget()
         holder.setObjectName("scrolled")
@@ -126,34 +127,33 @@ class WelcomePage(QWidget):
         outer.addWidget(scroll)
 
     def show_recent(self, folders: tuple[Path, ...]) -> None:
-        """List projects from before, the latest first."""
-        while self._recent.count():
-            item = self._recent.takeAt(0)
-            if item is not None and (widget := item.widget()) is not None:
-                widget.hide()
-                widget.deleteLater()
+        """List projects from before, the latest first; without any the list is not there."""
+        _clear(self._recent)
         for folder in folders[:SHOWN_RECENT]:
             row = RecentRow(folder)
             row.open_requested.connect(self.recent_requested)
             row.forget_requested.connect(self.forget_requested)
             self._recent.addWidget(row)
-        if not folders:
-            self._recent.addWidget(label(self.tr("Projects you open will be listed here."), "muted"))
-        self._recent.addStretch(1)
+        self._recent_card.setVisible(bool(folders))
 
     def show_checking(self) -> None:
-        """Say that the machine is being looked at."""
+        """Say that the computer is being looked at."""
         self._check_again.setEnabled(False)
-        self._show_rows([("mdi6.progress-clock", "muted", self.tr("Looking at this machine…"), "")])
+        self._show_check("mdi6.progress-clock", "muted", self.tr("Checking this computer…"))
+        self.details.setEnabled(False)
 
     def show_checks(self, checks: Sequence[SystemCheckEvent]) -> None:
-        """List what was found: findings of `saia doctor`."""
+        """Say what `saia doctor` found: one line, and what is wrong below it; the rest are details."""
         self._check_again.setEnabled(True)
-        rows = []
-        for check in checks:
-            symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
-            rows.append((symbol, token, check.what, check.remedy))
-        self._show_rows(rows)
+        self.details.setEnabled(True)
+        wrong = [check for check in checks if not check.ok]
+        if wrong:
+            self._show_check("mdi6.alert", "warn", self.tr("Not everything is ready on this computer."))
+        else:
+            self._show_check("mdi6.check-circle", "good", self.tr("This computer is ready."))
+        # What is wrong comes first: it is all that most people read.
+        self._found = (*wrong, *(check for check in checks if check.ok))
+        self._show_found()
 
     def show_progress(self, text: str, fraction: float | None) -> None:
         """Show how far making the sample project is; None for not known, "" to take it away."""
@@ -166,12 +166,12 @@ class WelcomePage(QWidget):
 
     def _build_head(self) -> QHBoxLayout:
         picture = QLabel()
-        picture.setPixmap(QIcon(str(resource("icons", "saia.svg"))).pixmap(QSize(72, 72)))
+        picture.setPixmap(QIcon(str(resource("icons", "saia.svg"))).pixmap(QSize(44, 44)))
         words = QVBoxLayout()
-        words.setSpacing(2)
+        words.setSpacing(0)
         words.addWidget(label("Saia Studio", "display"))
         words.addWidget(
-            label(self.tr("Record your voice and motion once. From then on, your voice moves you."), "muted")
+            label(self.tr("Record yourself once. After that, your voice alone moves your avatar."), "muted")
         )
         row = QHBoxLayout()
         row.setSpacing(theme.BETWEEN)
@@ -179,35 +179,33 @@ class WelcomePage(QWidget):
         row.addLayout(words, 1)
         return row
 
-    def _build_start(self) -> QVBoxLayout:
-        column = QVBoxLayout()
-        column.setSpacing(theme.INSIDE)
+    def _build_start(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        row.setSpacing(theme.BETWEEN)
         self.sample_button = _big_button(
             "mdi6.human-greeting",
-            name_of("open_sample"),
-            self.tr("A practice performer, ready to train. No hardware needed."),
+            self.tr("Try the sample"),
+            self.tr("Try everything now, no camera or microphone needed."),
             "open_sample",
         )
         self.new_button = _big_button(
             "mdi6.plus",
             self.tr("New project"),
-            self.tr("An empty folder for your own takes."),
+            self.tr("Record your own voice and motion."),
             "new_project",
         )
         self.open_button = _big_button(
             "mdi6.folder-open-outline",
             self.tr("Open a project"),
-            self.tr("Or drop its folder anywhere on this window."),
+            self.tr("Or drop its folder on this window."),
             "open_project",
         )
         self.new_button.clicked.connect(self.new_requested)
         self.open_button.clicked.connect(self.open_requested)
         self.sample_button.clicked.connect(self.sample_requested)
         for button in (self.sample_button, self.new_button, self.open_button):
-            column.addWidget(button)
-        column.addWidget(self._build_progress())
-        column.addStretch(1)
-        return column
+            row.addWidget(button, 1)
+        return row
 
     def _build_progress(self) -> QWidget:
         self._progress_box = Card()
@@ -226,45 +224,64 @@ class WelcomePage(QWidget):
         return self._progress_box
 
     def _build_recent(self) -> QWidget:
-        card = Card(self.tr("Recent projects"))
+        self._recent_card = Card(self.tr("Recent projects"))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
-        card.body.addLayout(self._recent)
-        card.setMinimumHeight(150)
-        return card
+        self._recent_card.body.addLayout(self._recent)
+        return self._recent_card
 
     def _build_check(self) -> QWidget:
-        card = Card(self.tr("This machine"))
-        copy = QToolButton()
-        copy.setText(self.tr("Copy report"))
-        copy.setObjectName("copy_diagnostics")
-        theme.as_role(copy, "quiet")
-        copy.clicked.connect(self.report_requested)
-        self._check_again = QToolButton()
-        self._check_again.setText(self.tr("Check again"))
-        self._check_again.setObjectName("check_again")
-        theme.as_role(self._check_again, "quiet")
+        self._check_symbol = Picture("mdi6.progress-clock", 16, "muted")
+        self._check_words = label("", "muted", "check_line")
+        self.details = _quiet_button(self.tr("Details"), "check_details")
+        self.details.setToolTip(self.tr("System check"))
+        self.details.setCheckable(True)
+        self.details.setEnabled(False)
+        self.details.toggled.connect(self._show_found)
+        self._check_again = _quiet_button(self.tr("Check again"), "check_again")
         self._check_again.clicked.connect(self.check_requested)
-        card.head.addWidget(copy)
-        card.head.addWidget(self._check_again)
+        copy = _quiet_button(self.tr("Copy report"), "copy_diagnostics")
+        copy.clicked.connect(self.report_requested)
+        line = QHBoxLayout()
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(theme.INSIDE)
+        line.addWidget(self._check_symbol)
+        line.addWidget(self._check_words)
+        line.addSpacing(theme.INSIDE)
+        for button in (self.details, self._check_again, copy):
+            line.addWidget(button)
+        line.addStretch(1)
+        self._check_card = Card(self.tr("System check"))
         self._checks = QGridLayout()
         self._checks.setHorizontalSpacing(10)
         self._checks.setVerticalSpacing(6)
         self._checks.setColumnStretch(1, 1)
-        card.body.addLayout(self._checks)
-        return card
+        self._check_card.body.addLayout(self._checks)
+        self._check_card.hide()
+        whole = QWidget()
+        column = QVBoxLayout(whole)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.INSIDE)
+        column.addLayout(line)
+        column.addWidget(self._check_card)
+        return whole
 
-    def _show_rows(self, rows: list[tuple[str, str, str, str]]) -> None:
-        while self._checks.count():
-            item = self._checks.takeAt(0)
-            if item is not None and (widget := item.widget()) is not None:
-                widget.hide()
-                widget.deleteLater()
-        for index, (symbol, token, what, remedy) in enumerate(rows):
-            words = label(f"{what}\n{remedy}" if remedy else what, "" if token == "warn" else "muted")
+    def _show_check(self, symbol: str, token: str, text: str) -> None:
+        self._check_symbol.set_icon(symbol, token)
+        self._check_words.setText(text)
+
+    def _show_found(self) -> None:
+        """What is wrong, and with the details the rest too."""
+        _clear(self._checks)
+        shown = [check for check in self._found if self.details.isChecked() or not check.ok]
+        for index, check in enumerate(shown):
+            symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
+            words = label(f"{check.what}\n{check.remedy}" if check.remedy else check.what)
+            theme.as_role(words, "muted" if check.ok else "")
             words.setWordWrap(True)
             self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)
             self._checks.addWidget(words, index, 1)
+        self._check_card.setVisible(bool(shown))
 
 
 class BigButton(QPushButton):
@@ -292,13 +309,30 @@ class BigButton(QPushButton):
             child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def sizeHint(self) -> QSize:
-        return QSize(320, 84)
+        return QSize(300, 88)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(260, 84)
+        return QSize(220, 88)
 
 
 def _big_button(symbol: str, text: str, line: str, name: str) -> BigButton:
     button = BigButton(symbol, text, line)
     button.setObjectName(name)
     return button
+
+
+def _quiet_button(text: str, name: str) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setObjectName(name)
+    theme.as_role(button, "quiet")
+    return button
+
+
+def _clear(layout: QLayout) -> None:
+    """Take everything out of a layout."""
+    while layout.count():
+        item = layout.takeAt(0)
+        if item is not None and (widget := item.widget()) is not None:
+            widget.hide()
+            widget.deleteLater()

@@ -129,6 +129,21 @@ def test_run_passes_on_what_a_person_types(
     assert seen == [(("-m", "studio", *called), bootstrap.STARTED_IN)]
 
 
+def test_with_a_screen_it_opens_on_the_welcome_page_which_knows_the_sample(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    seen: list[tuple[tuple[str, ...], str]] = []
+    monkeypatch.setenv("SAIA_SAMPLE", "")
+    monkeypatch.setattr(bootstrap.virtual_devices, "has_screen", lambda: True)
+    monkeypatch.setattr(bootstrap, "SAMPLE", tmp_path / "sample")
+    monkeypatch.setattr(
+        bootstrap, "call", lambda *words: (seen.append((words, os.environ["SAIA_SAMPLE"])), 0)[1]
+    )
+    assert bootstrap.run([]) == 0
+    make = ("-m", "studio", "performer", "--sample", str(tmp_path / "sample"))
+    assert seen == [(make, ""), (("-m", "studio"), str(tmp_path / "sample"))]
+
+
 @pytest.mark.parametrize("tour_code", [0, 3])
 @pytest.mark.parametrize("rest", [[], ["--out", "there"]])
 def test_without_a_screen_it_tours_and_makes_the_sample_project(

@@ -80,6 +80,18 @@ def test_sample_takes_hold_sound_and_motion_that_belong_together(sample: Path) -
 
 
 @pytest.mark.slow
+def test_it_comes_with_a_run_trained_on_its_own_training_takes(sample: Path) -> None:
+    project = Project.open(sample, read_only=True)
+    (run,) = project.runs
+    assert (run.id, run.status, run.has_weights) == ("sample_001", "done", True)
+    assert set(run.facts.train) == {s.id for s in project.dataset.of_split("train")}
+    assert set(run.facts.val) == {s.id for s in project.dataset.of_split("val")}
+    assert "Trained on the five training takes of this sample project" in " ".join(run.facts.notes)
+    assert sum(file.stat().st_size for file in run.folder.iterdir()) < 2_000_000
+    project.close()
+
+
+@pytest.mark.slow
 def test_no_sentence_is_in_two_takes(sample: Path) -> None:
     """What is tested must not have been learnt by heart."""
     project = Project.open(sample, read_only=True)

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtCore import QEvent, QMimeData, QObject, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 
 from studio.errors import StudioError
 from studio.project import Project
@@ -219,7 +219,7 @@ def test_a_dropped_project_is_opened(open_window, project_folder: Path) -> None:
 
 def test_dropping_files_without_a_project_says_what_to_do(open_window, tmp_path: Path) -> None:
     window = open_window()
-    window.take_paths((tmp_path / "a.wav",))
+    window.take_paths((tmp_path / "a.bvh",))
     toast = window.findChild(Toast)
     assert toast.text.text() == "No project is open."
     assert toast.remedy.text() == "Open or create a project first."
@@ -229,7 +229,7 @@ def test_a_dropped_run_needs_a_project_too(open_window, tmp_path: Path) -> None:
     window = open_window()
     window.take_paths((tmp_path / "best_001.saiarun",))
     toast = window.findChild(Toast)
-    assert toast.text.text() == "There is no project to bring best_001.saiarun into."
+    assert toast.text.text() == "No project is open for best_001.saiarun."
     assert toast.remedy.text() == "Open or create a project first."
 
 
@@ -288,7 +288,7 @@ def test_an_avatar_dropped_on_live_is_worn_there(
 def test_a_dropped_avatar_needs_a_project(open_window, tmp_path: Path) -> None:
     window = open_window()
     window.take_paths((tmp_path / "私.vrm",))
-    assert window.findChild(QLabel, "toast_text").text() == "There is no project to bring 私.vrm into."
+    assert window.findChild(QLabel, "toast_text").text() == "No project is open for 私.vrm."
 
 
 def test_the_shortcuts_dialog_lists_keys_and_blocks_nothing(open_window, project_folder: Path) -> None:
@@ -300,6 +300,47 @@ def test_the_shortcuts_dialog_lists_keys_and_blocks_nothing(open_window, project
     words = {label.text() for label in dialog.findChildren(QLabel)}
     assert {"F1, Space", "Start and stop recording"} <= words
     dialog.close()
+
+
+class Shown(QObject):
+    """Notes every window that appears beside the main one, tooltips excepted."""
+
+    def __init__(self, main: MainWindow) -> None:
+        super().__init__()
+        self.main, self.names = main, []
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 (Qt's name)
+        appears = event.type() == QEvent.Type.Show and isinstance(watched, QWidget) and watched.isWindow()
+        if appears and watched is not self.main and watched.windowType() != Qt.WindowType.ToolTip:
+            self.names.append(f"{type(watched).__name__} {watched.objectName()}")
+        return False
+
+
+def test_no_window_flashes_while_a_project_opens(open_window, qapp, project_folder: Path, qtbot) -> None:
+    """A widget that is shown before it has a parent is a window of its own for a moment."""
+    window = open_window()
+    qtbot.waitExposed(window)
+    shown = Shown(window)
+    qapp.installEventFilter(shown)
+    try:
+        window.start.open_project(project_folder)
+        for name in tabs.NAMES:
+            window.show_room(name)
+            QApplication.processEvents()
+    finally:
+        qapp.removeEventFilter(shown)
+    assert shown.names == []
+    visible = [one for one in qapp.topLevelWidgets() if one.isVisible() and one.window() is not window]
+    assert visible == []
+
+
+def test_the_project_menu_reads_from_the_left(open_window) -> None:
+    window = open_window()
+    assert window.project_button.layoutDirection() == Qt.LayoutDirection.RightToLeft
+    for menu in (window.menus.file, window.menus.recent):
+        menu.popup(window.pos())
+        assert menu.layoutDirection() == Qt.LayoutDirection.LeftToRight
+        menu.close()
 
 
 def test_status_facts_come_and_go(open_window, project_folder: Path) -> None:
@@ -363,7 +404,7 @@ def test_the_welcome_page_checks_the_machine(open_window, qtbot) -> None:
     window.start.check_machine()
     qtbot.waitUntil(lambda: len(window.start.checks) > 3, timeout=120_000)
     words = " ".join(one.text() for one in window.welcome.findChildren(QLabel) if one.isVisible())
-    assert "Looking at this machine" not in words
+    assert "Checking this computer" not in words
     window.start.copy_report()
     qtbot.waitUntil(lambda: "Saia Studio" in QApplication.clipboard().text())
 
@@ -375,6 +416,8 @@ def test_the_sample_project_is_made_and_opened(open_window, qtbot) -> None:
     assert not window.welcome.new_button.isEnabled()
     qtbot.waitUntil(lambda: window.session.project is not None, timeout=240_000)
     assert len(window.session.project.takes) >= 3
+    assert window.shown_room == "review", "there is something to see at once"
+    assert window.room("review")[1].model.sides[0].selection.run == "sample_001"
     window.close_project()
     window.findChild(QPushButton, "open_sample").click()  # the second time it is there already
     assert window.session.project is not None

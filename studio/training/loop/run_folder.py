@@ -178,18 +178,20 @@ def columns_to_keep(model: Model) -> dict[str, Any]:
         "layout": model.layout.as_dict(),
         "fps": [model.fps.numerator, model.fps.denominator],
         "styles": list(model.styles),
+        "moods": list(model.moods),
     }
 
 
-def kept_columns(state: TrainingState) -> tuple[Layout, Fraction, tuple[str, ...]]:
-    """The columns, the frame rate and the styles a run was started with.
+def kept_columns(state: TrainingState) -> tuple[Layout, Fraction, tuple[str, ...], tuple[str, ...]]:
+    """The columns, the frame rate, the styles and the moods a run was started with.
 
     Raises:
         StudioError: its checkpoint is damaged.
     """
     try:
         fps = frame_rate_of(state.facts)
-        return Layout.from_dict(state.facts["layout"]), fps, tuple(map(str, state.facts.get("styles", ())))
+        styles, moods = (tuple(map(str, state.facts.get(name, ()))) for name in ("styles", "moods"))
+        return Layout.from_dict(state.facts["layout"]), fps, styles, moods
     except (KeyError, TypeError, ValueError, ArithmeticError, RequestError) as error:
         raise StudioError("The run's last checkpoint is damaged.", "Train again.") from error
 

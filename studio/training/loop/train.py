@@ -128,9 +128,9 @@ class _Training:
         self.fabric, self.recipe, self.tell = fabric, recipe, tell
         self.stop, self.step_seconds = stop, step_seconds
         state = saved_state(resume)
-        layout, fps, names = run_folder.kept_columns(state) if state else (None, None, None)
+        layout, fps, names, moods = run_folder.kept_columns(state) if state else (None,) * 4
         self.data = gather(
-            project, recipe, layout, fps, names,
+            project, recipe, layout, fps, names, moods,
             lambda take, done: tell(CleaningEvent(take, done)), lambda *facts: tell(ListeningEvent(*facts)),
         )  # fmt: skip
         # Right before the weights are drawn, so that runs repeat whatever gathering did.
@@ -326,6 +326,7 @@ class _Training:
             performers=tuple(data.performers),
             # A run that goes on may have been shown styles; they last until its best weights are others.
             styles=(*data.styles, *checkpoint.fitted_names(self.folder.path / BEST)),
+            moods=self.model.moods,
             style=self._style_name(progress.best_style) or styles.AVERAGE,
             channels=data.layout.width,
             parameters=sum(p.numel() for p in self.model.network.parameters()),

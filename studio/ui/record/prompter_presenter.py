@@ -21,7 +21,7 @@ from studio.ui.record.prompter_view import PrompterCard
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
-    from studio.dataset.coverage import Coverage, TakeCoverage
+    from studio.dataset.goals import RecordingProgress, TakeProgress
 
 
 SHOWN = 3
@@ -40,9 +40,9 @@ class PrompterPresenter(QObject):
         self._pause = PauseWatch()
         self._elapsed = 0.0
         # By folder: a take is never altered, so each is read once.
-        self._covered: dict[Path, TakeCoverage] = {}
+        self._covered: dict[Path, TakeProgress] = {}
         self._reading: set[Path] = set()
-        self._coverage: Coverage | None = None
+        self._coverage: RecordingProgress | None = None
         card.next_requested.connect(self.next)
         card.again_requested.connect(self.again)
         card.language_chosen.connect(lambda code: session.change_settings(prompt_language=code))
@@ -143,7 +143,7 @@ class PrompterPresenter(QObject):
             return
         self._reading.update(take.folder for take in new)
 
-        def done(found: dict[Path, TakeCoverage]) -> None:
+        def done(found: dict[Path, TakeProgress]) -> None:
             self._reading.difference_update(found)
             self._covered.update(found)
             self._show_coverage()
@@ -154,10 +154,10 @@ class PrompterPresenter(QObject):
         project = self._session.project
         if project is None:
             return
-        from studio.dataset.coverage import MILESTONES, coverage_of
+        from studio.dataset.goals import MILESTONES, progress_of
 
         known = [self._covered[take.folder] for take in project.takes if take.folder in self._covered]
-        found = self._coverage = coverage_of(known, project.dataset.selections)
+        found = self._coverage = progress_of(known, project.dataset.selections)
         goals = {
             "loud": self.tr("loud speech"), "quiet": self.tr("quiet speech"), "smiles": self.tr("smiles"),
             "questions": self.tr("questions"), "feelings": self.tr("feelings"), "sounds": self.tr("sounds"),
@@ -235,16 +235,16 @@ class PrompterPresenter(QObject):
         self._card.show_prompt(shown.text if shown else "", kinds[shown.kind] if shown else "")
 
 
-def _cover(takes: list[Take]) -> dict[Path, TakeCoverage]:
+def _cover(takes: list[Take]) -> dict[Path, TakeProgress]:
     """What each take has; one that cannot be read has nothing. Runs on a pool thread."""
     import numpy as np
 
-    from studio.dataset.coverage import TakeCoverage, cover_take
+    from studio.dataset.goals import TakeProgress, cover_take
 
     found = {}
     for take in takes:
         try:
             found[take.folder] = cover_take(take)
         except StudioError:
-            found[take.folder] = TakeCoverage(0.0, np.zeros(0), None)
+            found[take.folder] = TakeProgress(0.0, np.zeros(0), None)
     return found

@@ -50,6 +50,8 @@ def check_the_machine(guide: Guide) -> None:
     """The window asks `saia doctor`, in a child process, and shows what it found."""
     guide.driver.click("check_again")
     page = guide.window.welcome
+    guide.driver.wait(lambda: guide.driver.is_ready("check_details"), 120, "the check of this machine ended")
+    guide.driver.click("check_details")
     guide.driver.wait(
         lambda: any("39539" in label.text() for label in page.findChildren(QLabel)),
         120,

@@ -23,7 +23,7 @@ from studio.training.styles import FittedStyle
 RATE = 16_000
 
 
-def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
+def untrained(name: str, fps: str = "30", *overrides: str, moods: tuple[str, ...] = ()) -> Model:
     t = np.arange(90) / 30
     turns = rotation.from_axis_angle(np.tile([1.0, 0, 0], (90, 1, 1)), np.sin(3 * t)[:, None])
     shapes = np.stack([np.sin(5 * t) ** 2, np.cos(4 * t) ** 2, np.full(90, 0.25)], axis=1)
@@ -35,13 +35,13 @@ def untrained(name: str, fps: str = "30", *overrides: str) -> Model:
     if speaks:
         recipe = load_recipe("balanced").with_overrides(["form=speech", "units=8", *overrides])
     torch.manual_seed(1)
-    network = checkpoint.build_network(recipe, layout, Fraction(fps)).eval()
+    network = checkpoint.build_network(recipe, layout, Fraction(fps), moods=len(moods)).eval()
     last = network.members[0].pose if hasattr(network, "members") else network.output
     torch.nn.init.normal_(last.weight)
     if not speaks:
         network.row_mean.fill_(-60.0)
         network.row_deviation.fill_(20.0)
-    return Model(network, recipe, layout, Fraction(fps))
+    return Model(network, recipe, layout, Fraction(fps), moods=moods)
 
 
 def speech(seconds: float, seed: int = 8) -> np.ndarray:

@@ -15,7 +15,7 @@ from studio.project import Project
 from studio.project.run import generated_path
 from studio.take.motion_file import write_motion
 from studio.training.styles import RunSelection
-from studio.ui.review.generate_task import GenerateTask
+from studio.ui.generate_task import GenerateTask
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView

@@ -16,6 +16,8 @@ from studio.ui.widgets.figure.sketch import DrawnFace, draw_ground
 
 FACE_SIDE = 132
 FACE_MARGIN = 10
+FACE_SHARE = 1 / 3
+"""Of the picture's shorter side that the small face takes; as many pixels at most."""
 LARGE_FACE = 380
 CAPTION_HEIGHT = 26
 TERMS_HEIGHT = 48
@@ -33,7 +35,9 @@ class _Caption(QWidget):
         super().__init__()
         self.words = words
         self.setFixedHeight(CAPTION_HEIGHT)
-        self.setVisible(bool(words))
+        # Never shown here: without a parent yet it would be a window of its own for a moment.
+        if not words:
+            self.hide()
 
     def set_words(self, words: str) -> None:
         """Say something else; "" keeps the line, empty."""
@@ -72,11 +76,27 @@ class _FaceRoom(QWidget):
 
 
 class Pane(QWidget):
-    """One performer: a figure with a small face, or a large face where there are no bones."""
+    """One performer: a figure with a small face, or a large face where there are no bones.
 
-    def __init__(self, name: str, caption: str, empty_text: str, empty_icon: str, token: str) -> None:
+    Args:
+        name, caption: of the object, and the word over it.
+        empty_text, empty_icon: for a room without anybody.
+        token: the colour of the face.
+        face_share: how large the small face is, see FACE_SHARE.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        caption: str,
+        empty_text: str,
+        empty_icon: str,
+        token: str,
+        face_share: float = FACE_SHARE,
+    ) -> None:
         super().__init__()
         self.setObjectName(name)
+        self._face_share = face_share
         self.figure = StickFigure(empty_text=empty_text, empty_icon=empty_icon)
         self.figure.setObjectName(f"{name}_figure")
         self.figure.view_buttons_shown = False
@@ -142,6 +162,7 @@ class Pane(QWidget):
         self._place_face()
 
     def _place_face(self) -> None:
-        side = max(min(FACE_SIDE, self.figure.height() // 3, self.width() // 3), 64)
+        most = int(self._face_share * min(self.figure.height(), self.width()))
+        side = max(min(FACE_SIDE, most), 64)
         lift = TERMS_HEIGHT if self.figure.avatar is not None else FACE_MARGIN
         self.face.setGeometry(FACE_MARGIN, self.figure.height() - side - lift, side, side)

@@ -1,0 +1,86 @@
+"""The strip of next steps: read from the project, one line, dismissed and brought back."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QPushButton, QToolButton
+
+from studio.project import Project
+from studio.project.run import generated_folder
+from studio.ui.main_window import MainWindow
+from studio.ui.next_steps_presenter import RECORD_SECONDS, steps_done
+from studio.ui.session import Session
+
+
+@pytest.fixture
+def window(qtbot, toy_project: Project):
+    """The window on a project of three short takes."""
+    folder = toy_project.folder
+    toy_project.close()
+    window = MainWindow(Session())
+    qtbot.addWidget(window)
+    window.show()
+    window.start.open_project(folder)
+    yield window
+    window.close()
+
+
+def train(project: Project, name: str = "quick_001") -> None:
+    (project.runs_folder / name).mkdir(parents=True)
+    (project.runs_folder / name / "best.safetensors").touch()
+
+
+def ticked(window: MainWindow) -> list[str]:
+    buttons = window.steps.strip.buttons
+    return [step for step, button in buttons.items() if button.accessibleName().endswith(", done")]
+
+
+def test_a_project_tells_what_is_done(toy_project: Project) -> None:
+    assert sum(take.info.duration for take in toy_project.takes) < RECORD_SECONDS
+    assert steps_done(toy_project, ()) == ()
+    train(toy_project)
+    assert steps_done(toy_project, ("check",)) == ("check", "train")
+
+
+def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
+    strip, project = window.steps.strip, window.session.project
+    assert strip.isVisible()
+    assert ticked(window) == []
+    strip.buttons["check"].click()
+    assert window.shown_room == "curate"
+    assert ticked(window) == ["check"]
+    train(project)
+    window.session.runs_changed.emit()
+    assert ticked(window) == ["check", "train"]
+    window.show_room("review")
+    made = generated_folder(project.folder, "quick_001")
+    made.mkdir(parents=True)
+    (made / "some.arrow").touch()
+    qtbot.waitUntil(lambda: ticked(window) == ["check", "train", "watch"])
+    window.session.status_changed.emit("live", "Live", "good")
+    assert ticked(window) == ["check", "train", "watch", "live"]
+    window.close_project()
+    assert not strip.isVisible()
+    window.start.open_project(project.folder)
+    assert ticked(window) == ["check", "train", "watch", "live"], "what no file tells is remembered"
+
+
+def test_a_step_puts_the_focus_on_its_button(window: MainWindow, qtbot) -> None:
+    window.activateWindow()
+    qtbot.waitActive(window)
+    window.findChild(QPushButton, "step_train").click()
+    assert window.shown_room == "train"
+    button = window.room("train")[0].findChild(QPushButton, "start_training")
+    qtbot.waitUntil(lambda: window.focusWidget() is button)
+
+
+def test_the_strip_folds_goes_and_comes_back(window: MainWindow, qtbot) -> None:
+    strip = window.steps.strip
+    window.resize(1040, 640)
+    qtbot.waitUntil(lambda: [s for s, b in strip.buttons.items() if b.isVisible()] == ["record"])
+    window.resize(1300, 800)
+    qtbot.waitUntil(lambda: all(button.isVisible() for button in strip.buttons.values()))
+    window.findChild(QToolButton, "next_steps_close").click()
+    assert not strip.isVisible()
+    window.menus.next_steps.trigger()
+    assert strip.isVisible()
