@@ -127,8 +127,13 @@ class CapturedBody(nn.Module):
         heard = [one.rows.float().mean(dim=1).numpy().astype(np.float64) for one in kept]
         bodies = [one.poses.numpy().astype(np.float64) for one in kept]
         bands = widest(np.concatenate(heard), BANDS)[0]
-        # The first is loudness in mel bands; of two signs the one by which rising means louder.
-        bands[:, 0] *= 1.0 if bands[:, 0].sum() >= 0 else -1.0
+        # The first is loudness in mel bands; of two signs the one by which rising means louder. An encoder's
+        # numbers have no such sign: people move more while they speak, so rising is what goes with moving.
+        moving = np.concatenate([np.linalg.norm(np.gradient(b, axis=0), axis=1) for b in bodies])
+        along = np.concatenate(heard) @ bands[:, 0]
+        even = bands[:, 0].sum() / np.sqrt(len(bands))
+        sign = even if abs(even) > 0.5 else float(np.corrcoef(along, moving)[0, 1])
+        bands[:, 0] *= -1.0 if sign < 0 else 1.0
         into = pose_directions(np.concatenate(bodies))
         contexts = np.concatenate([contexts_of(part @ bands, self.fps) for part in heard])
         key = key_of(contexts, [body @ into for body in bodies])

@@ -1,7 +1,7 @@
 """How alive bodies are, form beside form: drawn (flow) and matched, on takes nobody learnt from.
 
 Practice performers of several styles, each with a project of about five minutes; two takes are left out and
-one is chosen on. Each form is trained by the balanced recipe on log-mels and held against what was captured;
+one is chosen on. Each form is trained as Balanced usually is and held against what was captured;
 over ten minutes of other speech: how much repeats to the eye, sliding feet, hands in the body, and drift.
 
 `python -m tests.benchmarks.bench_moving [KEY=VALUE ...]` trains with these changes and prints a table.
@@ -56,11 +56,11 @@ def trained(folder: Path, changes: Any) -> Path:
     """The run folder of a training."""
     from studio.project import Project
     from studio.training.loop import train
-    from studio.training.recipe import load_recipe
+    from studio.training.recipe import usual_recipe
 
     project = Project.open(folder)
     try:
-        recipe = load_recipe("balanced").with_overrides(["form=plain", *changes])
+        recipe = usual_recipe("balanced").with_overrides(changes)
         return train.train(project, recipe, on_event=lambda event: None).folder
     finally:
         project.close()
