@@ -19,12 +19,8 @@ from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
-<<<<<<< HEAD
 from studio.model._network import CapturedStretch, Network
-=======
-from studio.model._network import Network
 from studio.project.run import base_voice
->>>>>>> main
 from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
 from studio.training.gather import Gathered
@@ -160,10 +156,6 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
 
 
-<<<<<<< HEAD
-def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
-    """Unbroken stretches of a take that has a body; none of one that has not."""
-=======
 def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
     """Begin with the base voice's weights up to the poses; left as it is where recipe or frame rate differ.
 
@@ -191,9 +183,8 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
         value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
 
 
-def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:
-    """Unbroken stretches of the poses (T, C) of a take that has a body; none of one that has not."""
->>>>>>> main
+def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
+    """Unbroken stretches of a take that has a body; none of one that has not."""
     if not example.mask[layout.groups != FACE].any():
         return []
     counts = example.grid.valid > 0
