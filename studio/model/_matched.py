@@ -365,6 +365,11 @@ class Matched(Network):
         return self.draws and not self.margin and self.captured.enough
 
     @property
+    def core(self) -> Network:
+        """The inner network."""
+        return self.inner
+
+    @property
     def output(self) -> nn.Linear:
         """The inner network's."""
         return self.inner.output

@@ -148,6 +148,11 @@ class Network(nn.Module):
             stretches: scaled poses (T, C) of unbroken stretches of the takes that have a body.
         """
 
+    @property
+    def core(self) -> Network:
+        """The network that hears: itself, or the one it is built around."""
+        return self
+
     def remember(self, stretches: Sequence[CapturedStretch]) -> None:
         """Captured bodies with their sound, once before learning, for networks that play them again."""
 

@@ -163,12 +163,7 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
     columns stay as drawn.
     """
     base = checkpoint.load_model(base_voice().folder / BEST)
-    known = {
-        name: value
-        for name, value in base.network.state_dict().items()
-        if name.startswith(("row_", "convolution.", "lstm."))
-    }
-    own = {name: value for name, value in network.state_dict().items() if name in known}
+    known, own = _hearing(base.network), _hearing(network)
     fits = own.keys() == known.keys() and all(
         value.shape[:1] == known[name].shape[:1]
         and value.shape[2:] == known[name].shape[2:]
@@ -181,6 +176,13 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
         return
     for name, value in own.items():
         value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
+
+
+def _hearing(network: Network) -> dict[str, torch.Tensor]:
+    """A network's weights up to the poses, and the scales of the rows that it knows sound by."""
+    inner = network.core.state_dict()
+    weights = {name: inner[name] for name in inner if name.startswith(("convolution.", "lstm."))}
+    return weights | {"row_mean": network.row_mean, "row_deviation": network.row_deviation}
 
 
 def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
