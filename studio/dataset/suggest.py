@@ -113,10 +113,7 @@ def suggest(
 def unused(dataset: Dataset, takes: Iterable[Take]) -> tuple[Suggestion, ...]:
     """Takes without sound or without motion that are not used: no fault, but worth knowing."""
     incomplete = {take.id for take in takes if not take.trains}
-    remedy = (
-        "To train on it, import it again with its sound and its motion under one name. "
-        "Sound alone can be used in Review."
-    )
+    remedy = "Import sound and motion under one name to train on them; Review can use sound alone."
     return tuple(
         Suggestion(s.id, "unused", 0.0, f"{s.id} is not used: training needs both sound and motion.", remedy)
         for s in dataset.selections

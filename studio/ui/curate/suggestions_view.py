@@ -165,7 +165,7 @@ class Suggestions(QWidget):
         one = group[0]
         go = QToolButton()
         if len(group) > 1:
-            go.setText(self.tr("{0} takes").format(len(group)))
+            go.setText(self.tr("Show all {0}").format(len(group)))
             go.setToolTip(self.tr("Show them in the library: {0}").format(names_of(group, MOST)))
             go.setAccessibleName(self.tr("Show {0} takes in the library").format(len(group)))
         else:

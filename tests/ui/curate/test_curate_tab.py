@@ -373,7 +373,7 @@ def test_aligning_finds_a_motion_that_comes_late(qtbot: QtBot, tmp_path: Path) -
     claps = popup.findChild(QPushButton, "align_claps_button")
     assert claps is not None
     qtbot.mouseClick(claps, LEFT)
-    qtbot.waitUntil(lambda: "Nothing to go by" in room.view.bench.certainty.text(), timeout=LONG)
+    qtbot.waitUntil(lambda: "Could not tell" in room.view.bench.certainty.text(), timeout=LONG)
     assert project.dataset["late"].offset == pytest.approx(-0.12, abs=0.02), "without claps nothing changes"
     room.presenter.close()
 
