@@ -40,8 +40,6 @@ NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
 FARTHEST_MS = 2000
-SETTLED_S = 8.0
-"""Until the latency is told once for all: the first seconds of a process take longer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -114,7 +112,7 @@ class _Stage:
         self._targets = Targets(live.pose_source(), _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._reported_at = self._shown = 0.0
-        self._began, self._measured = time.monotonic(), False
+        self._measured = False
         self._voice: str | None = None
         self._commands: dict[str, Callable[[Command], None]] = {
             **dict.fromkeys(live.switches, self._switch),
@@ -222,8 +220,9 @@ class _Stage:
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.emit(PoseEvent(**self._live.pose_facts()))
-        late = self._live.performance.facts.latency_ms
-        if not self._measured and late > 0 and now - self._began > SETTLED_S:
+        facts = self._live.performance.facts
+        late = facts.latency_ms
+        if not self._measured and late > 0 and facts.settled:
             self._measured = True
             offset = self._live.facts()["sound_delay_ms"]
             text = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."

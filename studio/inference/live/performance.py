@@ -48,6 +48,7 @@ class Facts:
         speaking, voice: whether the gate is open, and how likely somebody speaks.
         gain_db: the automatic gain.
         latency_ms: how long after a sound its pose is sent.
+        settled: whether that has stayed the same for a while.
         late: poses that came too late to be shown at their moment.
         frames: poses made.
         seconds: sound heard.
@@ -63,6 +64,7 @@ class Facts:
     voice: float
     gain_db: float
     latency_ms: float
+    settled: bool
     late: int
     frames: int
     seconds: float
@@ -189,6 +191,7 @@ class Performance:
             sound.gate.speech_probability,
             sound.gain.db,
             1000.0 * self._delay.value,
+            self._delay.settled,
             self._late,
             self._frames,
             self._seconds_heard,

@@ -96,6 +96,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
         speaking: whether somebody speaks.
         gain_db: the automatic gain.
         latency_ms: how long after a sound its pose is sent; 0 before it is known.
+        settled: whether that has stayed the same for a while.
         sound_delay_ms: how much to delay the sound to match.
         seen: "unseen", "seen" or "minded" by viewers.
         muted, frozen, neutral, gain_on, idles: the switches.
@@ -135,6 +136,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
     seconds: float = 0.0
     drift_ppm: float | None = None
     look_ahead_ms: int = 0
+    settled: bool = True
 
 
 class LiveDone(DoneEvent, frozen=True):

@@ -90,9 +90,12 @@ class LatencyCard(Card):
         self.words.setText(why)
         self._show_expected()
 
-    def show_latency(self, latency_ms: float, seen: str, delay_ms: int) -> None:
-        """Show the latency measured, what viewers make of it, and the delay that makes up for it."""
-        self._show_delay(delay_ms)
+    def show_latency(self, latency_ms: float, seen: str, delay_ms: int, settled: bool = True) -> None:
+        """Show the latency measured, what viewers make of it, and the delay that makes up for it.
+
+        Until it has settled that delay is not offered: it would be typed into OBS and be wrong soon.
+        """
+        self._show_delay(delay_ms, settled)
         self._expected = False
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
         if self.voice.value != NOBODY:
@@ -106,15 +109,19 @@ class LatencyCard(Card):
             }.get(seen, "")
         )
 
-    def _show_delay(self, delay_ms: int) -> None:
+    def _show_delay(self, delay_ms: int, settled: bool = True) -> None:
         self._delay_ms = delay_ms
         handed_on = self.voice.value != NOBODY
         advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
         if handed_on:
             advice = self.tr("Your delayed voice already matches the lips; no Sync Offset needed.")
+        elif not settled:
+            advice = self.tr("Settling… The Sync Offset for OBS stands here in a moment.")
         self.advice.setText(advice.format(delay_ms))
         self.advice.setVisible(bool(delay_ms))
         self.copy.setVisible(bool(delay_ms) and not handed_on)
+        self.copy.setEnabled(settled)
+        self.copy.setText(self.tr("Copy") if settled else self.tr("Settling…"))
 
     def show_look_aheads(self, offered: Sequence[LookAheadOption], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""

@@ -73,6 +73,10 @@ def test_the_latency_is_said_in_words_and_as_what_to_type_into_obs(qtbot: QtBot)
     assert card.figure.text() == "141 ms"
     assert card.words.text() == "Viewers will notice this delay. Delay your voice to match."
     assert card.advice.text() == "In OBS: Advanced Audio Properties, your microphone, Sync Offset 140 ms."
+    card.show_latency(220.0, "minded", 220, settled=False)
+    assert card.advice.text() == "Settling… The Sync Offset for OBS stands here in a moment."
+    assert (card.copy.text(), card.copy.isEnabled()) == ("Settling…", False)
+    card.show_latency(141.2, "minded", 140)
     card.copy.click()
     assert QGuiApplication.clipboard().text() == "140"
     card.show_latency(40.0, "unseen", 0)
