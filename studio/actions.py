@@ -149,10 +149,19 @@ _ALL = (
     _action("stop_training", _tr("Stop, keep best"), at="train", needs="training"),
     _action("cancel_training", _tr("Cancel"), at="train", needs="training",
             help=_tr("Stop and delete this run")),
+    _action("training_details", _tr("Details"), at="train", needs="run",
+            help=_tr("What the network itself makes small, and the training's own messages")),
+    _action("watch_run", _tr("Watch"), at="train", needs="run",
+            help=_tr("Play in Review what this run makes of a take")),
     _action("review_run", _tr("Review"), at="train", needs="run"),
     _action("compare_runs", _tr("Compare"), at="train", needs="run",
-            help=_tr("Compare the selected runs on takes they have never heard; "
-                     "select several with Ctrl or Shift")),
+            help=_tr("Compare the selected runs on takes they have never heard; select several with Ctrl or "
+                     "Shift")),
+    _action("measure_curve", _tr("What would more takes bring?"), at="train", needs="project",
+            help=_tr("Trains quickly on a quarter, a half and all of your takes, and says what more would "
+                     "bring and when it is enough; takes a few minutes")),
+    _action("run_details", _tr("Details"), at="train", needs="run",
+            help=_tr("The figures behind the words, and what each was measured on")),
     _action("card_of_run", _tr("Model card"), at="train", needs="run"),
     _action("resume_run", _tr("Resume"), at="train", needs="run"),
     _action("show_run_folder", _tr("Folder"), at="train", needs="run"),
@@ -184,6 +193,10 @@ _ALL = (
     _action("neutral", _tr("Neutral"), "N", at="live", needs="live",
             help=_tr("Panic key: the avatar returns to its neutral pose and stays there"),
             listed=_tr("Neutral pose, the panic key")),
+    _action("mood_0", _tr("No mood"), "0", at="live", needs="live",
+            help=_tr("Move as without any label"), listed=_tr("No mood, or one that the run has learnt")),
+    *(_action(f"mood_{n}", _tr("Mood {0}"), str(n), at="live", needs="live", listed=WITH)
+      for n in range(1, 10)),
     # -- the figure
     _action("turn_left", _tr("Turn left"), "Left", at=FIGURE, listed=_tr("Turn around the figure"),
             gesture=_tr("Drag")),

@@ -111,6 +111,9 @@ class Settings:
         high=10_000,
         unit="GB",
     )
+    notify: bool = _setting(
+        True, "Notifications", "The desktop tells when a training ends while the window is not in front."
+    )
     recent_projects: tuple[str, ...] = _setting((), "", "Projects that were opened, the latest first.")
     recent_avatars: tuple[str, ...] = _setting((), "", "Avatars that were opened, the latest first.")
     phone: str = _setting("", "", "Address of the phone that is asked to send its face; empty for none.")

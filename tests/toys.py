@@ -7,12 +7,13 @@ of its own (a fixture of scope "module"), and each works on a copy.
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import soundfile
 
-from studio.dataset import edits
+from studio.dataset import Label, edits
 from studio.motion import Motion, rotation
 from studio.project import Project
 from studio.take import TakeInfo
@@ -27,8 +28,12 @@ def make(
     fps: float = 30.0,
     shapes: bool = True,
     bones: bool = True,
+    happy: tuple[float, float] | None = None,
 ) -> Project:
-    """A new project with one take for each of `splits`; shapes or bones False leaves that part out."""
+    """A new project with one take for each of `splits`; shapes or bones False leaves that part out.
+
+    Between the seconds of `happy` each is labelled so, and a shape more, Joy, is raised.
+    """
     project = Project.create(folder)
     for number, split in enumerate(splits, 1):
         rng = np.random.default_rng(number)
@@ -39,8 +44,15 @@ def make(
         soundfile.write(sound, 0.3 * loud * rng.normal(0, 1, len(n)) + 1e-4 * rng.normal(0, 1, len(n)), RATE)
         t = np.arange(int(seconds * fps)) / fps
         motion = _moved(t, np.interp(t, n, loud), shapes, bones)
+        if happy is not None:
+            smile = 0.1 + 0.6 * ((t >= happy[0]) & (t < happy[1]))
+            values = np.column_stack([motion.shapes, smile])
+            motion = replace(motion, shape_names=(*motion.shape_names, "Joy"), shapes=values)
         take = project.add_take(f"Toy_{number:03d}", TakeInfo("Toy", number), motion, sound)
         project.edit("Split", edits.set_split(project.dataset, [take.id], split))
+        if happy is not None:
+            label = Label(happy[0], happy[1] - happy[0], "emotion", "happy")
+            project.edit("Label", edits.add_label(project.dataset, take.id, label))
     return project
 
 

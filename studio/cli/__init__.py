@@ -54,6 +54,7 @@ VERBS = {
     "doctor": "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy",
     "card": "write a data card: minutes by performer, emotion, label and split, grades, what moves",
     "clean": "choose cleaned sound for takes: less noise, or the voice alone",
+    "curve": "measure what more takes would bring: train on a quarter, a half and all of them",
     "cut": "cut takes into many where nobody speaks",
     "encoder": "list the speech encoders on this computer, or bring one here",
     "find": "find missing sound, motion or takes in a folder, and put them back",

@@ -22,6 +22,7 @@ from studio.ipc.events import (
     QueueFailure,
     QueueProgressEvent,
 )
+from studio.motion.moods import MoodSpan
 
 if TYPE_CHECKING:
     from studio.playback.layers import Tuning
@@ -95,8 +96,16 @@ def range_of(args: argparse.Namespace) -> ExportRange:
 
 
 def add_generation_options(parser: argparse.ArgumentParser) -> None:
-    """How a run is to move: --style NAME, --liveliness X and --seed N."""
+    """How a run is to move: --style NAME, --mix NAME:SHARE, --mood NAME, --liveliness X and --seed N."""
     parser.add_argument("--style", metavar="NAME", help="a take or performer it learnt from (average)")
+    parser.add_argument(
+        "--mix", action="append", default=[], metavar="NAME:SHARE",
+        help="a style and its share, in place of --style; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--mood", action="append", default=[], metavar="NAME[*X][:S-S]",
+        help="a label it learnt, throughout or from second to second, X times as strong; may be repeated",
+    )  # fmt: skip
     add_sampling_options(parser)
 
 
@@ -115,8 +124,25 @@ def add_sampling_options(parser: argparse.ArgumentParser) -> None:
 
 
 def generation_options_of(args: argparse.Namespace) -> GenerationOptions:
-    """How a run is to move."""
-    return GenerationOptions(args.style, args.seed, args.liveliness)
+    """How a run is to move.
+
+    Raises:
+        RequestError: a mix or a mood is not written as one.
+    """
+    mix = tuple(map(_share_of, args.mix))
+    if mix and args.style is not None:
+        raise RequestError("A mix and one style do not go together.", "Leave --style or --mix out.")
+    moods = tuple(map(MoodSpan.read, args.mood))
+    return GenerationOptions(args.style, args.seed, args.liveliness, mix, moods)
+
+
+def _share_of(text: str) -> tuple[str, float]:
+    """A style with its share, as NAME:SHARE."""
+    name, _, share = text.rpartition(":")
+    try:
+        return name, float(share)
+    except ValueError:
+        raise RequestError(f"{text} is no share of a style.", "Write it as average:0.5.") from None
 
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:

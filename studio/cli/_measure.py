@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._output import Output, silence_stdout
 from studio.errors import StudioError
-from studio.ipc.events import BaselinesEvent, LookAheadsEvent, MeasureProgressEvent
+from studio.files.atomic import plain, write_json
+from studio.ipc.events import BaselinesEvent, EvaluateDone, LookAheadsEvent, MeasureProgressEvent
+from studio.project.run import EVALUATION_FILE
 
 if TYPE_CHECKING:
     from studio.dataset.material import TrainingMaterial
@@ -170,6 +173,23 @@ class _ProgressReport:
         self._out.pass_by(BaselinesEvent(name, take, done, of, done / of), f"{text} ({done + 1} of {of})")
 
 
+EXPECTED, DRAWN = "expected", "drawn"
+
+
+def poses_measured(chosen: Run, liveliness: float) -> str:
+    """Whether a run's figures are those of expected poses or of such as chance draws around them."""
+    draws = bool(chosen.facts.draws)
+    return DRAWN if draws and liveliness > 0 else EXPECTED
+
+
+def keep_evaluation(chosen: Run, done: EvaluateDone) -> None:
+    """evaluation.json beside the weights; a folder that cannot be written is no matter."""
+    # Figures on one project's takes are nothing that the next project's people want to see.
+    if not chosen.is_shipped:
+        with suppress(StudioError):
+            write_json(chosen.folder / EVALUATION_FILE, plain(done))
+
+
 MEASURING = "Measuring how well it does at each look-ahead"
 
 
@@ -187,9 +207,9 @@ def progress_callback(out: Output) -> OnStep:
 
 
 def after_training(project: Project, finished: Run, out: Output, stop: Callable[[], bool]) -> None:
-    """Measure every look-ahead on the project's test takes, or validation where there are none.
+    """Measure a run on the project's test takes, or validation where there are none, at every look-ahead too.
 
-    The run is complete without it: neither Ctrl+C, a request to stop nor a failure costs more than the table.
+    The run is complete without it: neither Ctrl+C, a request to stop nor a failure costs more than figures.
 
     Args:
         project: the open project.
@@ -208,7 +228,9 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
         report(ms, done, of)
 
     try:
-        store_look_aheads(finished, choose_evaluation_set(project, None, "test", lambda _: None), step)
+        evaluation_set = choose_evaluation_set(project, None, "test", lambda _: None)
+        _store_figures(finished, evaluation_set, out, stop)
+        store_look_aheads(finished, evaluation_set, step)
     except BrokenPipeError:
         # The window died: nobody reads what is said.
         silence_stdout()
@@ -219,6 +241,42 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
         why = error.what if isinstance(error, StudioError) else f"{type(error).__name__}: {error}"
         what = f"The look-aheads of {finished.id} could not be measured ({why.rstrip('.: ')})"
         _left_out(what, project, finished, out)
+
+
+def _store_figures(
+    finished: Run, evaluation_set: EvaluationSet, out: Output, stop: Callable[[], bool]
+) -> None:
+    """Every figure of the run, take by take, which its verdict and its card are read from."""
+    from studio.evaluation.evaluation_set import evaluate
+    from studio.evaluation.model_card import write_card
+    from studio.inference.offline import load_predictor, sampling_of
+
+    out.pass_by(LookAheadsEvent(), "Measuring how good it is ...")
+    predictor, sampling = load_predictor(finished.folder), sampling_of(0, 1.0)
+    rate = predictor.model.recipe.sound.sample_rate
+
+    def predict(material: TrainingMaterial) -> Motion:
+        if stop():
+            raise KeyboardInterrupt
+        return predictor.generate_samples(material.heard_at(rate), None, sampling)
+
+    result, facts = evaluate(predict, evaluation_set.material), finished.facts
+    done = EvaluateDone(
+        run=finished.id,
+        seed=facts.seed,
+        style=facts.style or "average",
+        chance={"seed": 0, "liveliness": 1.0},
+        poses=poses_measured(finished, 1.0),
+        split=evaluation_set.split,
+        takes=tuple(evaluation_set.takes),
+        frames=result.frames,
+        metrics=result.metrics,
+        per_take=result.per_take,
+        per_bone=result.per_bone,
+    )
+    keep_evaluation(finished, done)
+    with suppress(StudioError):
+        write_card(finished.folder)
 
 
 def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:

@@ -18,6 +18,7 @@ from studio.cli._measure import (
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
 from studio.evaluation.evaluation_set import choose_evaluation_set
+from studio.evaluation.verdict import better_of
 from studio.ipc.events import CompareDone, MeasuredEvent
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Measure each run and print one row each."""
+    """Measure each run and print one row each, under the sentence which is better."""
     from studio.cli._project import opened
 
     project = opened(args.project, out)
@@ -45,11 +46,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     chosen = [project.run(name) for name in dict.fromkeys(args.runs)]
     # One set for all: figures on different takes cannot be compared.
     evaluation_set = choose_evaluation_set(project, args.takes, args.split, out.note)
-    rows, frames = {}, 0
+    rows, per_take, frames = {}, {}, 0
     for one in chosen:
         say_learnt(one, evaluation_set, out)
         result = measure(one, evaluation_set, out)
-        rows[one.id], frames = result.metrics, result.frames
+        rows[one.id], per_take[one.id], frames = result.metrics, result.per_take, result.frames
         out.emit(MeasuredEvent(one.id, metrics=rows[one.id]))
     _say_different_training(chosen, out)
     trim_cache(project)
@@ -60,9 +61,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     title = f"On {evaluation_set.words(frames)}; seeds {', '.join(str(seed) for seed in seeds.values())}"
     text = table({**rows, **baselines, CAPTURED: captured}, every=args.all)
     done = CompareDone(
-        evaluation_set.split, tuple(evaluation_set.takes), frames, seeds, rows, baselines, captured
+        evaluation_set.split, tuple(evaluation_set.takes), frames, seeds, rows, baselines, captured, per_take
     )
-    out.done(done, f"{title}\n{text}")
+    better = better_of(rows, per_take)
+    out.done(done, "\n".join(part for part in (better, title, text) if part))
 
 
 def _say_different_training(chosen: list[Run], out: Output) -> None:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from studio.cli._export import add_sampling_options
 from studio.cli._measure import (
     CAPTURED,
+    DRAWN,
     SPLITS,
     baseline_figures,
     captured_figures,
+    keep_evaluation,
     measure,
+    poses_measured,
     progress_callback,
     say_learnt,
     table,
@@ -21,9 +23,6 @@ from studio.cli._output import Output
 from studio.cli._project import trim_cache
 from studio.evaluation.evaluation_set import choose_evaluation_set
 from studio.ipc.events import EvaluateDone
-
-if TYPE_CHECKING:
-    from studio.project import Run
 
 EXAMPLE = "saia evaluate MyProject balanced_001"
 
@@ -66,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         baselines=baselines,
     )
     # Before the look-aheads are measured: Ctrl+C there loses nothing of this.
-    _keep(chosen, done)
+    keep_evaluation(chosen, done)
     # Only figures of the usual takes and style may stand beside Live's slider.
     if not args.takes and args.split == "test" and args.style is None and not chosen.is_shipped:
         # What Live shows beside its slider.
@@ -82,26 +81,3 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if done.poses == DRAWN:
         title += f", drawn with seed {args.seed} at liveliness {args.liveliness:g}"
     out.done(done, f"{title}\n{table(rows, every=args.all)}")
-
-
-EXPECTED, DRAWN = "expected", "drawn"
-
-
-def poses_measured(chosen: Run, liveliness: float) -> str:
-    """Whether a run's figures are those of expected poses or of such as chance draws around them."""
-    draws = bool(chosen.facts.draws)
-    return DRAWN if draws and liveliness > 0 else EXPECTED
-
-
-def _keep(chosen: Run, done: EvaluateDone) -> None:
-    """evaluation.json beside the weights; a folder that cannot be written is no matter."""
-    # Figures on one project's takes are nothing that the next project's people want to see.
-    if chosen.is_shipped:
-        return
-    from contextlib import suppress
-
-    from studio.errors import StudioError
-    from studio.files.atomic import plain, write_json
-
-    with suppress(StudioError):
-        write_json(chosen.folder / "evaluation.json", plain(done))

@@ -120,6 +120,9 @@ class _Sources:
         run_id, _, name = what.rpartition(":")
         if self._args.style is not None and not run_id:
             raise RequestError("A take has no style to choose.", "Leave --style out, or name RUN:TAKE.")
+        if (self._args.mood or self._args.mix) and not run_id:
+            what = "A take moves as it was captured."
+            raise RequestError(what, "Leave --mood and --mix out, or name RUN:TAKE.")
         selection, take = selection_of(self._project, name)
         if not run_id:
             return ExportSource(name, 1.0, lambda report: take_clip(selection, take, self._folder))

@@ -21,6 +21,7 @@ from studio.ipc.events import (
     LiveDone,
     LiveStateEvent,
     LookAheadEvent,
+    MoodEvent,
     NoticeEvent,
     PoseEvent,
     ReadyEvent,
@@ -63,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="N", help="how long; without it, until Ctrl+C")
     parser.add_argument("--style", metavar="NAME", help="whose way of moving (average)")
+    parser.add_argument("--mood", default="", metavar="NAME", help="a label it learnt (none)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="which draw, for runs that draw")
     parser.add_argument("--liveliness", type=float, default=1.0, metavar="X", help="0 to 3; 1 as learnt")
     parser.add_argument("--fps", type=float, default=60.0, help="frames sent each second (60)")
@@ -95,7 +97,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     chosen = project.run(args.run)
     options = LiveOptions(
         device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
-        style=args.style, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
+        style=args.style, mood=args.mood, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
         gain=not args.no_gain, suppress=args.suppress_noise, blinks=chosen.blinks,
     )  # fmt: skip
     live = make(chosen.folder, _sounds_of(project, chosen), options)
@@ -118,6 +120,7 @@ class _Stage:
             **dict.fromkeys(live.switches, self._switch),
             "look-ahead": lambda command: self._look_ahead(command.argument),
             "voice-to": lambda command: self._voice_to(command.argument),
+            "mood": lambda command: self._mood(command.argument),
             "tune": lambda command: self._tune(command.argument),
             "send": lambda command: self._targets.send(command.argument),
             "unsend": lambda command: self._targets.unsend(command.argument),
@@ -202,6 +205,10 @@ class _Stage:
         where = to or "the system's output"
         text = f"Your voice goes to {where}, as late as the avatar moves." if to is not None else ""
         self._out.emit(VoiceEvent(to), text)
+
+    def _mood(self, name: str) -> None:
+        self._live.set_mood(name)
+        self._out.emit(MoodEvent(name), f"It plays {name} now." if name else "It plays no mood now.")
 
     def _tune(self, text: str) -> None:
         self._live.tune(text)

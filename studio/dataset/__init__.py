@@ -2,6 +2,7 @@
 
 balance      Split automatically: dividing selections among train, val and test, only when asked; a new take
              is train (Selection.split). Each gets its share of the seconds and of every label
+coverage     Which kinds of speech takes hold: what labels say of them, and what is heard and seen in them
 data_card    What a dataset holds, counted, and the page that shows it: one HTML file
 dataset      The choices made about takes: in and out points, offsets, labels, split. All values are frozen
 edits        What a person can do to the choices: pure functions Dataset -> Dataset

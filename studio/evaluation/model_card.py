@@ -14,8 +14,9 @@ from typing import Any
 
 from studio import __version__
 from studio.errors import StudioError
+from studio.evaluation.verdict import verdict
 from studio.files import atomic
-from studio.project import RunReport
+from studio.project import Run, RunReport
 from studio.project.run import EVALUATION_FILE, LICENCE_FILE
 
 CARD_FILE = "card.html"
@@ -82,6 +83,7 @@ def card_html(run: Path) -> str:
     parts = [
         f"<h1>{escape(run.name)}</h1>",
         f"<p>{escape(_what(report))}</p>",
+        _verdict(run),
         "<h2>Learnt from</h2>" + _table(_data(report)),
         "<h2>Made by</h2>" + _table(_recipe(report)),
         _figures(report, evaluation),
@@ -100,6 +102,12 @@ def _what(report: RunReport) -> str:
     minutes = _number(report.minutes)
     what = "A network that turns speech into motion"
     return f"{what}, learnt from {minutes:.1f} minutes of it." if minutes is not None else f"{what}."
+
+
+def _verdict(folder: Path) -> str:
+    """How good it is, in words; "" where nothing was measured."""
+    found = verdict(Run.load(folder))
+    return f"<p><b>{escape(found.quality)}</b> {escape(found.basis)}</p>" if found.quality else ""
 
 
 def _data(report: RunReport) -> list[tuple[str, str]]:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from studio.dataset import Selection
     from studio.inference.offline import Predictor
     from studio.motion import Motion
+    from studio.motion.moods import MoodSpan
     from studio.project import Project, Run
     from studio.take import Take
 
@@ -53,11 +54,13 @@ class ExportSource:
 
 @dataclass(frozen=True)
 class GenerationOptions:
-    """How a run is to move: its style (None for the run's default), seed and liveliness."""
+    """How a run is to move: style (None for the run's default) or a mix of several, moods, and chance."""
 
     style: str | None = None
     seed: int = 0
     liveliness: float = 1.0
+    mix: tuple[tuple[str, float], ...] = ()
+    moods: tuple[MoodSpan, ...] = ()
 
 
 class Generator:
@@ -91,8 +94,9 @@ class Generator:
             audio,
             report,
             lambda piece: on_piece(self._blinking(piece)),
-            style=self.options.style,
+            style=self.options.mix or self.options.style,
             sampling=sampling,
+            moods=self.options.moods,
         )
         return self._blinking(motion)
 

@@ -41,6 +41,7 @@ class Example:
         mask: 1 for columns the take has, float32 (C,).
         grid: the captured motion they come from.
         style: index of its style, 0 where it has none of its own.
+        moods: 1 where a mood's label stands, (T, moods); None where no moods are told.
     """
 
     id: str
@@ -50,6 +51,7 @@ class Example:
     mask: Floats
     grid: Grid
     style: int = 0
+    moods: Floats | None = None
 
     @property
     def frames(self) -> int:
@@ -153,11 +155,12 @@ class CropShape:
 
 @dataclass(frozen=True, eq=False)
 class Crop:
-    """A piece of an example: rows (n K + before + after, F), values (n, C) and their weights (n, C)."""
+    """A piece of an example: rows (n K + before + after, F), values, their weights (n, C), moods (n, M)."""
 
     rows: Floats
     values: Floats
     weight: Floats
+    moods: Floats | None = None
 
 
 def cut(
@@ -191,7 +194,8 @@ def cut(
         rows[:, :bands] = _augmented(rows[:, :bands], augment, crop_shape, rng)
     if rng is not None and bands < rows.shape[1]:  # an encoder's numbers are no dB
         rows[:, bands:] = _shaken(rows[:, bands:], augment, rng)
-    return Crop(rows, values, weight.astype(np.float32))
+    moods = None if example.moods is None else between(example.moods, frames)
+    return Crop(rows, values, weight.astype(np.float32), moods)
 
 
 def _stretched_rows(example: Example, first: int, count: int, crop_shape: CropShape, tempo: float) -> Floats:

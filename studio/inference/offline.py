@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import rows, span
 from studio.features.audio_spec import Floats
-from studio.model._network import Network, SamplingOptions, State
+from studio.model._network import Network, SamplingOptions, State, conditions
 from studio.motion import Motion, concatenate
+from studio.motion.moods import MoodSpan, check_known, weights_at
 from studio.sound.sound_file import sound_blocks, sound_info
 from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
@@ -22,6 +24,8 @@ PIECE_SECONDS = 20.0
 """Motion predicted at once."""
 BLOCK_SECONDS = 30.0
 AS_LEARNT = SamplingOptions()
+Mix = Sequence[tuple[str, float]]
+"""Styles with their shares."""
 LIVELIEST = 3.0
 
 
@@ -47,6 +51,11 @@ class Predictor:
         return self.model.style_names
 
     @property
+    def moods(self) -> tuple[str, ...]:
+        """The moods it was taught."""
+        return self.model.moods
+
+    @property
     def style(self) -> str:
         """The style used unless another is asked for."""
         return self.model.style_name(self.model.style_index(None, self._name))
@@ -56,8 +65,9 @@ class Predictor:
         audio: Path,
         on_progress: Callable[[float], None] = lambda fraction: None,
         on_piece: Callable[[Motion], None] = lambda piece: None,
-        style: str | None = None,
+        style: str | Mix | None = None,
         sampling: SamplingOptions = AS_LEARNT,
+        moods: Sequence[MoodSpan] = (),
     ) -> Motion:
         """The motion of a whole sound file.
 
@@ -65,16 +75,17 @@ class Predictor:
             audio: any sound or video file.
             on_progress: told after every piece which fraction is done.
             on_piece: given every piece as soon as it is made.
-            style: one of `styles`; None takes the run's default.
+            style: one of `styles`, or several with their shares; None takes the run's default.
             sampling: the seed and how lively the motion is; the same gives the same motion.
+            moods: what it is played in, and when.
 
         Raises:
-            StudioError: the style is not known, the sound cannot be read or is empty.
+            StudioError: a style or mood is not known, the sound cannot be read or is empty.
         """
         seconds = sound_info(audio).duration
         parts: list[Motion] = []
         blocks = sound_blocks(audio, self.model.recipe.sound.sample_rate, BLOCK_SECONDS)
-        for part in self.stream(blocks, style=style, sampling=sampling):
+        for part in self.stream(blocks, style=style, sampling=sampling, moods=moods):
             parts.append(part)
             on_piece(part)
             on_progress(min(1.0, float(part.times[-1]) / seconds) if seconds > 0 else 1.0)
@@ -83,34 +94,47 @@ class Predictor:
         return concatenate(parts)
 
     def generate_samples(
-        self, samples: Floats, style: str | None = None, sampling: SamplingOptions = AS_LEARNT
+        self,
+        samples: Floats,
+        style: str | Mix | None = None,
+        sampling: SamplingOptions = AS_LEARNT,
+        moods: Sequence[MoodSpan] = (),
     ) -> Motion:
         """The motion of sound in memory, mono (N,) at the model's own sample rate."""
-        parts = list(self.stream([samples], style=style, sampling=sampling))
+        parts = list(self.stream([samples], style=style, sampling=sampling, moods=moods))
         return concatenate(parts) if parts else self.model.layout.motion(self._nothing(), np.zeros(0))
 
     def stream(
         self,
         blocks: Iterable[Floats],
         piece_seconds: float = PIECE_SECONDS,
-        style: str | None = None,
+        style: str | Mix | None = None,
         sampling: SamplingOptions = AS_LEARNT,
+        moods: Sequence[MoodSpan] = (),
     ) -> Iterator[Motion]:
         """The motion in pieces as sound comes in; together they are the whole.
 
         Args:
             blocks: mono sound at the model's sample rate, float32 (N,) each, any lengths.
             piece_seconds: length of a piece; memory grows with it and not with the sound.
-            style: one of `styles`; None takes the run's default.
+            style: one of `styles`, or several with their shares; None takes the run's default.
             sampling: the seed and how lively the motion is.
+            moods: what it is played in, and when.
 
         Yields:
             Pieces one after another in time; a model that hears only a little ahead gives the same
             motion whatever the blocks and pieces are.
         """
-        model, chosen = self.model.in_style(self.model.style_index(style, self._name))
+        chosen: Tensor
+        if style is None or isinstance(style, str):
+            model, index = self.model.in_style(self.model.style_index(style, self._name))
+            chosen = torch.tensor([index])
+        else:
+            model, shares = self.model.in_mix(style, self._name)
+            chosen = torch.from_numpy(shares)[None]
         _must_be_possible(sampling)
-        run = _Stream(model, max(1, round(piece_seconds * self.fps)), chosen, sampling)
+        check_known((one.name for one in moods), model.moods, self._name)
+        run = _Stream(model, max(1, round(piece_seconds * self.fps)), chosen, sampling, moods)
         for block in blocks:
             _must_be_numbers(block)
             yield from run.feed(block)
@@ -132,10 +156,17 @@ def load_predictor(run_folder: Path) -> Predictor:
 class _Stream:
     """Sound samples in, motion out, remembering no more sound than the next piece needs."""
 
-    def __init__(self, model: Model, piece_frames: int, style: int, sampling: SamplingOptions) -> None:
+    def __init__(
+        self,
+        model: Model,
+        piece_frames: int,
+        style: Tensor,
+        sampling: SamplingOptions,
+        moods: Sequence[MoodSpan],
+    ) -> None:
         self._model, self._piece, self._sampling = model, piece_frames, sampling
-        # One sound is a batch of one; the style is a batch's as well.
-        self._style = torch.tensor([style])
+        # One sound is a batch of one: an index (1,), or shares (1, 1 + styles).
+        self._style, self._moods = style, moods
         self._spec, self._fps = model.recipe.sound, model.fps
         self._samples = np.zeros(0, dtype=np.float32)
         self._start = 0  # which sample of the whole sound self._samples[0] is
@@ -177,13 +208,21 @@ class _Stream:
         sampling = replace(self._sampling, first=a)
         rows_in = torch.from_numpy(sound)[None]
         with torch.inference_mode():
-            poses, self._state = network.predict(rows_in, self._state, self._style, sampling)
+            poses, self._state = network.predict(rows_in, self._state, self._told(a, b), sampling)
         # The margins were only there for the network to read both ways.
         kept = poses[0, network.margin : network.margin + last - first].numpy()
         self._frame = last
         self._discard()
         times = np.arange(first, last) * self._fps.denominator / self._fps.numerator
         return self._model.layout.motion(kept, times)
+
+    def _told(self, first: int, last: int) -> Tensor:
+        """What the network is told of style and moods for the frames from first to last."""
+        if not self._moods and not self._style.is_floating_point():
+            return self._style
+        times = np.arange(first, last) / float(self._fps)
+        moods = torch.from_numpy(weights_at(self._moods, self._model.moods, times))[None]
+        return conditions(self._style, moods, self._network.sizes.styles)
 
     def _discard(self) -> None:
         row = self._row(self._frame - self._network.margin) - self._network.before

@@ -25,6 +25,7 @@ class Sizes:
         fps: motion frames a second.
         styles: how many styles there are to tell apart besides the average; 0 for networks without.
         faces: how many columns, the first ones, are blend shapes; the others are the body's.
+        moods: how many moods there are to tell, for networks that know of moods.
     """
 
     features: int
@@ -34,6 +35,7 @@ class Sizes:
     fps: float
     styles: int = 0
     faces: int = 0
+    moods: int = 0
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ class Network(nn.Module):
         look_aheads: milliseconds of sound after a pose that it can be told to make do with; empty where it
             knows but one way.
         loss_fn: the loss while training, for a network that gives more than it is asked for.
+        knows_moods: whether it can be told moods.
         draws: whether poses are drawn by chance, so that what is generated is not what is expected.
         min_std: rows are held at this many deviations below their mean, and both are those of rows that are
             heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
@@ -76,6 +79,7 @@ class Network(nn.Module):
     margin: int = 0
     look_aheads: tuple[int, ...] = ()
     loss_fn: LossFn | None = None
+    knows_moods: bool = False
     draws: bool = False
     min_std: float | None = None
     row_mean: Tensor
@@ -117,7 +121,8 @@ class Network(nn.Module):
         Args:
             rows: (B, n K + before + after, F), not normalised.
             state: what the piece before gave.
-            style: index of each row of the batch's style, (B,), 0 the average; None is all average.
+            style: index of each row of the batch's style, (B,), 0 the average; None is all average. Or how
+                much of each style and mood each frame has, (B, n, 1 + styles + moods), from `conditions`.
                 Networks without styles pass over it.
 
         Returns:
@@ -177,6 +182,19 @@ class Network(nn.Module):
         with torch.no_grad():
             # The mean pose is the best first guess; from zero, epochs go by until the bias has found it.
             self.output.bias.copy_(mean)
+
+
+def conditions(style: Tensor, moods: Tensor, styles: int) -> Tensor:
+    """How much of each style and mood each frame has, (B, n, 1 + styles + moods).
+
+    Args:
+        style: index of the style (B,), or how much there is of each (B, 1 + styles).
+        moods: how strong each mood is, (B, n, moods).
+        styles: how many there are besides the average.
+    """
+    if not style.is_floating_point():
+        style = nn.functional.one_hot(style, styles + 1).to(moods.dtype)
+    return torch.cat([style[:, None].expand(-1, moods.shape[1], -1), moods], dim=-1)
 
 
 def windows(rows: Tensor, sizes: Sizes) -> Tensor:

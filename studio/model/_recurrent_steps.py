@@ -50,24 +50,27 @@ class RecurrentSteps:
         self._convolution = _stacked([_convolution(one) for one in members])
         self._layers = [_stacked([_layer(one, i, style) for one in members]) for i in range(first.layers)]
         self._head = _head(members, style)
+        self._moods = _moods(members)
         blank = np.zeros((len(members), first.lstm.hidden_size), dtype=np.float32)
         self._lstm_state: list[LstmState] = [(blank, blank) for _ in self._layers]
 
-    def predict(self, rows: Floats, liveliness: float = 1.0) -> Floats:
+    def predict(self, rows: Floats, liveliness: float = 1.0, moods: Floats | None = None) -> Floats:
         """The next scaled poses (n, C), with the gain.
 
         Args:
             rows: (n K + before + after, F), as for `Network.predict`.
             liveliness: as in SamplingOptions.
+            moods: how strong each mood is in each frame, (n, moods); None for none.
         """
         seen = self._seen(rows)
+        into, out = self._told(moods, seen.shape[1])
         now = seen.shape[1] - self._further
-        known, self._lstm_state = self._through(seen[:, :now], self._lstm_state)
+        known, self._lstm_state = self._through(seen[:, :now], self._lstm_state, into[:, :now])
         if self._further:  # heard again with the next frames, whose state it is not
-            on, _ = self._through(seen[:, now:], self._lstm_state)
+            on, _ = self._through(seen[:, now:], self._lstm_state, into[:, now:])
             later = np.concatenate([known, on], axis=1)[:, self._further :]
             known = np.concatenate([known, later], axis=2)
-        poses = self._head(known).mean(axis=0)
+        poses = self._head(known, out[:, : known.shape[1]]).mean(axis=0)
         varied: Floats = self._mean + self._gain * np.float32(liveliness) * (poses - self._mean)
         return varied
 
@@ -83,11 +86,22 @@ class RecurrentSteps:
         windows = np.lib.stride_tricks.sliding_window_view(flat, weights.shape[1], axis=1)[:, ::width]
         return _gelu(np.ascontiguousarray(windows) @ weights + bias)
 
-    def _through(self, values: Floats, states: Sequence[LstmState]) -> tuple[Floats, list[LstmState]]:
-        """Frames (M, n, H) through all layers, and what these remember then."""
+    def _told(self, moods: Floats | None, frames: int) -> tuple[Floats, Floats]:
+        """What moods (n, moods) add to the first layer and to the head, (M, frames, width) or 0 alike."""
+        if moods is None or self._moods is None:
+            nothing = np.zeros((1, frames, 1), dtype=np.float32)
+            return nothing, nothing
+        held = moods[np.minimum(np.arange(frames), len(moods) - 1)]
+        return held @ self._moods[0], held @ self._moods[1]
+
+    def _through(
+        self, values: Floats, states: Sequence[LstmState], told: Floats
+    ) -> tuple[Floats, list[LstmState]]:
+        """Frames (M, n, H) through all layers, the first told moods, and what these remember then."""
         left: list[LstmState] = []
-        for (into, again, bias), state in zip(self._layers, states, strict=True):
-            values, state = _remembering(values @ into + bias, again, state)
+        for number, ((into, again, bias), state) in enumerate(zip(self._layers, states, strict=True)):
+            asked = values @ into + bias
+            values, state = _remembering(asked if number else asked + told, again, state)
             left.append(state)
         return values, left
 
@@ -145,12 +159,12 @@ def _layer(one: Recurrent, number: int, style: int) -> list[Floats]:
     return [np.ascontiguousarray(into.T), np.ascontiguousarray(again.T), bias[None]]
 
 
-def _head(members: Sequence[Recurrent], style: int) -> Callable[[Floats], Floats]:
-    """What is known (M, n, H or 2 H) to poses (M, n, C), by the look-ahead in use."""
+def _head(members: Sequence[Recurrent], style: int) -> Callable[[Floats, Floats], Floats]:
+    """What is known (M, n, H or 2 H), and what moods add, to poses (M, n, C), by the look-ahead in use."""
     chosen = members[0]._chosen
     if chosen is None:
         weight, bias = _stacked([_linear(one.pose, one, style) for one in members])
-        return lambda known: known @ weight + bias
+        return lambda known, told: known @ weight + bias + told
     firsts, lasts = [], []
     for one in members:
         head = one.others[chosen]
@@ -161,7 +175,35 @@ def _head(members: Sequence[Recurrent], style: int) -> Callable[[Floats], Floats
         firsts.append(_linear(first, one, style))
         lasts.append([np.ascontiguousarray(_array(last.weight).T), _array(last.bias)[None]])
     (a, b), (c, d) = _stacked(firsts), _stacked(lasts)
-    return lambda known: _gelu(known @ a + b) @ c + d
+    return lambda known, told: _gelu(known @ a + b + told) @ c + d
+
+
+def _moods(members: Sequence[Recurrent]) -> list[Floats] | None:
+    """What each mood at its full strength adds to the first LSTM layer and the head, (M, moods, width)."""
+    found = []
+    for one in members:
+        if one.mood is None:
+            return None
+        numbers, head = _array(one.mood.weight), one.pose
+        if one._chosen is not None:
+            further = one.others[one._chosen]
+            assert isinstance(further, nn.Sequential)
+            first = further[0]
+            assert isinstance(first, nn.Linear)
+            head = first
+        weight = one.lstm.weight_ih_l0
+        assert isinstance(weight, Tensor)
+        into = _ordered(_array(weight))
+        found.append([numbers @ _of_style(one, matrix).T for matrix in (into, _array(head.weight))])
+    return _stacked(found)
+
+
+def _of_style(one: Recurrent, weight: Floats) -> Floats:
+    """A matrix's inputs for the style (out, width), of all moments together."""
+    assert one.style is not None
+    units, width = one.lstm.hidden_size, one.style.embedding_dim
+    starts = range(0, weight.shape[1], units + width)
+    return np.sum([weight[:, a + units : a + units + width] for a in starts], axis=0)
 
 
 def _linear(layer: nn.Linear, one: Recurrent, style: int) -> list[Floats]:

@@ -188,6 +188,9 @@ class FaceFormer(Network):
         """The style's embedding of each row of a batch, (B, width)."""
         if style is None or not self.sizes.styles:
             style = torch.zeros(batch, dtype=torch.long, device=self.style.weight.device)
+        if style.is_floating_point():  # a mixture, the same throughout
+            mixed: Tensor = style[:, 0, : self.sizes.styles + 1] @ self.style.weight
+            return mixed
         embedded: Tensor = self.style(style)
         return embedded
 

@@ -29,6 +29,7 @@ class Recurrent(Network):
     """Frames of stacked rows -> convolution -> LSTM -> pose."""
 
     min_std = MIN_STD
+    knows_moods = True
 
     def __init__(
         self,
@@ -48,10 +49,11 @@ class Recurrent(Network):
         ahead = kernel // 2 if look_ahead is None else look_ahead
         self.margin = round(MARGIN_SECONDS * sizes.fps) if both else 0
         self.convolution = nn.Conv1d(sizes.features * sizes.steps_per_frame, units, kernel)
-        self.style = nn.Embedding(sizes.styles + 1, style_width) if sizes.styles else None
+        told = sizes.styles or sizes.moods
+        self.style = nn.Embedding(sizes.styles + 1, style_width) if told else None
         if self.style is not None:
             nn.init.normal_(self.style.weight, std=_STYLE_DEVIATION)
-        beside = style_width if sizes.styles else 0
+        beside = style_width if told else 0
         self.lstm = nn.LSTM(
             units + beside,
             units,
@@ -73,6 +75,9 @@ class Recurrent(Network):
             _further(known + beside, 1 + (self._late(ms) > 0), units, sizes.columns)
             for ms in self.look_aheads
         )
+        self.mood = nn.Embedding(sizes.moods, style_width) if sizes.moods else None
+        if self.mood is not None:
+            nn.init.normal_(self.mood.weight, std=_STYLE_DEVIATION)
         self.set_look_ahead(None)
 
     @property
@@ -203,12 +208,19 @@ class Recurrent(Network):
         return outputs, self._styled(known, style), None if self.margin else left
 
     def _styled(self, values: Tensor, style: Tensor | None) -> Tensor:
-        """Values (B, n, H) with the embedding of each row's style beside them."""
+        """Values (B, n, H) with the embedding of each row's style beside them, or of each frame's mixture."""
         if self.style is None:
             return values
         if style is None:
             # Index 0 is the average, which has an embedding of its own, learnt by style dropout.
             style = torch.zeros(len(values), dtype=torch.long, device=values.device)
+        if style.is_floating_point():
+            known = self.style.weight
+            told = known if self.mood is None else torch.cat([known, self.mood.weight])
+            embedded = style @ told
+            # Sound that a look-ahead hears on has no frames of its own yet: it is told what the last one is.
+            beyond = embedded[:, -1:].expand(-1, values.shape[1] - embedded.shape[1], -1)
+            return torch.cat([values, torch.cat([embedded, beyond], dim=1).to(values.dtype)], dim=-1)
         embedded = self.style(style)[:, None].expand(-1, values.shape[1], -1)
         return torch.cat([values, embedded], dim=-1)
 
@@ -220,6 +232,7 @@ class Ensemble(Network):
     """
 
     min_std = MIN_STD
+    knows_moods = True
 
     def __init__(self, sizes: Sizes, members: list[Recurrent]) -> None:
         super().__init__(sizes)

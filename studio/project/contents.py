@@ -35,7 +35,7 @@ _ENDINGS = {
     ("takes", "*"): SOUNDS | {".arrow", ".parquet", ".json", ".bin"},
     ("runs", "*"): frozenset({".toml", ".json", ".jsonl", ".safetensors", ".txt", ".html"}),
     ("runs", "*", "preview"): frozenset({".arrow", ".json"}),
-    ("runs",): frozenset({".jsonl"}),
+    ("runs",): frozenset({".json", ".jsonl"}),
     ("avatars",): frozenset({".vrm", ".json"}),
     ("sounds",): SOUNDS,
     ("tunings",): frozenset({".json"}),

@@ -54,9 +54,11 @@ class RunReport:
         epochs, of: finished and planned.
         best_epoch, best_val_loss, best_val: the best epoch with its loss and figures on validation.
         seconds: the training took.
+        step_s, check_s: of them a step took, and a validation.
         train, val: ids of the selections learnt from and validated on.
         frames, minutes, fps: of what was learnt from.
         performers, styles, style: whose and which it tells apart, and the style used unless asked otherwise.
+        moods: labels it was taught.
         channels, parameters, device: of its network.
         notes: sentences worth knowing.
         look_aheads, look_aheads_on: figures at each look-ahead of Live, and the takes measured on.
@@ -80,6 +82,8 @@ class RunReport:
     best_val_loss: float | None = None
     best_val: dict[str, Any] | None = None
     seconds: float | None = None
+    step_s: float | None = None
+    check_s: float | None = None
     train: tuple[str, ...] = ()
     val: tuple[str, ...] = ()
     frames: int | None = None
@@ -88,6 +92,7 @@ class RunReport:
     performers: tuple[str, ...] = ()
     styles: tuple[str, ...] = ()
     style: str = ""
+    moods: tuple[str, ...] = ()
     channels: int | None = None
     parameters: int | None = None
     device: str = ""

@@ -5,14 +5,16 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor
@@ -28,9 +30,10 @@ from studio.training.recipe import Recipe, UnusableRunError
 from studio.training.recipe_values import check_kind
 from studio.training.styles import FittedStyle
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """2 added styles; files of version 1 have none and are read as they are. 3 gave FaceFormer's weights the
-names that transformers have elsewhere; older ones are renamed while they are read."""
+names that transformers have elsewhere; older ones are renamed while they are read.
+4 added moods; a file without any is written as 3."""
 BEST, LAST = "best.safetensors", "last.safetensors"
 _KEY = "saia"
 _OLD_NAMES = (
@@ -64,6 +67,7 @@ class Model:
         epoch: when its weights were taken.
         styles: names of the styles it tells apart besides the average.
         style: the one used unless another is asked for, "" for the average.
+        moods: names of the moods it was taught, those of its network.
         fitted: styles it was shown when it was finished, numbered behind those of the network.
     """
 
@@ -75,6 +79,7 @@ class Model:
     styles: tuple[str, ...] = ()
     style: str = ""
     fitted: tuple[FittedStyle, ...] = ()
+    moods: tuple[str, ...] = ()
 
     @property
     def style_names(self) -> tuple[str, ...]:
@@ -94,6 +99,30 @@ class Model:
         """The name of a style by its number."""
         return self.style_names[index] if index else styles.AVERAGE
 
+    def in_mix(self, mix: Sequence[tuple[str, float]], run: str) -> tuple[Model, NDArray[np.float32]]:
+        """The model as it moves in a mix of styles, and how much of each its network is told.
+
+        Args:
+            mix: names of styles with their shares.
+            run: what sentences call the model.
+
+        Raises:
+            RequestError: it does not know one of them, or there is nothing of any.
+        """
+        total = sum(share for _, share in mix)
+        if not 0 < total < float("inf") or min(share for _, share in mix) < 0:
+            what = "There is nothing of any style in this mix."
+            raise RequestError(what, "Give at least one style a share above 0, such as --mix average:1.")
+        told = np.zeros(1 + len(self.styles), dtype=np.float32)
+        gain, shift = np.zeros(self.layout.width), np.zeros(self.layout.width)
+        for name, share in ((name, share / total) for name, share in mix):
+            index = self.style_index(name, run)
+            fitted = self.fitted[index - len(told)] if index >= len(told) else None
+            told[0 if fitted is not None else index] += share
+            gain += share * (fitted.gain if fitted is not None else 1.0)
+            shift += share * (fitted.shift if fitted is not None else 0.0)
+        return replace(self, layout=FittedStyle("", gain, shift).applied(self.layout)), told
+
     def in_style(self, index: int) -> tuple[Model, int]:
         """The model as it moves in a style by its number, and the number that its network knows."""
         if index <= len(self.styles):
@@ -112,8 +141,8 @@ class TrainingState:
     facts: dict[str, Any]
 
 
-def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0) -> Network:
-    """A fresh network for a recipe, telling a number of styles apart.
+def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0, moods: int = 0) -> Network:
+    """A fresh network for a recipe, telling a number of styles apart, and moods where its form knows of them.
 
     Raises:
         RequestError: the recipe names no model there is, gives it settings it does not have, or asks for more
@@ -125,14 +154,17 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
             check_kind(f"network.{name}", recipe.network[name], parameter.default)
     sound = recipe.sound
     faces = len(layout.learnt_shapes)
-    sizes = Sizes(sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles, faces)
+    sizes = Sizes(
+        sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles, faces, moods
+    )
     try:
         with torch.device("meta"):  # its sizes alone, without the memory
-            large = sum(t.numel() for t in module.build(sizes, **recipe.network).state_dict().values())
+            probe = module.build(sizes, **recipe.network)
+            large = sum(t.numel() for t in probe.state_dict().values())
         if large > _MOST_PARAMETERS:
             what = f"The network {recipe.model} would have {large / 1e9:.1f} billion weights."
             raise RequestError(what, "Lower its sizes in the recipe's network settings.")
-        return module.build(sizes, **recipe.network)
+        return module.build(sizes if probe.knows_moods else replace(sizes, moods=0), **recipe.network)
     except (TypeError, ValueError, RuntimeError, MemoryError) as error:
         what = f"The network {recipe.model} cannot be built as asked: {error}."
         raise RequestError(what, "Check the recipe's network settings.") from error
@@ -147,13 +179,15 @@ def save_model(path: Path, made: Model, weights: Mapping[str, Tensor] | None = N
         weights: to keep instead of the network's own (the averaged ones).
     """
     facts = {
-        "version": FORMAT_VERSION,
+        # Programs of before 2027 cannot leave moods away, and say that the file is newer.
+        "version": FORMAT_VERSION if made.moods else 3,
         "recipe": made.recipe.as_dict(),
         "layout": made.layout.as_dict(),
         "fps": [made.fps.numerator, made.fps.denominator],
         "epoch": made.epoch,
         "styles": list(made.styles),
         "style": made.style,
+        "moods": list(made.moods),
         # Programs of before 2027 pass over it, and know the run without these styles.
         "fitted": [one.as_dict() for one in made.fitted],
     }
@@ -174,12 +208,15 @@ def load_model(path: Path) -> Model:
         names, style = tuple(map(str, facts.get("styles", ()))), str(facts.get("style", ""))
         if style and style not in names:
             raise ValueError("the default style is not among the styles")
+        moods = tuple(map(str, facts.get("moods", ())))
         fitted = tuple(FittedStyle.from_dict(one, layout.width) for one in facts.get("fitted", ()))
         # Before anything is built: the file may come from anybody.
         if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
         with torch.device("meta"):  # a hostile header must not make us fill the memory first
-            network = build_network(recipe, layout, fps, len(names))
+            network = build_network(recipe, layout, fps, len(names), len(moods))
+        if network.sizes.moods != len(moods):
+            raise ValueError("moods that the network does not know")
         # Assigned: a network on the meta device has no memory to copy into.
         network.load_state_dict(tensors, assign=True)
         if not all(map(_is_learnt, network.parameters())):
@@ -200,7 +237,7 @@ def load_model(path: Path) -> Model:
     for parameter in network.parameters():
         # Only used from here on; gradients would be kept for nothing.
         parameter.requires_grad_(False)
-    return Model(network.eval(), recipe, layout, fps, epoch, names, style, fitted)
+    return Model(network.eval(), recipe, layout, fps, epoch, names, style, fitted, moods)
 
 
 def fitted_names(path: Path) -> tuple[str, ...]:
@@ -238,7 +275,7 @@ def save_state(path: Path, state: TrainingState) -> None:
         for part in ("network", "optimiser", "average")
         for name, tensor in getattr(state, part).items()
     }
-    _write(path, tensors, {"version": FORMAT_VERSION, **state.facts})
+    _write(path, tensors, {"version": FORMAT_VERSION if state.facts.get("moods") else 3, **state.facts})
 
 
 def load_state(path: Path) -> TrainingState:

@@ -20,6 +20,7 @@ from studio.features.examples import Example, make_example
 from studio.features.motion import Layout
 from studio.motion import Motion
 from studio.motion.grid import Grid, learnt_rate, nominal_rate, on_grid
+from studio.motion.moods import Spans, learnable, stands
 from studio.project import Project
 from studio.take.take import Take
 from studio.training.recipe import Recipe
@@ -47,6 +48,7 @@ class Gathered:
         notes: what a person should know, one sentence each.
         performers: who is in the training takes.
         styles: names of the styles told apart; an example's style is an index into them, plus 1.
+        moods: names of the labels learnt as moods, in the order of the examples' columns.
     """
 
     train: tuple[Example, ...]
@@ -56,6 +58,7 @@ class Gathered:
     notes: tuple[str, ...]
     performers: tuple[str, ...]
     styles: tuple[str, ...] = ()
+    moods: tuple[str, ...] = ()
 
     @property
     def frames(self) -> int:
@@ -79,6 +82,7 @@ def gather(
     layout: Layout | None = None,
     fps: Fraction | None = None,
     styles: tuple[str, ...] | None = None,
+    moods: tuple[str, ...] | None = None,
     on_cleaning: OnCleaning = lambda take, done: None,
     on_listening: OnListening = lambda take, number, of: None,
 ) -> Gathered:
@@ -87,7 +91,7 @@ def gather(
     Args:
         project: its dataset says which selections.
         recipe: sound features, frame rate, scaling.
-        layout, fps, styles: those of a run that is resumed; measured where None.
+        layout, fps, styles, moods: those of a run that is resumed; measured where None.
         on_cleaning: is told of a take whose cleaned sound has to be made, and how much of it is (0..1).
         on_listening: is told of each take before its sound is listened to: which, its number, of how many.
 
@@ -110,19 +114,26 @@ def gather(
     named = styles_of([m.selection for m in train], recipe.training.style_by)
     styles = tuple(dict.fromkeys(name for name in named if name)) if styles is None else styles
     indices = {name: i for i, name in enumerate(styles, 1)}
+    spans = {m.selection.id: _labelled(m) for m in (*train, *val)}
+    if moods is None:
+        counted = ((spans[m.selection.id], grids[m.selection.id].valid, float(fps)) for m in train)
+        moods = learnable(counted)
     numbers = {m.selection.id: i for i, m in enumerate((*train, *val), 1)}
 
     def example(material: TrainingMaterial) -> Example:
         on_listening(material.selection.id, numbers[material.selection.id], len(numbers))
         grid = grids[material.selection.id]
-        return make_example(material.selection.id, material.samples, grid, layout, recipe.sound, fps, cache)
+        one = make_example(material.selection.id, material.samples, grid, layout, recipe.sound, fps, cache)
+        if not moods:
+            return one
+        return replace(one, moods=stands(spans[one.id], moods, one.frames, float(fps)))
 
     performers = tuple(dict.fromkeys(m.selection.performer for m in train if m.selection.performer))
     learnt = tuple(
         replace(example(m), style=indices.get(name, 0)) for m, name in zip(train, named, strict=True)
     )
     checked = tuple(map(example, val))
-    return Gathered(learnt, checked, layout, fps, tuple(notes), performers, styles)
+    return Gathered(learnt, checked, layout, fps, tuple(notes), performers, styles, moods)
 
 
 def _materials(
@@ -210,16 +221,43 @@ def _hold_back(
 
 
 def _part(material: TrainingMaterial, start: float, end: float, suffix: str) -> TrainingMaterial:
-    rate = material.sample_rate
+    rate, used = material.sample_rate, material.selection
+    begun, last = max(used.in_point, 0.0), min(end, material.duration)
     return replace(
         material,
-        selection=replace(material.selection, id=material.selection.id + suffix),
+        selection=replace(used, id=used.id + suffix, in_point=begun + start, out_point=begun + last),
         samples=material.samples[round(start * rate) : round(end * rate)],
         # Not `cut`: a frame right at the border must not be learnt from and validated with.
         motion=material.motion.between(start, end).shifted(-start),
-        duration=min(end, material.duration) - start,
+        duration=last - start,
         excluded=tuple((a - start, b - start) for a, b in material.excluded if b > start),
     )
+
+
+def _labelled(material: TrainingMaterial) -> Spans:
+    return moods_of(material.selection, max(material.selection.in_point, 0.0) + material.duration)
+
+
+_NO_MOODS = frozenset({"sentence", "vowel", "problem"})
+"""Tiers that say what is spoken or what is wrong, and not how it is played."""
+
+
+def moods_of(selection: Selection, duration: float) -> Spans:
+    """Where each mood stands in what is used of a take, seconds from the in point on.
+
+    Args:
+        selection: with its labels; its emotion holds throughout, where no label of that tier says more.
+        duration: of the recording, seconds.
+    """
+    first, last = selection.span(duration)
+    found: Spans = {}
+    for label in selection.labels:
+        start, end = max(label.t, first), min(label.t + label.duration, last)
+        if label.tier not in _NO_MOODS and label.text.strip() and end > start:
+            found.setdefault(label.text.strip(), []).append((start - first, end - first))
+    if selection.emotion and not any(label.tier == "emotion" for label in selection.labels):
+        found[selection.emotion] = [(0.0, last - first)]
+    return found
 
 
 def _rate(recipe: Recipe, train: list[TrainingMaterial]) -> Fraction:

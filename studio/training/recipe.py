@@ -141,7 +141,8 @@ class Recipe:
         name: the file's name without its suffix.
         title, summary: for people.
         preset: the card it is shown as ("Quick look", "Balanced", "Best"); "" for none.
-        minutes: expected time on two cores with ten minutes of takes.
+        minutes: its time on the two cores it was measured on with ten minutes of takes; see `duration` for
+            this computer's.
         model: a module of studio.model.
         form: which of its forms, "" for the plain one.
         with_encoder: the form that is meant where its speech encoder is installed; "" for none.
@@ -230,13 +231,6 @@ class RecipeInfo:
     minutes: float
     forms: tuple[str, ...] = ()
     with_encoder: str = ""
-
-    @property
-    def expected_time(self) -> str:
-        """The expected time in words."""
-        if self.minutes < 1:
-            return "under a minute"
-        return f"about {self.minutes:.0f} minute{'s' if round(self.minutes) != 1 else ''}"
 
 
 _SECTIONS = {

@@ -123,17 +123,21 @@ class RunSelection:
         style: one that it knows, "" for its default.
         seed: which of the takes that a run draws, for runs that draw.
         liveliness: how far drawn motion goes from what is expected: 0 not at all, 1 as it was learnt.
+        mix: styles with their shares, in place of one style.
     """
 
     run: str = ""
     style: str = ""
     seed: int = 0
     liveliness: float = 1.0
+    mix: tuple[tuple[str, float], ...] = ()
 
     @property
     def words(self) -> tuple[str, ...]:
         """What `saia generate` is told besides the run and the sound."""
-        style = (f"--style={self.style}",) if self.style else ()
+        style: tuple[str, ...] = (f"--style={self.style}",) if self.style else ()
+        if self.mix:
+            style = tuple(f"--mix={name}:{share:g}" for name, share in self.mix)
         lively = (f"--liveliness={self.liveliness:g}",) if self.liveliness != 1.0 else ()
         return (*style, *lively, f"--seed={self.seed}") if self.seed else (*style, *lively)
 
@@ -151,7 +155,7 @@ class RunSelection:
 
     def _more(self) -> list[str]:
         """What it differs in from what the run does unasked."""
-        more = [self.style] if self.style else []
+        more = ["mix"] if self.mix else [self.style] if self.style else []
         more += [f"x{self.liveliness:g}"] if self.liveliness != 1.0 else []
         return more + ([str(self.seed + 1)] if self.seed else [])
 
@@ -165,12 +169,14 @@ class RunChoice:
         styles: what it can be asked for, "average" among them; empty where it learnt none.
         style: the one used unless another is asked for.
         draws: the same sound gives another motion with another seed.
+        moods: labels it was taught.
     """
 
     id: str
     styles: tuple[str, ...] = ()
     style: str = ""
     draws: bool = False
+    moods: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -191,5 +197,5 @@ def run_choice(run: Run) -> RunChoice:
     report = run.facts
     draws = report.form in DRAWING_FORMS if report.draws is None else report.draws
     if not report.styles:
-        return RunChoice(run.id, draws=draws)
-    return RunChoice(run.id, (AVERAGE, *report.styles), report.style or AVERAGE, draws)
+        return RunChoice(run.id, draws=draws, moods=report.moods)
+    return RunChoice(run.id, (AVERAGE, *report.styles), report.style or AVERAGE, draws, report.moods)

@@ -7,6 +7,8 @@ bone_table         Which joint of an imported skeleton is which bone: what was g
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
 child_process      One child process of the window: what it says and is told, and how it ends
 command_palette    Every action, setting, take and run, found by typing: Ctrl+K
+desktop            Word from the desktop while the window is not in front: a notification of what ended
+                   meanwhile
 generate_task      The motion a run makes of a sound: from the cache, else from a child process, piece by
                    piece
 hello_presenter    What "Say something" does: a phrase, a sound file or a sentence moves the figure, by the

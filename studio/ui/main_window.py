@@ -342,6 +342,8 @@ class MainWindow(QMainWindow):
         session.status_changed.connect(self.status.show_fact)
         session.tab_requested.connect(self.show_room)
         session.review_requested.connect(self._on_review_requested)
+        session.watch_requested.connect(self._on_watch_requested)
+        self._news = tabs.NewsDots(self.tabs, session)
         session.take_requested.connect(self._on_take_requested)
         session.import_requested.connect(self._on_import_requested)
         session.rolling_changed.connect(self._on_rolling_changed)
@@ -422,6 +424,10 @@ class MainWindow(QMainWindow):
     def _on_review_requested(self, run: str) -> None:
         # Review may not have been built yet, and would not hear the signal itself.
         self.room("review")[1].show_run(run)  # type: ignore[attr-defined]
+        self.show_room("review")
+
+    def _on_watch_requested(self, run: str) -> None:
+        self.room("review")[1].watch(run)  # type: ignore[attr-defined]
         self.show_room("review")
 
     def _on_step(self, tab: str, button: str) -> None:

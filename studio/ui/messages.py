@@ -103,7 +103,7 @@ class Toast(QFrame):
         QShortcut(going, window, self._go_to)
         close.setToolTip(f"{_tr('Dismiss')} ({', '.join(one.toString() for one in (going, dismissing))})")
         self._close = close
-        self.bad = False
+        self.bad = self._stays = False
         self._on_action: Callable[[], None] | None = None
         self._until: SignalInstance | None = None
         self.action.clicked.connect(self._run_action)
@@ -119,6 +119,7 @@ class Toast(QFrame):
         kind: str = "note",
         action: Action | None = None,
         until: SignalInstance | None = None,
+        stays: bool = False,
     ) -> None:
         """Show a message in place of the one before.
 
@@ -128,6 +129,7 @@ class Toast(QFrame):
             kind: "note" goes soon; "warning" and "error" stay longer, an error until dismiss_error.
             action: a button's words and what it does.
             until: takes the button away, for what it does is then past; the words stay.
+            stays: it goes only when somebody answers or dismisses it, or with the next message.
         """
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
@@ -151,7 +153,11 @@ class Toast(QFrame):
         self.setAccessibleName(whole)
         QAccessible.updateAccessibility(QAccessibleAnnouncementEvent(self, whole))
         self.bad = bad
-        self._timer.start(NOTE_MS if kind == "note" else self._error_ms)
+        self._stays = stays
+        if stays:
+            self._timer.stop()
+        else:
+            self._timer.start(NOTE_MS if kind == "note" else self._error_ms)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
@@ -179,7 +185,7 @@ class Toast(QFrame):
 
     def _count_down(self) -> None:
         """Go after a while, now that nobody is reading it."""
-        if self.isVisible() and not self._timer.isActive():
+        if self.isVisible() and not self._stays and not self._timer.isActive():
             self._timer.start(NOTE_MS)
 
     def _go_to(self) -> None:
@@ -251,11 +257,12 @@ def show_note(
     remedy: str = "",
     action: Action | None = None,
     until: SignalInstance | None = None,
+    stays: bool = False,
 ) -> None:
-    """Say that something went well; goes by itself, and its button with `until`."""
+    """Say that something went well; goes by itself unless it `stays`, and its button with `until`."""
     toast = _toast(parent)
     if toast is not None:
-        toast.show_message(text, remedy, "note", action, until)
+        toast.show_message(text, remedy, "note", action, until, stays)
 
 
 def show_warning(parent: QWidget | None, text: str, remedy: str = "", action: Action | None = None) -> None:

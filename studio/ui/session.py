@@ -54,6 +54,8 @@ class Session(QObject):
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
         review_requested: show a run in Review, by its id.
+        watch_requested: the same, and play it from the start.
+        news_changed: (tab, what is new there and not seen yet; "" for nothing).
         take_requested: show a take in Curate, by its id.
     """
 
@@ -76,6 +78,8 @@ class Session(QObject):
     import_progress = Signal(str, object)
     tab_requested = Signal(str)
     review_requested = Signal(str)
+    watch_requested = Signal(str)
+    news_changed = Signal(str, str)
     take_requested = Signal(str)
 
     def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:

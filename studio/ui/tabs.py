@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtWidgets import QLabel, QTabBar, QWidget
 
 from studio.actions import TABS
+from studio.ui import theme
 from studio.ui.session import Session
 from studio.ui.undo import UndoScope
 
@@ -19,6 +21,48 @@ ICONS = {
     "review": "mdi6.play-circle-outline",
     "live": "mdi6.account-voice",
 }
+
+
+DOT_PX = 8
+
+
+class NewsDots(QObject):
+    """A dot on each tab where something is new, until the tab is seen.
+
+    Args:
+        bar: the tabs, in the order of NAMES.
+        session: tells of news.
+    """
+
+    def __init__(self, bar: QTabBar, session: Session) -> None:
+        super().__init__(bar)
+        self._bar = bar
+        session.news_changed.connect(self._on_news)
+        session.project_opened.connect(self._forget)
+        bar.currentChanged.connect(lambda index: self._show(index, ""))
+
+    def _on_news(self, name: str, what: str) -> None:
+        index = NAMES.index(name)
+        # What is in front of somebody is seen.
+        if index != self._bar.currentIndex() or not what:
+            self._show(index, what)
+
+    def _forget(self) -> None:
+        for index in range(self._bar.count()):
+            self._show(index, "")
+
+    def _show(self, index: int, what: str) -> None:
+        dot = None
+        if what:
+            dot = QLabel()
+            dot.setObjectName("news_dot")
+            dot.setPixmap(theme.icon("mdi6.circle", "good").pixmap(DOT_PX, DOT_PX))
+            dot.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            dot.setAccessibleName(what)
+        elif self._bar.tabButton(index, QTabBar.ButtonPosition.RightSide) is None:
+            return
+        self._bar.setTabButton(index, QTabBar.ButtonPosition.RightSide, dot)
+        self._bar.setTabToolTip(index, what)
 
 
 class Presenter(Protocol):

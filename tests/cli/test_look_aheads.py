@@ -72,9 +72,12 @@ def test_after_a_training_it_is_said_what_is_measured(make_toy_project: Callable
     _, report = _measured(make_toy_project, out)
     assert [one["ms"] for one in report["look_aheads"]] == [0, 100, 500]
     assert [event for event, _ in out.printed] == [
-        LookAheadsEvent(0, 0, 3, 0.0), LookAheadsEvent(100, 1, 3, 1 / 3), LookAheadsEvent(500, 2, 3, 2 / 3)
-    ]  # fmt: skip
-    assert out.printed[0][1] == "Measuring how well it does at each look-ahead ..."
+        LookAheadsEvent(),
+        LookAheadsEvent(0, 0, 3, 0.0),
+        LookAheadsEvent(100, 1, 3, 1 / 3),
+        LookAheadsEvent(500, 2, 3, 2 / 3),
+    ]
+    assert out.printed[1][1] == "Measuring how well it does at each look-ahead ..."
 
 
 @pytest.mark.parametrize(

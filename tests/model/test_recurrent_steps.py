@@ -7,10 +7,10 @@ import pytest
 import torch
 
 from studio.model import recurrent
-from studio.model._network import Network, SamplingOptions, Sizes
+from studio.model._network import Network, SamplingOptions, Sizes, conditions
 from studio.model._recurrent_steps import steps_of
 
-SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3)
+SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3, moods=2)
 
 
 def network(**settings: object) -> Network:
@@ -46,6 +46,26 @@ def test_it_is_what_pytorch_says(settings: dict[str, object], ms: int | None, st
             )
         np.testing.assert_allclose(alone.predict(rows, 0.7), wanted[0].numpy(), atol=3e-5)
         first += frames
+
+
+@pytest.mark.parametrize("ms", [None, 0, 300])
+def test_moods_are_told_as_pytorch_tells_them(ms: int | None) -> None:
+    whole = network(members=2)
+    whole.set_look_ahead(ms)
+    alone = steps_of(whole, 2)
+    assert alone is not None
+    rng, k = np.random.default_rng(1), SIZES.steps_per_frame
+    rows = rng.normal(1.0, 2.0, (9 * k + whole.before + whole.after, SIZES.features)).astype(np.float32)
+    moods = rng.uniform(0, 1.5, (9, 2)).astype(np.float32)
+    told = conditions(torch.tensor([2]), torch.from_numpy(moods)[None], SIZES.styles)
+    with torch.inference_mode():
+        wanted, _ = whole.predict(torch.from_numpy(rows)[None], None, told, SamplingOptions())
+        none, _ = whole.predict(torch.from_numpy(rows)[None], None, torch.tensor([2]), SamplingOptions())
+        no_mood = conditions(torch.tensor([2]), torch.zeros(1, 9, 2), SIZES.styles)
+        same, _ = whole.predict(torch.from_numpy(rows)[None], None, no_mood, SamplingOptions())
+    np.testing.assert_allclose(alone.predict(rows, 1.0, moods), wanted[0].numpy(), atol=3e-5)
+    np.testing.assert_allclose(same.numpy(), none.numpy(), atol=1e-6)
+    assert float((wanted - none).abs().max()) > 0.05
 
 
 def test_networks_that_read_both_ways_or_draw_are_left_to_pytorch() -> None:

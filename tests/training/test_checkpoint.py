@@ -142,7 +142,7 @@ def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
 def test_a_newer_file_says_so(tmp_path: Path) -> None:
     path = tmp_path / "Run_001" / "best.safetensors"
     checkpoint.save_model(path, small_model())
-    rewrite(path, header(path) | {"version": 4})
+    rewrite(path, header(path) | {"version": 5})
     with pytest.raises(StudioError) as caught:
         checkpoint.load_model(path)
     assert str(caught.value) == (

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from studio.errors import RequestError
 from studio.inference.live.audio_source import LEAD_S, AudioSource, Microphone, SoundFile
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
@@ -16,6 +18,7 @@ from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
 from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
 from studio.inference.offline import sampling_of
+from studio.motion.moods import check_known
 from studio.playback.layers import Tuning, presets
 from studio.playback.sound_output import sound_delay_ms, sync_perception
 from studio.training.checkpoint import BEST, load_model
@@ -32,6 +35,7 @@ class LiveOptions:
         output: where a file is heard.
         look_ahead_ms: the nearest that the run offers is taken; None for the usual one.
         style, seed, liveliness: as for generating.
+        mood: one that the run was taught, "" for none.
         gate: idle while nobody speaks.
         gain: bring the microphone to the level of the training takes.
         suppress: take noise out.
@@ -43,6 +47,7 @@ class LiveOptions:
     output: str | None = None
     look_ahead_ms: int | None = None
     style: str | None = None
+    mood: str = ""
     seed: int = 0
     liveliness: float = 1.0
     gate: bool = True
@@ -60,11 +65,12 @@ class LivePerformance:
         style: the style in use.
 
     Attributes:
+        mood: the one that is played, "" for none.
         switches: by the word that asks for it, whose attribute each is.
     """
 
     def __init__(self, run: str, performance: Performance, style: str) -> None:
-        self.run, self.performance, self.style = run, performance, style
+        self.run, self.performance, self.style, self.mood = run, performance, style, ""
         sound, layers = performance.sound, performance.layers
         self._layers = layers
         self.switches: dict[str, tuple[object, str]] = {
@@ -86,6 +92,18 @@ class LivePerformance:
         look_ahead = look_ahead_of(self.performance.model, ms)
         self.performance.set_look_ahead(look_ahead)
         return look_ahead
+
+    def set_mood(self, name: str) -> None:
+        """Play in a mood from now on, in none where "".
+
+        Raises:
+            RequestError: the run does not know it.
+        """
+        moods = self.performance.model.moods
+        if name:
+            check_known((name,), moods, self.run)
+        self.mood = name
+        self.performance.set_mood(np.array([one == name for one in moods], dtype=np.float32))
 
     @property
     def voice_to(self) -> str | None:
@@ -130,6 +148,7 @@ class LivePerformance:
         model, look_ahead = self.performance.model, self.performance.look_ahead
         return {
             "run": self.run, "source": self.performance.source.name, "style": self.style,
+            "moods": list(model.moods),
             "fps": float(model.fps), "look_aheads": list(look_aheads(model)), **asdict(look_ahead),
             **self.channel_facts(),
         }  # fmt: skip
@@ -149,6 +168,7 @@ class LivePerformance:
         late = self.performance.facts.latency_ms
         return {
             **{name: round(value, 3) if isinstance(value, float) else value for name, value in facts.items()},
+            "mood": self.mood,
             "muted": self.is_on("mute"), "frozen": self.is_on("freeze"), "neutral": self.is_on("neutral"),
             "gain_on": self.is_on("gain"), "idles": self.is_on("gate"),
             "idling": round(self._layers.idling, 2),
@@ -203,7 +223,10 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
     layers = PoseLayers(rest_motion(model, style), idles=options.gate, blinks=options.blinks)
     performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
-    return LivePerformance(run_folder.name, performance, name)
+    live = LivePerformance(run_folder.name, performance, name)
+    if options.mood:
+        live.set_mood(options.mood)
+    return live
 
 
 def _source(options: LiveOptions, look_ahead: LookAhead) -> AudioSource:

@@ -27,7 +27,8 @@ from studio.training.checkpoint import Model
 
 LOOK_S, REST_S = 0.02, 0.008
 """How long the source may let wait for sound before other things are looked after, and how long it rests
-after a look: devices hand over every 5 ms, and to answer each block alone would cost half as much again."""
+after a look at most: devices hand over every 5 ms, and to answer each block alone would cost half as much
+again. Only the block that completes a pose is answered at once: a rest then would come on top."""
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
@@ -119,6 +120,7 @@ class Performance:
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
         self._next_look_ahead: LookAhead | None = None
+        self._mood = self._next_mood = np.zeros(len(model.moods), dtype=np.float32)
         self._voice_output: DelayedVoiceOutput | None = None
 
     @property
@@ -161,6 +163,12 @@ class Performance:
     def set_look_ahead(self, look_ahead: LookAhead) -> None:
         """Another look-ahead from the next block on."""
         self._next_look_ahead = look_ahead
+
+    def set_mood(self, mood: Floats) -> None:
+        """Play in other moods (moods,) from the next block on, and rest in them."""
+        self._next_mood = mood
+        # Here, not on the live thread: lasting silence takes longer to work out than a frame may.
+        self.layers.set_rest(rest_motion(self.model, self._style, mood))
 
     def set_voice_output(self, output: DelayedVoiceOutput | None) -> None:
         """Hand the voice on to a started output, late; None to nobody."""
@@ -230,11 +238,15 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.poll()
-                # Blocks come every few milliseconds; taking several at once costs less than waking for each.
-                time.sleep(REST_S)
+                time.sleep(self.rest_s)
                 self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
             self._failure = error
+
+    @property
+    def rest_s(self) -> float:
+        """How long to rest before the next look: blocks taken together cost less than each by itself."""
+        return min(REST_S, self._steps.missing_s)
 
     def poll(self) -> None:
         """Process the blocks that have arrived; the live thread calls this again and again."""
@@ -243,6 +255,9 @@ class Performance:
         began = time.thread_time()
         if self._next_look_ahead is not None:
             self._change()
+        if self._next_mood is not self._mood:
+            self._mood = self._next_mood
+            self._steps.set_mood(self._mood)
         for block in self._fresh(self.source.blocks()):
             self._process(block)
         self._spend(time.thread_time() - began)
@@ -298,6 +313,7 @@ class Performance:
         assert self._next_look_ahead is not None
         self._look_ahead, self._next_look_ahead = self._next_look_ahead, None
         self._steps = LiveSteps(self.model, self._look_ahead, self._style, self._sampling)
+        self._steps.set_mood(self._mood, at_once=True)
         # The new steps count their frames from here; older poses stay in the line until they were shown.
         self._base = self._seconds_heard
         self._delay.reset()
@@ -332,6 +348,6 @@ def _silence(model: Model, look_ahead: LookAhead) -> Floats:
     return np.zeros(round(seconds * model.recipe.sound.sample_rate), np.float32)
 
 
-def rest_motion(model: Model, style: int = 0) -> Motion:
+def rest_motion(model: Model, style: int = 0, mood: Floats | None = None) -> Motion:
     """The pose a model's avatar rests in, as a motion of one frame."""
-    return model.layout.motion(silent_pose(model, style)[None], np.zeros(1))
+    return model.layout.motion(silent_pose(model, style, mood)[None], np.zeros(1))

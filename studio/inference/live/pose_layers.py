@@ -29,7 +29,8 @@ class PoseLayers:
 
     def __init__(self, rest: Motion, idles: bool = True, blinks: float = 0.0) -> None:
         self.shape_names, self.bone_names = rest.shape_names, rest.bone_names
-        self.rest = rest.pose(0.0)
+        self.rest = self._rest_before = rest.pose(0.0)
+        self._rest_share = 1.0
         self._reference = Reference.of(rest)
         self.idles, self._blinks = idles, blinks
         # Reentrant: named_pose holds it around pose, so that names and pose never belong to two tunings.
@@ -48,6 +49,15 @@ class PoseLayers:
     def idling(self) -> float:
         """How far it idles, 0 to 1."""
         return self._idle_share
+
+    def set_rest(self, rest: Motion) -> None:
+        """Ease over to resting like this, a motion of one frame of the same channels."""
+        with self._lock:
+            self._rest_before, self.rest, self._rest_share = self._resting(), rest.pose(0.0), 0.0
+
+    def _resting(self) -> Pose:
+        share = float(smooth_step(self._rest_share))
+        return self.rest if share == 1 else between(self._rest_before, self.rest, share)
 
     def retune(self, tuning: Tuning) -> None:
         """Other layers from the next pose on."""
@@ -107,10 +117,11 @@ class PoseLayers:
         still = made is None or (self.idles and not speaking)
         self._idle_share = _towards(self._idle_share, float(still), step / FADE_S)
         self._neutral_share = _towards(self._neutral_share, float(self.neutral), step / PANIC_S)
-        t = moment - self._begun
-        pose = made if made is not None else self.rest
+        self._rest_share = _towards(self._rest_share, 1.0, step / FADE_S)
+        t, rest = moment - self._begun, self._resting()
+        pose = made if made is not None else rest
         if self._idle_share > 0:
-            idle = self._idler.pose(t, self.rest)
+            idle = self._idler.pose(t, rest)
             share = float(smooth_step(self._idle_share))
             pose = idle if share == 1 else between(pose, idle, share)
         # After idling, so that a person's own tuning holds while nobody speaks.

@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.features.audio import ready_at, rows
 from studio.features.audio_spec import AudioSpec, Floats, row_centres
-from studio.model._network import Network, SamplingOptions, State
+from studio.model._network import Network, SamplingOptions, State, conditions
 from studio.model._recurrent_steps import steps_of
+from studio.motion.moods import FADE_S
 from studio.training.checkpoint import Model
 
 if TYPE_CHECKING:
@@ -110,6 +112,20 @@ def _must_be_rows(spec: AudioSpec) -> None:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class MoodFade:
+    """From some moods to others (moods,), begun at a frame."""
+
+    before: Floats
+    after: Floats
+    first: int
+
+    def at(self, frames: NDArray[np.int64], fps: float) -> Floats:
+        """How strong each mood is in some frames, (n, moods)."""
+        share = np.clip((frames - self.first) / (FADE_S * fps), 0.0, 1.0)[:, None]
+        return ((1 - share) * self.before + share * self.after).astype(np.float32)
+
+
 class LiveSteps:
     """Frames of scaled poses as sound comes in.
 
@@ -144,6 +160,8 @@ class LiveSteps:
         self._first_row = -self._back * self._k - network.before
         self._rows = np.zeros((0, self._spec.width), dtype=np.float32)
         self._heard = self._token_stream()
+        blank = np.zeros(len(model.moods), dtype=np.float32)
+        self._fade = MoodFade(blank, blank, 0)
         self._state: State | None = None
         self._due = 0  # how many samples the next frames need
 
@@ -151,6 +169,16 @@ class LiveSteps:
     def frame(self) -> int:
         """The next frame that will be given."""
         return self._frame
+
+    @property
+    def missing_s(self) -> float:
+        """Seconds of sound that the next frame still lacks."""
+        return max(self._due - self._start - len(self._samples), 0) / self._spec.sample_rate
+
+    def set_mood(self, mood: Floats, at_once: bool = False) -> None:
+        """Play in other moods (moods,) from the next frame on, with a cross-fade unless all at once."""
+        now = self._fade.at(np.array([self._frame]), float(self._model.fps))[0]
+        self._fade = MoodFade(mood if at_once else now, mood, self._frame)
 
     def feed(self, block: Floats) -> Iterator[tuple[int, Floats]]:
         """What can be known after one more block of mono sound (N,) at the model's rate.
@@ -232,11 +260,17 @@ class LiveSteps:
 
     def _predicted(self, window: Floats, first: int) -> Floats:
         """Scaled poses (n, C) of the rows of consecutive frames, of which one is the first."""
+        network, sampling, style = self._network, replace(self._sampling, first=first), self._style
+        moods = None
+        if self._model.moods:
+            frames = len(window) - network.before - network.after
+            moods = self._fade.at(first + np.arange(frames // self._k), float(self._model.fps))
         if self._alone is not None:
-            return self._alone.predict(window, self._sampling.liveliness)
-        network, sampling = self._network, replace(self._sampling, first=first)
+            return self._alone.predict(window, sampling.liveliness, moods)
+        if moods is not None:
+            style = conditions(style, torch.from_numpy(moods)[None], network.sizes.styles)
         with torch.inference_mode():
-            poses, state = network.predict(torch.from_numpy(window)[None], self._state, self._style, sampling)
+            poses, state = network.predict(torch.from_numpy(window)[None], self._state, style, sampling)
         self._state = None if network.margin else state
         scaled: Floats = poses[0].numpy()
         return scaled
@@ -246,13 +280,16 @@ class LiveSteps:
         return self._model.network
 
 
-def silent_pose(model: Model, style: int = 0) -> Floats:
-    """What a model makes of lasting silence, scaled (C,): the pose its avatar rests in."""
+def silent_pose(model: Model, style: int = 0, mood: Floats | None = None) -> Floats:
+    """What a model makes of lasting silence in moods (moods,), scaled (C,): the pose its avatar rests in."""
     network, k = model.network, model.recipe.sound.steps_per_frame
     frames = round(2 * float(model.fps)) + 2 * network.margin
     silence = np.zeros(0, dtype=np.float32)
     quiet = rows(silence, model.recipe.sound, model.fps, 0, frames * k + network.before + network.after)
+    told = torch.tensor([style])
+    if mood is not None:
+        told = conditions(told, torch.from_numpy(np.tile(mood, (1, frames, 1))), network.sizes.styles)
     with torch.inference_mode():
-        poses, _ = network.predict(torch.from_numpy(quiet)[None], None, torch.tensor([style]))
+        poses, _ = network.predict(torch.from_numpy(quiet)[None], None, told)
     rest: Floats = poses[0, frames - 1 - network.margin].numpy()
     return rest

@@ -23,9 +23,9 @@ GUESSED = 0.5
 """Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in."""
 _NEARLY_ALL = 96
 """Per cent of the poses that are there in time; the others are shown a little late, not waited for."""
-STEADY_S, STEADY_WITHIN_S = REMEMBERED_S, 0.01
-"""A delay that stayed within so many seconds for so long has settled: the slow first poses of a process are
-out of what it remembers, and what a person sets by it is right to half a frame."""
+STEADY_S, STEADY_WITHIN_S = 1.5 * REMEMBERED_S, 0.01
+"""A delay that stayed within so many seconds for so long has settled. Longer than it remembers, for the slow
+first poses of a process hold it up, perfectly steady, until they are out of that."""
 _QUICKER, _SLOWER = 0.04, 0.25
 """How fast the delay may fall and rise, seconds a second: motion runs that much faster or slower for it."""
 

@@ -36,6 +36,7 @@ class ReadyEvent(ChildEvent, frozen=True):
     exact: bool = True
     run: str = ""
     style: str = ""
+    moods: tuple[str, ...] = ()
     fps: float = 0.0
 
 
@@ -108,6 +109,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
         peak_dbfs, rms_dbfs, voice, late, frames, seconds, drift_ppm: as inference/live/performance.py has
             them.
         look_ahead_ms: the look-ahead in use.
+        mood: the mood that is played, "" for none.
     """
 
     NAME = "state"
@@ -137,6 +139,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
     drift_ppm: float | None = None
     look_ahead_ms: int = 0
     settled: bool = True
+    mood: str = ""
 
 
 class LiveDone(DoneEvent, frozen=True):
@@ -160,6 +163,14 @@ class LookAheadEvent(ChildEvent, frozen=True):
 
     look_ahead_ms: int
     reach_ms: float = 0.0
+
+
+class MoodEvent(ChildEvent, frozen=True):
+    """Another mood is played, "" for none."""
+
+    NAME = "mood"
+
+    mood: str = ""
 
 
 class VoiceEvent(ChildEvent, frozen=True):

@@ -341,6 +341,39 @@ class CompareDone(DoneEvent, frozen=True):
     runs: Mapping[str, Figures] = msgspec.field(default_factory=dict)
     baselines: Mapping[str, Figures] = msgspec.field(default_factory=dict)
     captured: Figures = msgspec.field(default_factory=dict)
+    per_take: Mapping[str, Mapping[str, Figures]] = msgspec.field(default_factory=dict)
+
+
+class CurveProgressEvent(ProgressEvent, frozen=True):
+    """How far a learning curve is: the training it is at counts from 1, `of` so many, on so many seconds."""
+
+    VERBS = ("curve",)
+
+    number: int = 0
+    of: int = 0
+
+
+class CurveDone(DoneEvent, frozen=True):
+    """What more takes would bring.
+
+    Args:
+        text: in words.
+        points: seconds learnt from, `follow` (r) and other figures of each training.
+        next_gain: of r, by twice as much.
+        enough_seconds: from where on more hardly helps.
+        split, takes: what was measured on.
+        missing: kinds of speech there is too little of.
+    """
+
+    VERBS = ("curve",)
+
+    text: str = ""
+    points: tuple[Figures, ...] = ()
+    next_gain: float | None = None
+    enough_seconds: float | None = None
+    split: str = ""
+    takes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 class CheckedEvent(ChildEvent, frozen=True):

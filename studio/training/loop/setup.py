@@ -129,7 +129,7 @@ def leave_together(fabric: lightning_fabric.Fabric) -> None:
 
 def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     """The recipe's network for some takes, knowing their means and nothing else."""
-    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles))
+    network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles), len(data.moods))
     rows = np.concatenate([example.sound for example in data.train])
     # Digital silence is far below speech in dB and would stretch the scale until speech is a sliver of it.
     rows = rows if network.min_std is None else non_silent_rows(rows, recipe.sound)
@@ -142,7 +142,8 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
     network.see([part for example in data.train for part in _stretches(example, data.layout)])
-    return Model(network, recipe, data.layout, data.fps, styles=data.styles)
+    moods = data.moods if network.sizes.moods else ()
+    return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
 
 
 def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from studio.features.examples import Crop, CropShape, Example, cut
+from studio.model._network import conditions
 from studio.training import checkpoint
 from studio.training.checkpoint import Model, TrainingState
 from studio.training.gather import Gathered
@@ -21,13 +22,16 @@ from studio.training.loop.setup import learning_rate, make_optimiser
 from studio.training.losses import Loss
 from studio.training.recipe import TrainingSettings
 
+MOOD_DROPOUT = 0.1
+"""Share of crops learnt without their labels: a take that is labelled throughout still says what none is.
+Low, since with unlabelled takes beside it each of them pulls the motion without a mood towards that mood."""
 AHEAD = 2
 """Batches that lie ready while a step is taken: cutting and varying crops costs a fifth of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """This process's share of a step: rows of sound, values and weights (B, ...), and styles (B,)."""
+    """This process's share of a step: rows of sound, values, weights (B, ...), styles as for `Network`."""
 
     rows: Tensor
     values: Tensor
@@ -129,7 +133,7 @@ class TrainingSteps:
         """Cut and vary the crops of a step. Runs on the thread of the crops."""
         # All crops, also those of other processes: the generator must stand at the same place everywhere.
         crops = [self._crop(take, first, rng) for take, first in pick]
-        style_ids = self._shown_styles([take for take, _ in pick], rng)
+        style_ids = self._shown_moods(self._shown_styles([take for take, _ in pick], rng), crops, rng)
         # Every n-th crop, so that the shares of two processes differ by one crop at most.
         share = slice(self._fabric.global_rank, None, self._fabric.world_size)
         # A process without a crop learns from the first once more: each must take part in every collective.
@@ -149,6 +153,14 @@ class TrainingSteps:
         if self._data.styles:
             style_ids[rng.random(len(style_ids)) < self._recipe.training.style_dropout] = 0
         return torch.from_numpy(style_ids)
+
+    def _shown_moods(self, styles: Tensor, crops: list[Crop], rng: np.random.Generator) -> Tensor:
+        """The styles with the moods of each frame, now and then without; the styles where none are told."""
+        if not self._network.sizes.moods:
+            return styles
+        shown = (rng.random(len(crops)) >= MOOD_DROPOUT).astype(np.float32)
+        moods = _stacked(crops, "moods") * torch.from_numpy(shown)[:, None, None]
+        return conditions(styles, moods, self._network.sizes.styles)
 
     def _crop(self, take: int, first: int, rng: np.random.Generator) -> Crop:
         recipe, network = self._recipe, self._network

@@ -21,7 +21,7 @@ from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics import scores
 from studio.metrics.scores import REGIONS, in_region
-from studio.model._network import Network, SamplingOptions
+from studio.model._network import Network, SamplingOptions, conditions
 from studio.motion import rotation
 from studio.training import checkpoint
 from studio.training.checkpoint import Model
@@ -116,6 +116,8 @@ def predict(
 ) -> Floats:
     """Scaled poses (T, C) of a whole example in the average style, in pieces, as generating does it.
 
+    With the moods that stand on it, or a labelled take would be held against motion without its label.
+
     Expected ones, without chance, where there is no sampling.
     """
     k, out, state = network.sizes.steps_per_frame, [], None
@@ -126,7 +128,11 @@ def predict(
         a, b = first - network.margin, last + network.margin
         rows = example.rows(a * k - network.before, (b - a) * k + network.before + network.after)
         here = None if sampling is None else replace(sampling, first=a)
-        poses, state = network.predict(torch.from_numpy(rows)[None].to(device), state, average, here)
+        style = average
+        if example.moods is not None and network.sizes.moods:
+            moods = example.moods[np.clip(np.arange(a, b), 0, example.frames - 1)]
+            style = conditions(average, torch.from_numpy(moods)[None].to(device), network.sizes.styles)
+        poses, state = network.predict(torch.from_numpy(rows)[None].to(device), state, style, here)
         out.append(poses[0, network.margin : network.margin + last - first].cpu().numpy())
     return np.concatenate(out)
 

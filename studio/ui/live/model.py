@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -37,6 +37,7 @@ from studio.vmc.sender import TargetState, TargetStatus
 if TYPE_CHECKING:
     from studio.project import Run
 
+Choice = TypeVar("Choice", bool, str)
 ANSWER_S = 1.0
 """Seconds within which a child that is well has read a command and sent its state since."""
 
@@ -156,6 +157,11 @@ class LiveModel(QObject):
         self.switches.press(name, on)
         self.task.tell(switch(name, on))
 
+    def choose_mood(self, name: str) -> None:
+        """Play one of the run's moods, none where ""."""
+        self.switches.press("mood", name)
+        self.task.tell(Command("mood", name))
+
     def show_checking(self, checking: bool) -> None:
         """A file that was offered is being opened, or no longer."""
         self.checking = checking
@@ -206,16 +212,17 @@ class PendingSwitches:
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._pressed: dict[str, tuple[bool, float]] = {}
+        self._pressed: dict[str, tuple[Any, float]] = {}
 
-    def press(self, name: str, on: bool) -> None:
-        """A switch was pressed."""
-        self._pressed[name] = on, self._now()
+    def press(self, name: str, value: bool | str) -> None:
+        """A switch was pressed, or one of several choices."""
+        self._pressed[name] = value, self._now()
 
-    def shown(self, name: str, state: bool) -> bool:
-        """Whether a switch is to be shown on where the child's state has it so."""
-        on, at = self._pressed.get(name, (state, float("-inf")))
-        return on if self._now() - at < ANSWER_S else state
+    def shown(self, name: str, state: Choice) -> Choice:
+        """What is to be shown of a switch or choice where the child's state has it so."""
+        value, at = self._pressed.get(name, (state, float("-inf")))
+        pressed: Choice = value
+        return pressed if self._now() - at < ANSWER_S else state
 
     def clear(self) -> None:
         """Nobody is there any more to answer."""

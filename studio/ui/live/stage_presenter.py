@@ -23,10 +23,17 @@ class LiveStagePresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         view.controls.switched.connect(model.switch)
+        view.controls.mood_chosen.connect(model.choose_mood)
         model.posed.connect(self._on_pose)
         model.state_changed.connect(self._on_state)
         model.task.phase_changed.connect(self._on_phase)
         model.ended.connect(self._on_ended)
+        model.run_chosen.connect(self._show_moods)
+        model.runs_changed.connect(self._show_moods)
+
+    def _show_moods(self) -> None:
+        run = self._model.run
+        self._view.controls.moods.show_moods(run.facts.moods if run is not None else ())
 
     def _on_pose(self, event: PoseEvent) -> None:
         ready = self._model.ready
@@ -41,6 +48,7 @@ class LiveStagePresenter(QObject):
         shown = self._model.switches.shown
         for name, on in (("mute", state.muted), ("freeze", state.frozen), ("neutral", state.neutral)):
             self._view.controls.show_switch(name, shown(name, on))
+        self._view.controls.moods.show_mood(shown("mood", state.mood))
         # Worst first: what holds the avatar must be seen from every tab.
         held = self.tr("Live, neutral") if state.neutral else self.tr("Live, frozen") if state.frozen else ""
         held = held or (self.tr("Live, muted") if state.muted else "")
@@ -52,6 +60,7 @@ class LiveStagePresenter(QObject):
 
     def _on_ended(self) -> None:
         self._view.stage.show_nobody()
+        self._view.controls.moods.show_mood("")
         self._view.meters.clear()
         self._session.status_changed.emit("live", "", "")
 

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.motion.avatar import Avatar
 from studio.render.world_pose import WorldPose
@@ -63,20 +75,92 @@ class LiveStage(QWidget):
         self.avatar.place(self.size())
 
 
-class Controls(QWidget):
-    """Mute, freeze and the neutral pose: three switches with keys.
+A_ROW = 5
+"""Chips side by side: with all of its moods a run has two rows."""
+
+
+class MoodChips(QWidget):
+    """The moods of a run as chips with their keys, "none" first; hidden where it knows none.
 
     Signals:
-        switched: the switch's name and whether it is on now.
+        chosen: a mood's name, "" for none.
+
+    Attributes:
+        chips: by the action that each does.
     """
 
-    switched = Signal(str, bool)
+    chosen = Signal(str)
 
     def __init__(self) -> None:
         super().__init__()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
+        self.setObjectName("live_moods")
+        self.chips: dict[str, QToolButton] = {}
+        self._names: tuple[str, ...] = ()
+        self._group = QButtonGroup(self)
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(theme.TIGHT)
+        self.hide()
+
+    def show_moods(self, names: Sequence[str]) -> None:
+        """Offer these, none of them chosen."""
+        if tuple(names) == self._names:
+            return
+        for chip in self.chips.values():
+            # Hidden at once: its key must not stay beside that of its successor until Qt comes to delete it.
+            chip.hide()
+            chip.setParent(None)
+            chip.deleteLater()
+        self.chips, self._names = {}, tuple(names)
+        for number, name in enumerate(("", *self._names) if self._names else ()):
+            action = f"mood_{number}"
+            chip = QToolButton()
+            chip.setObjectName(f"live_{action}")
+            chip.setText(f"{number}  {name}" if name else self.tr("{0}  none").format(number))
+            chip.setToolTip(
+                self.tr("Move as where you labelled {0}").format(name) if name else tip_of(action)
+            )
+            chip.setCheckable(True)
+            chip.setChecked(not name)
+            theme.as_role(chip, "chip")
+            QShortcut(sequence(action), chip, chip.click)
+            chip.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
+            self._group.addButton(chip)
+            # A long label is cut, and the stage stays as narrow as it may be.
+            chip.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            chip.setMinimumWidth(52)
+            self._grid.addWidget(chip, number // A_ROW, number % A_ROW)
+            self.chips[action] = chip
+        self.setVisible(bool(self._names))
+
+    def show_mood(self, name: str) -> None:
+        """Which one is played, without saying so."""
+        for chip, one in zip(self.chips.values(), ("", *self._names), strict=False):
+            chip.setChecked(one == name)
+
+
+class Controls(QWidget):
+    """Mute, freeze and the neutral pose: three switches with keys; over them the moods of the run.
+
+    Signals:
+        switched: the switch's name and whether it is on now.
+        mood_chosen: a mood's name, "" for none.
+    """
+
+    switched = Signal(str, bool)
+    mood_chosen = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme.INSIDE)
+        self.moods = MoodChips()
+        self.moods.chosen.connect(self.mood_chosen)
+        column.addWidget(self.moods)
+        row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
+        column.addLayout(row)
         self._buttons: dict[str, QPushButton] = {}
         for name, icon in (
             ("mute", "mdi6.microphone-off"),
@@ -103,8 +187,11 @@ class Controls(QWidget):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             name = pressed(event, "live")
-            if name in self._buttons and event.modifiers() == Qt.KeyboardModifier.NoModifier:
-                self._buttons[name].click()
+            # Not where digits are typed, as in a port's number.
+            lists = isinstance(watched, QComboBox) and not watched.isEditable()
+            buttons = self._buttons | (self.moods.chips if lists else {})
+            if name in buttons and event.modifiers() == Qt.KeyboardModifier.NoModifier:
+                buttons[name].click()
                 return True
         return super().eventFilter(watched, event)
 
@@ -124,3 +211,4 @@ class Controls(QWidget):
             if not live:
                 with QSignalBlocker(button):
                     button.setChecked(False)
+        self.moods.setEnabled(live)

@@ -7,6 +7,8 @@ export_presenter     Presenter of the Export panel: writes what is shown through
 export_view          The Export panel: which formats, which part, at which rate, where to, and the outcome
 model                State of the tab: what can be reviewed and what is on the stage, with signals of its
                      changes
+moods_presenter      Presenter of the moods: paints them over the sound, and has the motion made anew
+moods_view           Moods over the timeline: which one is painted, how strong each is, and a mix of styles
 preset_presenter     Presenter of the tuning presets: in the project's folder, and in files to share
 presenter            The Review tab: builds its model and its cards
 run_presenter        Presenter of the bar over the stage: which runs are seen, and the motions they make

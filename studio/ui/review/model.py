@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from studio.metrics.comparison import MotionComparison
 from studio.motion import Motion
+from studio.motion.moods import MoodSpan
 from studio.playback.layers import Tuning
 from studio.playback.player import Player
 from studio.project import Run, sounds
@@ -22,6 +24,26 @@ from studio.vmc.sender import PoseSource
 
 A, B = 0, 1
 """The two sides that are compared: their place in `ReviewModel.sides`."""
+Mix = tuple[tuple[str, float], ...]
+"""Styles with their shares."""
+
+
+@dataclass(frozen=True)
+class PaintedMoods:
+    """What was painted over the sounds.
+
+    Args:
+        spans: by the item's key.
+        strengths: by the mood's name; 1 where not said.
+    """
+
+    spans: Mapping[str, tuple[MoodSpan, ...]] = field(default_factory=dict)
+    strengths: Mapping[str, float] = field(default_factory=dict)
+
+    def of(self, key: str) -> tuple[MoodSpan, ...]:
+        """The spans of an item, as strong as they are to be."""
+        strengths = self.strengths
+        return tuple(replace(one, strength=strengths.get(one.name, 1.0)) for one in self.spans.get(key, ()))
 
 
 @dataclass
@@ -84,6 +106,7 @@ class ReviewModel(QObject):
         captured_only: "no run" was chosen, it is not only that none was chosen yet.
         generating: whether a child process is making motion.
         tuning: what the sliders say.
+        moods: those painted over the sounds, and how strong each is.
         span: the stretch selected on the timeline, seconds.
         active: whether the tab is the one shown.
     """
@@ -120,7 +143,7 @@ class ReviewModel(QObject):
         self.sides: tuple[Side, Side] = (Side(), Side())
         self.front = A
         self.two = self.blind = self.captured_only = self.generating = self.active = False
-        self.tuning = Tuning()
+        self.tuning, self.moods = Tuning(), PaintedMoods()
         self.span: tuple[float, float] | None = None
         session.project_opened.connect(self.open)
         session.takes_changed.connect(self.refresh)
@@ -209,6 +232,17 @@ class ReviewModel(QObject):
         """The run trained last, the base voice where there is none; "" without a project."""
         runs = self._usable_runs()
         return newest(runs).id if runs else ""
+
+    def choice(self, side: int) -> RunChoice | None:
+        """The run of a side, with its styles and moods."""
+        return next((one for one in self.runs() if one.id == self.sides[side].selection.run), None)
+
+    def words(self, side: int) -> tuple[str, ...]:
+        """What `saia generate` is told for a side besides the run and the sound."""
+        run = self.choice(side)
+        painted = self.moods.of(self.item.key) if self.item is not None else ()
+        moods = (f"--mood={span.text}" for span in painted if run is not None and span.name in run.moods)
+        return (*self.sides[side].selection.words, *moods)
 
     def pose_source(self) -> PoseSource | None:
         """What is sent: the tuned motion at the player's position; None for nothing."""
@@ -339,6 +373,12 @@ class ReviewModel(QObject):
         """Select a stretch of the timeline, None for nothing."""
         self.span = span
         self.span_changed.emit(span)
+
+    def set_moods(self, moods: PaintedMoods, mix: Mix) -> None:
+        """Play these moods, and A in a mix of styles."""
+        first = self.sides[A]
+        self.moods, first.selection = moods, replace(first.selection, mix=mix)
+        self.request_motions(*((A, B) if self.two else (A,)))
 
     def set_tuning(self, tuning: Tuning) -> None:
         """Lay these sliders over all motions."""

@@ -8,6 +8,7 @@ from studio.ui import messages
 from studio.ui.review.batch_presenter import BatchPresenter
 from studio.ui.review.export_presenter import ExportPresenter
 from studio.ui.review.model import ReviewModel
+from studio.ui.review.moods_presenter import MoodsPresenter
 from studio.ui.review.preset_presenter import TuningPresetPresenter
 from studio.ui.review.run_presenter import RunPresenter
 from studio.ui.review.send_presenter import SendPresenter
@@ -40,12 +41,13 @@ class ReviewPresenter(QObject):
         self.sources = SourcesPresenter(view, model, session)
         self.runs = RunPresenter(view.bar, model, session)
         self.style = StylePresenter(view.bar, model, session)
+        self.moods = MoodsPresenter(view, model)
         self.tune = TunePresenter(view, model, session)
         self.presets = TuningPresetPresenter(view.tune, session)
         self.send = SendPresenter(view.send, model, session)
         self.export = ExportPresenter(view, model, session)
         self.batch = BatchPresenter(view, model, session)
-        scopes = (view.tune.undo_scope, self.presets.steps, self.sources.steps)
+        scopes = (self.moods.steps, view.tune.undo_scope, self.presets.steps, self.sources.steps)
         self.undo_scope = JointUndo(scopes, self)
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         model.open()
@@ -58,6 +60,11 @@ class ReviewPresenter(QObject):
 
     def show_run(self, run: str) -> None:
         """Show a run; where the tab is not shown, once it is."""
+        self.model.show_run(run)
+
+    def watch(self, run: str) -> None:
+        """Show a run, and play it from the start as soon as its motion is there."""
+        self.transport.play_from_start(run)
         self.model.show_run(run)
 
     def deactivate(self) -> None:

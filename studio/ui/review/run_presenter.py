@@ -65,6 +65,8 @@ class RunPresenter(QObject):
                 side.selection = RunSelection()
             elif side.selection.style and side.selection.style not in known.styles:
                 side.selection = replace(side.selection, style="")
+            if known is not None and not {name for name, _ in side.selection.mix} <= set(known.styles):
+                side.selection = replace(side.selection, mix=())
         self._bar.show_runs(list(choices.values()), [side.selection for side in self._model.sides])
 
     def _on_requested(self, sides: tuple[int, ...]) -> None:
@@ -78,12 +80,17 @@ class RunPresenter(QObject):
         sound = model.item.sound if model.item is not None and model.player is not None else None
         if project is None or sound is None:
             return
-        for side, task in zip(model.sides[: 2 if model.two else 1], self.tasks, strict=False):
+        for number, task in enumerate(self.tasks[: 2 if model.two else 1]):
+            side = model.sides[number]
             if side.selection.run and not side.requested and not any(one.busy for one in self.tasks):
                 side.requested = True
-                task.request(project, project.run(side.selection.run), sound, side.selection.words)
+                task.request(project, project.run(side.selection.run), sound, model.words(number))
 
     def _on_chosen(self, side: int, selection: RunSelection) -> None:
+        before = self._model.sides[side].selection
+        if (before.run, before.style) == (selection.run, selection.style):
+            # Only another draw of it.
+            selection = replace(selection, mix=before.mix)
         self._model.sides[side].selection = selection
         if side == A:
             self._model.captured_only = not selection.run

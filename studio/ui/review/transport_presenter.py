@@ -28,11 +28,15 @@ class TransportPresenter(QObject):
         self._last = 0.0
         # The picture is to be drawn again although nothing plays.
         self._dirty = True
+        # The run to be played once its motion is there, "" for none.
+        self._waiting = ""
         self._frames = QTimer(self)
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
         self._frames.setInterval(FRAME_MS)
         self._frames.timeout.connect(self._show_frame)
         model.loaded.connect(self._begin)
+        model.motion_changed.connect(self._play_waiting)
+        model.failed.connect(lambda _: self._stop_waiting())
         model.redraw_requested.connect(self._on_redraw)
         view.play_toggled.connect(self._on_play)
         view.seek_requested.connect(self.seek)
@@ -47,11 +51,16 @@ class TransportPresenter(QObject):
 
     def deactivate(self) -> None:
         """Another tab is shown."""
+        self._stop_waiting()
         self._frames.stop()
 
     def close(self) -> None:
         """The window closes."""
         self._frames.stop()
+
+    def play_from_start(self, run: str) -> None:
+        """Play what is on the stage from its start, as soon as all of a run's motion is there."""
+        self._waiting = run
 
     def seek(self, t: float) -> None:
         """Go to a moment."""
@@ -74,7 +83,21 @@ class TransportPresenter(QObject):
     def _on_redraw(self) -> None:
         self._dirty = True
 
+    def _stop_waiting(self) -> None:
+        self._waiting = ""
+
+    def _play_waiting(self) -> None:
+        model = self._model
+        ready = model.active and model.player is not None and model.predicted is not None and model.complete
+        if not self._waiting or not ready or model.side.selection.run != self._waiting:
+            return
+        self._stop_waiting()
+        self.seek(model.used[0])
+        if model.player is not None and not model.player.playing:
+            self._on_play()
+
     def _on_play(self) -> None:
+        self._stop_waiting()
         player = self._model.player
         if player is not None:
             start, end = self._model.used

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.review.export_view import ExportPanel
+from studio.ui.review.moods_view import MoodsBar
 from studio.ui.review.run_view import RunBar
 from studio.ui.review.sources_view import ReviewListCard
 from studio.ui.review.stage_view import CameraButton, PairMeters, Stage
@@ -166,6 +167,8 @@ class ReviewView(QWidget):
         stage_card.body.addWidget(self.stage, 1)
         time_card = Card()
         time_card.body.addLayout(self._transport_row())
+        self.moods = MoodsBar()
+        time_card.body.addWidget(self.moods)
         time_card.body.addWidget(self.timeline, 1)
         middle = rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
         # What a bar shows or hides must not move the columns: without a floor here they jump with each run.

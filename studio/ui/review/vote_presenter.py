@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
+from math import comb
 from typing import Any
 
 from PySide6.QtCore import QObject
@@ -21,6 +22,8 @@ from studio.ui.review.run_view import RunBar
 from studio.ui.session import Session
 
 FILE = "votes.jsonl"
+SURE = 0.05
+"""Below this a result is taken for more than chance, as everywhere in science."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,16 @@ class Tally:
     a: int
     b: int
     neither: int
+
+    @property
+    def chance(self) -> float:
+        """Probability that two which nobody can tell apart get a result at least as uneven, 0..1.
+
+        The two-sided binomial test at even odds; votes for neither say nothing of which is better.
+        """
+        votes, most = self.a + self.b, max(self.a, self.b)
+        tail = sum(comb(votes, k) for k in range(most, votes + 1)) / 2**votes
+        return min(1.0, 2.0 * tail)
 
 
 def save_vote(project: Project, vote: Vote) -> None:
@@ -180,4 +193,15 @@ class VotePresenter(QObject):
             "b": self.tr("You chose B."),
         }.get(better, self.tr("You saw no difference."))
         votes_so_far = self.tr("So far A {0}, B {1}, neither {2}.")
-        return f"{answer} {votes_so_far.format(count.a, count.b, count.neither)}"
+        sure = self._sure(count)
+        return f"{answer} {votes_so_far.format(count.a, count.b, count.neither)} {sure}".rstrip()
+
+    def _sure(self, count: Tally) -> str:
+        """With what probability chance alone would give such a result or a clearer one; "" without votes."""
+        if not count.a + count.b:
+            return ""
+        chance = count.chance
+        told = self.tr("Chance alone would give this in {0} of 100 cases.").format(
+            max(round(100 * chance), 1)
+        )
+        return told if chance < SURE else f"{told} {self.tr('Vote more to be sure.')}"

@@ -17,15 +17,19 @@ progress_view       The progress card: curves, time left, the still-model alarm 
                     the question before the window closes on a training
 recipe_presenter    What to train on and how: the data counted, a preset or recipe, and what there is to
                     compute on
-recipe_view         What to train: preset cards, the list of recipes, and the drawer of what may be changed
+recipe_view         What to train: preset cards, and the drawer with other recipes and what may be changed
+                    of one
 run_facts           What a run did, read from its epochs, and the runs as they lie on the disk. Pure: no Qt
                     widgets
 run_trash           Runs that are removed or brought in, as steps of undo: into the project's trash and back
 runs_presenter      The list of runs, and what is done with one of them: review, resume, note, show its
                     folder, delete
-runs_view           The list of training runs with their figures and notes, and what can be done with them
+runs_view           The list of training runs with their verdicts and notes, and what can be done with them
 task                The training under way: a child process, the run it makes, how far it is, and how that
                     is said
 transfer_presenter  A run's model card, and the run as one file: out to another computer, and in from there
+verdict_presenter   Says how good the shown run is, and measures in a child process what more takes would
+                    bring
+verdict_view        The verdict on the shown run, and the button that measures what more takes would bring
 view                The tab's cards, and what is seen in their place before there is anything to learn from
 """

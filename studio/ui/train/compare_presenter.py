@@ -69,7 +69,7 @@ class ComparePresenter(QObject):
         # In place of a measuring on the other split, which ends unheard.
         self._task.start(["compare", str(project.folder), *runs, "--split", split])
         if self.dialog is not None:
-            self.dialog.show_busy(0, self.tr("The runs listen to takes that they have not learnt from."))
+            self.dialog.show_busy(0, self.tr("Testing the runs on takes they have not seen…"))
 
     def _on_event(self, event: ChildEvent) -> None:
         if self.dialog is None:
@@ -99,7 +99,7 @@ class ComparePresenter(QObject):
 
     def _note(self, found: Comparison) -> str:
         takes = ", ".join(found.takes[:4]) + ("…" if len(found.takes) > 4 else "")
-        legend = self.tr("✓ nearest to the captured motion, whose value is the tick on each bar")
+        legend = self.tr("✓ closest to the captured motion (tick mark on each bar)")
         return "   ".join([takes, legend, *self._notes])
 
 

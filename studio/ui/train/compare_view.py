@@ -34,8 +34,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.evaluation.verdict import better_of
 from studio.ipc.events import CompareDone
 from studio.ui import theme
+from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import label
 from studio.ui.widgets.plots import LossPlot
@@ -72,9 +74,9 @@ FIGURES = tuple(
         ("std_ratio", QT_TRANSLATE_NOOP("Compare", "Reach"), 2,
          QT_TRANSLATE_NOOP("Compare", "How wide the poses are; 1 is as wide as the performer's")),
         ("jerk_ratio", QT_TRANSLATE_NOOP("Compare", "Jerk"), 2,
-         QT_TRANSLATE_NOOP("Compare", "How much it trembles; 1 is as calm as the performer")),
+         QT_TRANSLATE_NOOP("Compare", "Jitter: 1 is as smooth as the performer")),
         ("closure_recall", QT_TRANSLATE_NOOP("Compare", "Lips close"), 2,
-         QT_TRANSLATE_NOOP("Compare", "Share of the closed mouths while speaking that are closed")),
+         QT_TRANSLATE_NOOP("Compare", "How often the lips close when they should")),
         ("closure_precision", QT_TRANSLATE_NOOP("Compare", "Closed rightly"), 2,
          QT_TRANSLATE_NOOP("Compare", "Share of its closed mouths that the performer closed too")),
         ("sync_match", QT_TRANSLATE_NOOP("Compare", "Fits its sound"), 2,
@@ -95,6 +97,10 @@ FIGURES = tuple(
          QT_TRANSLATE_NOOP("Compare", "Frechet distance of the motion: 0 is the same, 1 a frozen mean")),
     )
 )  # fmt: skip
+
+
+PLAIN = frozenset({"pearson_mouth", "pearson", "motion_ratio", "closure_recall", "sync_match"})
+"""Figures that a performer understands without a lesson; the others are behind Details."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,8 @@ class Comparison:
     rows: tuple[FigureRow, ...]
     takes: tuple[str, ...]
     split: str
+    better: str = ""
+    """Which run is better and why, in a sentence."""
 
 
 def compared(done: CompareDone) -> Comparison:
@@ -143,7 +151,8 @@ def compared(done: CompareDone) -> Comparison:
     found = [*runs.values(), *(baselines[name] for name in order), done.captured]
     rows = [_row(figure, [_number(one.get(figure.key)) for one in found], len(runs)) for figure in FIGURES]
     shown = tuple(row for row in rows if any(cell.value is not None for cell in row.cells[:-1]))
-    return Comparison(columns, len(runs), shown, done.takes, done.split)
+    better = better_of(runs, done.per_take)
+    return Comparison(columns, len(runs), shown, done.takes, done.split, better)
 
 
 def title(column: str) -> str:
@@ -220,6 +229,15 @@ class CompareDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(1040, 680)
         self.table = CompareTable()
+        self._better = label("", "", "compare_better")
+        self._better.setFont(theme.ui_font(theme.TITLE_PX, semibold=True))
+        self._better.setWordWrap(True)
+        self._better.hide()
+        self.details = QPushButton(name_of("run_details"))
+        self.details.setObjectName("compare_details")
+        self.details.setToolTip(tip_of("run_details"))
+        self.details.setCheckable(True)
+        theme.as_role(self.details, "quiet")
         self._note = label("", "muted", "compare_told")
         self._note.setWordWrap(True)
         self._state = label("", "muted", "compare_state")
@@ -242,15 +260,21 @@ class CompareDialog(QDialog):
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         column.setSpacing(12)
+        column.addWidget(self._better)
         column.addLayout(self._head())
         self._stack = QStackedLayout()
         column.addLayout(self._stack, 3)
         self._fill_stack()
-        plots = QHBoxLayout()
+        figures = QWidget()
+        plots = QHBoxLayout(figures)
+        plots.setContentsMargins(0, 0, 0, 0)
         plots.setSpacing(theme.BETWEEN)
         plots.addWidget(self.error_plot, 1)
         plots.addWidget(self.motion_plot, 1)
-        column.addLayout(plots, 2)
+        column.addWidget(figures, 2)
+        figures.hide()
+        self.details.toggled.connect(figures.setVisible)
+        self.details.toggled.connect(self.table.show_details)
         close = QPushButton(self.tr("Close"))
         close.setObjectName("compare_close")
         close.clicked.connect(self.accept)
@@ -259,6 +283,7 @@ class CompareDialog(QDialog):
     def show_busy(self, measured: float, text: str) -> None:
         """Say how many runs have been measured, and how much of the next one."""
         self._stack.setCurrentIndex(0)
+        self._better.hide()
         self._bar.setVisible(True)
         self._bar.setValue(round(100 * measured))
         self._state.setText(text)
@@ -278,6 +303,8 @@ class CompareDialog(QDialog):
             compared: its content.
             note: what is to be known of it.
         """
+        self._better.setText(compared.better)
+        self._better.setVisible(bool(compared.better))
         self.table.show_compared(compared)
         self._note.setText(note)
         self._stack.setCurrentIndex(1)
@@ -295,6 +322,7 @@ class CompareDialog(QDialog):
         row.addWidget(caption)
         row.addWidget(self.ground)
         row.addWidget(self._note, 1)
+        row.addWidget(self.details)
         return row
 
     def _fill_stack(self) -> None:
@@ -316,6 +344,8 @@ class CompareTable(QTableWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("compare_table")
+        self._details = False
+        self._plain: list[bool] = []
         self.setAccessibleName(self.tr("Figures side by side"))
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
@@ -333,12 +363,22 @@ class CompareTable(QTableWidget):
         self.setRowCount(len(compared.rows))
         self.setColumnCount(len(compared.columns))
         self.setHorizontalHeaderLabels([title(column) for column in compared.columns])
+        self._plain = []
         for y, row in enumerate(compared.rows):
             head = QTableWidgetItem(QCoreApplication.translate("Compare", row.figure.title))
             head.setToolTip(QCoreApplication.translate("Compare", row.figure.tip))
             self.setVerticalHeaderItem(y, head)
+            self._plain.append(row.figure.key in PLAIN)
             for x, cell in enumerate(row.cells):
                 self.setItem(y, x, self._item(row, cell, x if x < compared.runs else _GREY))
+
+        self.show_details(self._details)
+
+    def show_details(self, shown: bool) -> None:
+        """Show every figure, or those of PLAIN alone."""
+        self._details = shown
+        for y, plain in enumerate(self._plain):
+            self.setRowHidden(y, not (plain or shown))
 
     def _item(self, row: FigureRow, cell: Cell, colour: int) -> QTableWidgetItem:
         text = "" if cell.value is None else f"{cell.value:.{row.figure.decimals}f} {row.figure.unit}".strip()
@@ -349,7 +389,7 @@ class CompareTable(QTableWidget):
         item.setData(MARK, row.mark)
         item.setData(COLOUR, colour)
         tip = QCoreApplication.translate("Compare", row.figure.tip)
-        item.setToolTip(f"{tip}\n{self.tr('Nearest to the captured motion')}" if cell.best else tip)
+        item.setToolTip(f"{tip}\n{self.tr('Closest to the captured motion')}" if cell.best else tip)
         return item
 
 

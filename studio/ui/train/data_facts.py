@@ -122,7 +122,7 @@ def _warnings(
         if missing:
             found.append(DataWarning(text.format(_listed(missing))))
     if train.takes and not val.takes:
-        text = _tr("No take is kept for validation, so nothing tells which epoch is best.")
+        text = _tr("No validation take: the studio cannot tell which version is best.")
         found.append(DataWarning(text, repair="val" if train.takes > 1 else ""))
     if train.takes and train.seconds < LITTLE_SECONDS:
         text = _tr("Only {0} to learn from: two minutes or more give a livelier result.")

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.ui import theme
 from studio.ui.train.data_facts import DataFacts, DataWarning, SplitFacts
@@ -13,6 +22,8 @@ from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.timeline.time_view import minutes
 
 MOST_WARNINGS = 3
+LEAST_WARNINGS_PX = 38
+"""Height of two lines, which most warnings need."""
 
 
 class DataCard(Card):
@@ -31,7 +42,12 @@ class DataCard(Card):
         self._locked = ""
         self._data_total = label("", "", "data_total")
         self._data_total.setFont(theme.figures_font(theme.TITLE_PX, semibold=True))
-        self.body.addWidget(self._data_total)
+        self._channels = label("", "caption", "data_channels")
+        top = QHBoxLayout()
+        top.addWidget(self._data_total)
+        top.addStretch(1)
+        top.addWidget(self._channels)
+        self.body.addLayout(top)
         grid = QGridLayout()
         grid.setHorizontalSpacing(12)
         grid.setVerticalSpacing(2)
@@ -45,20 +61,28 @@ class DataCard(Card):
             grid.addWidget(value, 1, column)
             grid.setColumnStretch(column, 1)
         self.body.addLayout(grid)
-        self._channels = label("", "caption", "data_channels")
-        self.body.addWidget(self._channels)
-        self._warnings = QVBoxLayout()
+        inside = QWidget()
+        self._warnings = QVBoxLayout(inside)
+        self._warnings.setContentsMargins(0, 0, 0, 0)
         self._warnings.setSpacing(theme.TIGHT)
-        self.body.addLayout(self._warnings)
-        self.body.addStretch(1)
-        foot = QHBoxLayout()
-        to_curate = QPushButton(self.tr("Choose takes in Curate"))
+        self._warnings.setAlignment(Qt.AlignmentFlag.AlignTop)
+        # They scroll where there are many: a card that grew would move what stands below it.
+        scroll = QScrollArea()
+        scroll.setObjectName("data_warnings")
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scroll.setMinimumHeight(LEAST_WARNINGS_PX)
+        inside.setObjectName("scrolled")
+        scroll.setWidget(inside)
+        self.body.addWidget(scroll, 1)
+        to_curate = QPushButton(self.tr("Choose takes"))
+        to_curate.setToolTip(self.tr("In Curate: what to learn from, and what is kept to check the learning"))
         to_curate.setObjectName("train_go_curate")
         theme.as_role(to_curate, "quiet")
         to_curate.clicked.connect(self.curate_requested)
-        foot.addWidget(to_curate)
-        foot.addStretch(1)
-        self.body.addLayout(foot)
+        self.head.addWidget(to_curate)
         self.setMinimumWidth(300)
 
     def show_facts(self, facts: DataFacts) -> None:

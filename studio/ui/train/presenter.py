@@ -13,6 +13,7 @@ from studio.ui.train.progress_presenter import ProgressPresenter
 from studio.ui.train.recipe_presenter import DataPresenter, RecipePresenter
 from studio.ui.train.runs_presenter import RunsPresenter
 from studio.ui.train.transfer_presenter import TransferPresenter
+from studio.ui.train.verdict_presenter import VerdictPresenter
 from studio.ui.train.view import TrainView
 from studio.ui.undo import UndoScope
 
@@ -40,6 +41,7 @@ class TrainPresenter(QObject):
         self.runs = RunsPresenter(view.runs, model, session)
         self.compare = ComparePresenter(view.runs, model, session)
         self.transfer = TransferPresenter(view.runs, model, session)
+        self.verdict = VerdictPresenter(view.runs.verdict, model, session)
         view.record_requested.connect(lambda: session.tab_requested.emit("record"))
         view.import_requested.connect(self.transfer.ask_import)
         model.open()
@@ -59,6 +61,7 @@ class TrainPresenter(QObject):
     def close(self) -> None:
         """The window closes: the child ends, keeping what it has."""
         self.compare.close()
+        self.verdict.close()
         self.transfer.close()
         self.model.close()
 

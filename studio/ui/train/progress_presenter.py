@@ -14,7 +14,9 @@ from studio.project import Run
 from studio.training import preview
 from studio.training.preview import BEST, CAPTURED, LATEST, Preview
 from studio.ui import messages, tasks
+from studio.ui.desktop import DesktopNotifier
 from studio.ui.session import Session
+from studio.ui.shortcuts import name_of
 from studio.ui.train.model import TrainModel
 from studio.ui.train.preview_view import PreviewPane
 from studio.ui.train.progress_view import CloseChoice, ProgressCard, ask_how_to_end
@@ -31,6 +33,12 @@ class ProgressPresenter(QObject):
         self._training = model.training
         self._closing = False  # the window goes once the training has ended
         self._preview = PreviewPresenter(view.preview)
+        self._desktop = DesktopNotifier(view)
+        self._ready = ""  # the run that is ready and was not watched yet
+        session.watch_requested.connect(self._on_watch)
+        session.review_requested.connect(self._on_watch)
+        session.project_opened.connect(lambda: self._show_ready(""))
+        view.watch_requested.connect(lambda: session.watch_requested.emit(model.shown))
         view.stop_requested.connect(model.training.stop)
         view.cancel_requested.connect(self.ask_cancel)
         view.offer_taken.connect(model.start_smaller)
@@ -81,6 +89,7 @@ class ProgressPresenter(QObject):
 
     def _on_began(self) -> None:
         self._closing = False
+        self._show_ready("")
         self._view.show_alarm("")
         self._view.show_offer("", "")
 
@@ -90,10 +99,32 @@ class ProgressPresenter(QObject):
         self._view.show_running(running, running and training.stopping, running and training.measuring)
 
     def _on_done(self, run: str, stopped: bool) -> None:
-        text = self.tr("{0} stopped; its best epoch is kept.") if stopped else self.tr("{0} is trained.")
+        text = self.tr("{0} stopped early and is ready.") if stopped else self.tr("{0} is ready.")
+        text = text.format(run)
         # Review shows the open project: a run of one that was left cannot be seen there.
-        action = (self.tr("Review it"), lambda: self._session.review_requested.emit(run))
-        messages.show_note(self._view, text.format(run), action=action if self._model.here else None)
+        action = (name_of("watch_run"), lambda: self._session.watch_requested.emit(run))
+        if self._model.here:
+            for tab in ("train", "review"):
+                self._session.news_changed.emit(tab, text)
+            self._ready = run
+        told = self._model.verdict_of(run).quality
+        # A person who is away finds it still there; one who is not has the strip, which covers no tab.
+        messages.show_note(
+            self._view, text, told, action if self._model.here else None, stays=self._desktop.is_away
+        )
+        if self._session.settings.notify:
+            self._desktop.notify(text, told)
+
+    def _show_ready(self, run: str) -> None:
+        """Keep in the status strip, until it is watched, that a run is ready; "" takes it away."""
+        self._ready = run
+        if not self._training.running:
+            text = self.tr("{0} is ready").format(run) if run else ""
+            self._session.status_changed.emit("train", text, "good" if run else "")
+
+    def _on_watch(self, run: str) -> None:
+        if run == self._ready:
+            self._show_ready("")
 
     def _on_failed(self, error: StudioError) -> None:
         smaller = self._training.progress.smaller
@@ -107,6 +138,7 @@ class ProgressPresenter(QObject):
 
     def _on_ended(self) -> None:
         self._view.show_log(self._training.log)
+        self._show_ready(self._ready)
         if self._closing:
             # Later, for this slot is still called by what the window would close.
             window = self._view.window()
@@ -132,9 +164,12 @@ class ProgressPresenter(QObject):
 
     def _show(self) -> None:
         if self._model.shows_training:
+            self._view.show_watch(False)
             self._follow()
         else:
-            self._show_run(self._model.shown_run)
+            run = self._model.shown_run
+            self._view.show_watch(run is not None and run.has_weights)
+            self._show_run(run)
 
     def _show_run(self, run: Run | None) -> None:
         self._preview.follow(run.folder if run is not None else None, live=False)
@@ -145,7 +180,7 @@ class ProgressPresenter(QObject):
             return
         epochs = epochs_of(run)
         facts = run_facts(epochs)
-        still = self.tr("This model hardly moves. Train longer, take another preset, or add takes.")
+        still = self.tr("This model barely moves. Train longer, try another preset, or add takes.")
         self._view.show_progress(run.id, run_text(facts), None)
         self._show_facts(facts, epochs, still if facts.life == "still" else "")
 

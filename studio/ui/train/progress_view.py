@@ -24,17 +24,21 @@ from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import Card, EmptyState, label
 from studio.ui.widgets.plots import LossPlot
 
+LEAST_PLOT_PX = 110
+
 
 class ProgressCard(Card):
     """How the shown run is doing, with the buttons that end the one under way.
 
     Signals:
         stop_requested, cancel_requested: end the training, keeping or removing the run.
+        watch_requested: play what the shown run makes.
         offer_taken: the button of `show_offer` was pressed.
     """
 
     stop_requested = Signal()
     cancel_requested = Signal()
+    watch_requested = Signal()
     offer_taken = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -46,9 +50,16 @@ class ProgressCard(Card):
         self._run_line = label("", "muted", "run_line")
         self._run_line.setFont(theme.figures_font())
         self._run_line.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._log_button = QPushButton(self.tr("Log"))
+        self.watch = QPushButton(name_of("watch_run"))
+        self.watch.setObjectName("watch_run")
+        self.watch.setToolTip(tip_of("watch_run"))
+        theme.set_icon(self.watch, "mdi6.play", "accent")
+        self.watch.clicked.connect(self.watch_requested)
+        self.watch.hide()
+        self._log_button = QPushButton(name_of("training_details"))
         self._log_button.setObjectName("show_log")
         self._log_button.setCheckable(True)
+        self._log_button.setToolTip(tip_of("training_details"))
         theme.as_role(self._log_button, "quiet")
         self.stop = QPushButton(name_of("stop_training"))
         self.stop.setObjectName("stop_training")
@@ -59,7 +70,7 @@ class ProgressCard(Card):
         self.cancel.clicked.connect(self.cancel_requested)
         head.addWidget(self._run_title)
         head.addWidget(self._run_line, 1)
-        for button in (self._log_button, self.stop, self.cancel):
+        for button in (self.watch, self._log_button, self.stop, self.cancel):
             head.addWidget(button)
         self.body.addLayout(head)
         self._bar = QProgressBar()
@@ -80,7 +91,8 @@ class ProgressCard(Card):
         self._log.setMaximumHeight(110)
         self._log.setPlaceholderText(self.tr("What a training says is kept here until the next one begins."))
         self._log.hide()
-        self._log_button.toggled.connect(self._log.setVisible)
+        for part in (self._log, self.loss_plot):
+            self._log_button.toggled.connect(part.setVisible)
         self.body.addWidget(self._log)
 
     def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:
@@ -89,7 +101,7 @@ class ProgressCard(Card):
         hint = tip_of("stop_training")
         if measuring:
             asked, words = self.tr("Skipping"), self.tr("Skip measuring")
-            hint = self.tr("The run is complete; only its table of look-aheads is left out")
+            hint = self.tr("The run is complete; only some of its figures are left out")
         self.stop.setEnabled(running and not stopping)
         self.stop.setText(asked if stopping else words)
         self.stop.setToolTip(hint)
@@ -97,7 +109,7 @@ class ProgressCard(Card):
         self.stop.setVisible(running)
         self.cancel.setVisible(running)
         soon = self.tr("The curves begin with the first epoch. Go on working in other tabs meanwhile.")
-        first = self.tr("Press Start training: the curves grow here while you go on working in other tabs.")
+        first = self.tr("Press Start training. Progress appears here; you can keep working in other tabs.")
         self._hint.sentence.setText(soon if running else first)
 
     def show_progress(self, title: str, line: str, fraction: float | None) -> None:
@@ -116,6 +128,10 @@ class ProgressCard(Card):
         elif fraction is not None:
             self._bar.setRange(0, 1000)
             self._bar.setValue(round(1000 * fraction))
+
+    def show_watch(self, ready: bool) -> None:
+        """Offer to watch the shown run, where it can make motion."""
+        self.watch.setVisible(ready)
 
     def show_curves(self, points: Mapping[str, Sequence[tuple[int, float | None]]], best: int | None) -> None:
         """Show the curves of the shown run."""
@@ -172,8 +188,11 @@ class ProgressCard(Card):
             2,
         )
         self.motion_plot.setObjectName("motion_plot")
+        # One error is enough for most: what the network itself makes small is behind Details.
+        self.loss_plot.hide()
         self._explain_plots()
         for plot in (self.loss_plot, self.error_plot, self.motion_plot):
+            plot.setMinimumHeight(LEAST_PLOT_PX)
             row.addWidget(plot, 1)
         self.preview = PreviewPane()
         row.addWidget(self.preview, 1)
@@ -189,9 +208,9 @@ class ProgressCard(Card):
         """What each plot shows and what is good, in plain words."""
         self.loss_plot.setToolTip(
             self.tr(
-                "What the network tries to make small, by epoch; good when both fall. Where training falls "
-                "and validation rises it learns the takes by heart. Kept is the epoch with the lowest "
-                "loss on validation; of recipes that settle towards the end, one of the last fifth."
+                "How wrong the model is; both lines should fall. If training falls while validation rises, "
+                "it is memorising. Kept is the best epoch on validation; of recipes that settle towards the "
+                "end, the best of the last fifth."
             )
         )
         self.error_plot.setToolTip(
@@ -227,7 +246,7 @@ def ask_how_to_end(parent: QWidget, run: str, resumed: bool) -> CloseChoice:
     box.setWindowTitle(_tr("Saia Studio"))
     box.setText(_tr("{0} is still training.").format(run) if run else _tr("A training is being prepared."))
     box.setInformativeText(
-        _tr("It cannot go on without the window. What it has learnt can be kept, and resumed later.")
+        _tr("Training stops when the window closes. You can keep the progress and resume later.")
     )
     keep = box.addButton(_tr("Stop and keep the best"), QMessageBox.ButtonRole.AcceptRole)
     discard = None

@@ -1,8 +1,8 @@
-"""What to train: preset cards, the list of recipes, and the drawer of what may be changed of one."""
+"""What to train: preset cards, and the drawer with other recipes and what may be changed of one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
@@ -23,10 +23,14 @@ from studio.training import recipe as recipes
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.task import TrainRequest
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutLabel, label
 
 LOOK_AHEAD = "network.look_ahead_ms"
 MOST_AHEAD_MS = 1000
+OPEN_PX = 290
+"""Least height of the card while its drawer is open."""
+LEAST_PRESET_PX = 84
+"""Height of a preset card: its title and three lines."""
 
 
 @dataclass(frozen=True)
@@ -69,16 +73,15 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
 
 @dataclass(frozen=True)
 class PresetChoice:
-    """A preset card: key, title, how long it takes here, what it is for."""
+    """A preset card: key, title, what it is for."""
 
     key: str
     title: str
-    duration: str
     summary: str
 
 
 class AdvancedDrawer(QWidget):
-    """What may be changed of a recipe.
+    """Which recipe, and what may be changed of it.
 
     Signals:
         form_chosen: another form was chosen by hand.
@@ -90,9 +93,12 @@ class AdvancedDrawer(QWidget):
         super().__init__(parent)
         self.setObjectName("advanced_drawer")
         self._forms: tuple[Form, ...] = ()
+        self.recipe = QComboBox()
+        self.recipe.setObjectName("recipe")
+        self.recipe.setMinimumWidth(150)
         self.form = QComboBox()
         self.form.setObjectName("form")
-        self.form.setMinimumWidth(140)
+        self.form.setMinimumWidth(100)
         self.form.currentIndexChanged.connect(self._on_form)
         self.look_ahead = _spin("look_ahead", 0, MOST_AHEAD_MS, 100)
         self.look_ahead.setSuffix(self.tr(" ms"))
@@ -106,10 +112,8 @@ class AdvancedDrawer(QWidget):
         self.device.setToolTip(
             self.tr("Where to compute; automatic takes a graphics card where there is one")
         )
-        self._device_note = label("", "caption", "device_note")
-        self._device_note.setWordWrap(True)
-        self._form_note = label("", "caption", "form_note")
-        self._form_note.setWordWrap(True)
+        self._device_note = CutLabel("caption", "device_note")
+        self._form_note = CutLabel("caption", "form_note")
         self.show_devices(("cpu",), "")
         self._lay_out()
 
@@ -145,6 +149,8 @@ class AdvancedDrawer(QWidget):
             self.device.addItem(words.get(name, self.tr("Automatic")), name)
         self.device.setCurrentIndex(max(self.device.findData(chosen), 0))
         self._device_note.setText(reason)
+        self._device_note.setToolTip(reason)
+        self._device_note.setVisible(bool(reason))
 
     def overrides(self) -> tuple[str, ...]:
         """What differs from the recipe, as --set takes it."""
@@ -185,6 +191,8 @@ class AdvancedDrawer(QWidget):
         only = self.tr("This recipe has one form only") if len(self._forms) < 2 else form.summary
         self.form.setToolTip(only)
         self._form_note.setText(form.summary if form.name else "")
+        self._form_note.setToolTip(self._form_note.text())
+        self._form_note.setVisible(bool(form.name))
 
     def _lay_out(self) -> None:
         grid = QGridLayout(self)
@@ -192,7 +200,14 @@ class AdvancedDrawer(QWidget):
         grid.setVerticalSpacing(theme.TIGHT)
         first, second = QHBoxLayout(), QHBoxLayout()
         for row, captioned in (
-            (first, ((self.tr("Form"), self.form), (self.tr("Look-ahead"), self.look_ahead))),
+            (
+                first,
+                (
+                    (self.tr("Recipe"), self.recipe),
+                    (self.tr("Form"), self.form),
+                    (self.tr("Look-ahead"), self.look_ahead),
+                ),
+            ),
             (
                 second,
                 (
@@ -207,10 +222,15 @@ class AdvancedDrawer(QWidget):
                 row.addWidget(_caption(words, widget))
                 row.addWidget(widget)
                 row.addSpacing(theme.INSIDE)
-        first.addWidget(self._form_note, 1)
-        second.addWidget(self._device_note, 1)
+        first.addStretch(1)
+        second.addStretch(1)
         grid.addLayout(first, 0, 0)
         grid.addLayout(second, 1, 0)
+        notes = QVBoxLayout()
+        notes.setSpacing(0)
+        notes.addWidget(self._form_note)
+        notes.addWidget(self._device_note)
+        grid.addLayout(notes, 2, 0)
 
 
 class PresetCard(QPushButton):
@@ -219,23 +239,21 @@ class PresetCard(QPushButton):
     Args:
         name: its object name.
         title: "Quick look".
-        duration: "about 2 min"; may be empty.
         summary: one sentence.
     """
 
-    def __init__(
-        self, name: str, title: str, duration: str, summary: str, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, name: str, title: str, summary: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName(name)
         self.setCheckable(True)
         self.setAutoExclusive(True)
-        self.setAccessibleName(f"{title}, {duration}" if duration else title)
+        self.setMinimumHeight(LEAST_PRESET_PX)
         self.setAccessibleDescription(summary)
         theme.as_role(self, "big")
         self.title = label(title, "")
         self.title.setFont(theme.ui_font(theme.TEXT_PX, semibold=True))
-        self.duration = label(duration, "caption")
+        self.duration = label("", "caption")
+        self.show_duration("")
         self.summary = label(summary, "caption")
         self.summary.setWordWrap(True)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -244,7 +262,7 @@ class PresetCard(QPushButton):
         head.addStretch(1)
         head.addWidget(self.duration)
         column = QVBoxLayout(self)
-        column.setContentsMargins(14, 10, 14, 8)
+        column.setContentsMargins(12, 8, 12, 6)
         column.setSpacing(theme.TIGHT)
         column.addLayout(head)
         column.addWidget(self.summary, 1)
@@ -252,17 +270,24 @@ class PresetCard(QPushButton):
             # A click on the text is a click on the card.
             child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
+    def show_duration(self, duration: str, known_by: str = "") -> None:
+        """Say how long it takes ("about 2 minutes"), and as a tip how that is known."""
+        self.duration.setText(duration)
+        title = self.title.text()
+        self.setAccessibleName(f"{title}, {duration}" if duration else title)
+        self.setToolTip(known_by)
+
     def sizeHint(self) -> QSize:
         layout = self.layout()
         assert layout is not None
-        return QSize(190, max(layout.sizeHint().height(), 96))
+        return QSize(190, max(layout.sizeHint().height(), LEAST_PRESET_PX))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(150, 96)
+        return QSize(150, LEAST_PRESET_PX)
 
 
 class RecipeCard(Card):
-    """The card with preset cards, recipes, drawer and the button that starts.
+    """The card with preset cards, drawer and the button that starts, which stands still in its head.
 
     Signals:
         start_requested: a TrainRequest.
@@ -280,36 +305,33 @@ class RecipeCard(Card):
         self._preset_row = QHBoxLayout()
         self._preset_row.setSpacing(theme.INSIDE)
         self.body.addLayout(self._preset_row, 1)
-        row = QHBoxLayout()
-        row.setSpacing(theme.INSIDE)
-        self.recipe = QComboBox()
-        self.recipe.setObjectName("recipe")
-        self.recipe.setAccessibleName(self.tr("Recipe"))
-        self.recipe.setMinimumWidth(200)
+        self.drawer = AdvancedDrawer()
+        self.drawer.hide()
+        self.recipe = self.drawer.recipe
         self.recipe.currentIndexChanged.connect(
             lambda _: self.recipe_chosen.emit(str(self.recipe.currentData() or ""))
         )
+        self._other = label("", "muted", "other_recipe")
         self.advanced = QPushButton(self.tr("Advanced"))
         self.advanced.setObjectName("advanced")
         self.advanced.setCheckable(True)
+        self.advanced.setToolTip(self.tr("Other recipes, and the values behind the presets"))
         theme.set_icon(self.advanced, "mdi6.tune-variant", "muted")
         theme.as_role(self.advanced, "quiet")
+        self.advanced.toggled.connect(self._on_advanced)
         self.start = QPushButton(name_of("start_training"))
         self.start.setObjectName("start_training")
         theme.as_role(self.start, "primary")
         self.start.clicked.connect(lambda: self.start_requested.emit(self._request()))
-        recipe_label = label(self.tr("Recipe"), "muted")
-        recipe_label.setBuddy(self.recipe)
-        row.addWidget(recipe_label)
-        row.addWidget(self.recipe)
-        row.addWidget(self.advanced)
-        row.addStretch(1)
-        row.addWidget(self.start)
-        self.drawer = AdvancedDrawer()
-        self.drawer.hide()
-        self.advanced.toggled.connect(self.drawer.setVisible)
+        # In the head: below, it would move whenever a card beside it has more to say.
+        for widget in (self._other, self.advanced, self.start):
+            self.head.addWidget(widget)
         self.body.addWidget(self.drawer)
-        self.body.addLayout(row)
+
+    def _on_advanced(self, shown: bool) -> None:
+        self.drawer.setVisible(shown)
+        # Beside wrapped words a layout forgets the least heights in it, and would lay rows over one another.
+        self.setMinimumHeight(OPEN_PX if shown else 0)
 
     def show_start(self, ready: bool, running: bool, locked: str) -> None:
         """Offer to start.
@@ -330,13 +352,18 @@ class RecipeCard(Card):
             card.deleteLater()
         self._presets = []
         for preset in presets:
-            card = PresetCard(f"preset_{preset.key}", preset.title, preset.duration, preset.summary)
+            card = PresetCard(f"preset_{preset.key}", preset.title, preset.summary)
             card.setProperty("key", preset.key)
             card.setChecked(preset.key == chosen)
             card.clicked.connect(lambda _=False, key=preset.key: self.preset_chosen.emit(key))
             card.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
             self._preset_row.addWidget(card, 1)
             self._presets.append(card)
+
+    def show_durations(self, durations: Mapping[str, tuple[str, str]]) -> None:
+        """Say anew how long presets take: by key the words, and how that is known."""
+        for card in self._presets:
+            card.show_duration(*durations.get(card.property("key"), ("", "")))
 
     def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
         """Fill the recipe list with (name, title, summary)."""
@@ -356,6 +383,8 @@ class RecipeCard(Card):
             card.setAutoExclusive(True)
         with QSignalBlocker(self.recipe):
             self.recipe.setCurrentIndex(max(self.recipe.findData(recipe), 0))
+        # No card is down then, and what Start would train must be seen all the same.
+        self._other.setText("" if preset else self.tr("Recipe: {0}").format(self.recipe.currentText()))
         self.recipe.setToolTip(str(self.recipe.currentData(Qt.ItemDataRole.ToolTipRole) or ""))
         self.drawer.show_forms(forms)
 

@@ -7,10 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from studio.dataset.coverage import kinds_of
+from studio.dataset.dataset import Dataset
+from studio.evaluation.learning_curve import LearningCurve
+from studio.evaluation.verdict import Kinds, RunVerdict, verdict
 from studio.ipc.events import EpochEvent
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Run
 from studio.project.run import list_run_folders
+from studio.take import Take
 
 ALIVE = (0.8, 1.25)
 JITTERS = 1.6
@@ -128,6 +133,7 @@ class RunReader:
     def __init__(self) -> None:
         self._runs: dict[Path, tuple[tuple[Stamp, bool], Run]] = {}
         self._facts: dict[Path, tuple[Stamp, RunFacts]] = {}
+        self._verdicts: dict[Path, tuple[tuple[object, ...], RunVerdict]] = {}
 
     def newest_first(self, folder: Path) -> list[Run]:
         """The runs in a folder."""
@@ -143,6 +149,17 @@ class RunReader:
             known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
         return known[1]
 
+    def verdict(self, run: Run, curve: LearningCurve | None, kinds: Kinds) -> RunVerdict:
+        """What is said of a run."""
+        stamps = [
+            _stamp(run.folder / name) for name in ("report.json", "evaluation.json", "best.safetensors")
+        ]
+        state = (*stamps, curve, kinds)
+        known = self._verdicts.get(run.folder)
+        if known is None or known[0] != state:
+            known = self._verdicts[run.folder] = (state, verdict(run, curve, kinds))
+        return known[1]
+
     def _run(self, folder: Path) -> Run:
         stamp = _stamp(folder / "report.json"), (folder / "best.safetensors").is_file()
         known = self._runs.get(folder)
@@ -150,6 +167,13 @@ class RunReader:
         if known is None or known[0] != stamp or known[1].status == "running":
             known = self._runs[folder] = (stamp, Run.load(folder))
         return known[1]
+
+
+def verdict_kinds(dataset: Dataset, takes: Sequence[Take]) -> Kinds:
+    """Seconds by kind of speech of each selection that labels or its emotion tell something of."""
+    seconds = {take.id: take.info.duration for take in takes}
+    found = {s.id: kinds_of(s, seconds[s.take]) for s in dataset.selections if s.take in seconds}
+    return {name: kinds for name, kinds in found.items() if kinds}
 
 
 def note_of(run: Run) -> str:

@@ -103,6 +103,6 @@ class _MovingRun:
 def trash_text() -> str:
     """Where a removed run lies, and for how long."""
     text = QCoreApplication.translate(
-        "Removing", "It lies in .trash/runs of the project's folder, with the {0} removed last."
+        "Removing", "Moved to the project's trash (.trash/runs), which keeps the last {0} runs."
     )
     return text.format(MOST_KEPT)

@@ -38,7 +38,7 @@ class RunsPresenter(QObject):
         """Bring the list up to what is on the disk."""
         # A run that is trained says less of itself on the disk than its child has told.
         live, runs = self._model.live_run, self._model.newest_first
-        rows = [RunRow(run.id, self._status(run), self._facts(run), note_of(run)) for run in runs]
+        rows = [self._row(run) for run in runs]
         idle = {run.id for run in runs if run.id != live}
         resumable = {run.id for run in runs if run.id in idle and run.status != "done" and has_state(run)}
         self._view.show_runs(rows, resumable, {run.id for run in runs if run.has_weights})
@@ -53,6 +53,11 @@ class RunsPresenter(QObject):
 
     def _show_state(self) -> None:
         self._view.show_state(self._model.training.running, self._session.locked_reason)
+
+    def _row(self, run: Run) -> RunRow:
+        live = run.id == self._model.live_run
+        words = "" if live else self._model.verdict_on(run).short
+        return RunRow(run.id, self._status(run), self._facts(run), note_of(run), words)
 
     def _facts(self, run: Run) -> RunFacts:
         if run.id == self._model.live_run:

@@ -1,4 +1,4 @@
-"""The list of training runs with their figures and notes, and what can be done with the chosen ones."""
+"""The list of training runs with their verdicts and notes, and what can be done with the chosen ones."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ from PySide6.QtWidgets import (
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.run_facts import RunFacts
+from studio.ui.train.verdict_view import VerdictRow
 from studio.ui.widgets.card import Card, label
 
-RUN, STATUS, EPOCHS, BEST, RMSE, PEARSON, MOTION, NOTE = range(8)
+RUN, STATUS, VERDICT, EPOCHS, BEST, RMSE, PEARSON, MOTION, NOTE = range(9)
+DETAILS = range(EPOCHS, NOTE)
+"""Columns for those who ask for figures."""
 MOST_COMPARED = 6
 """Runs held side by side: more than that are no comparison but a list."""
 
@@ -36,12 +39,14 @@ class RunRow:
         status: "done", "stopped", "unfinished", "interrupted" or "running".
         facts: its figures.
         note: what a person wrote beside it.
+        verdict: how good it is, in a few words.
     """
 
     id: str
     status: str
     facts: RunFacts
     note: str = ""
+    verdict: str = ""
 
 
 class RunsTable(QTableWidget):
@@ -58,15 +63,16 @@ class RunsTable(QTableWidget):
     run_opened = Signal(str)
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(0, 8, parent)
+        super().__init__(0, 9, parent)
         self.setObjectName("runs_table")
         self.setAccessibleName(self.tr("Training runs"))
         titles = (
-            self.tr("Run"), self.tr("State"), self.tr("Epochs"), self.tr("Best"), self.tr("Error"),
-            self.tr("Pearson r"), self.tr("Motion"), self.tr("Note"),
+            self.tr("Run"), self.tr("State"), self.tr("Verdict"), self.tr("Epochs"), self.tr("Best"),
+            self.tr("Error"), self.tr("Pearson r"), self.tr("Motion"), self.tr("Note"),
         )  # fmt: skip
         self.setHorizontalHeaderLabels(list(titles))
         self._explain_columns()
+        self.show_details(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setShowGrid(False)
@@ -102,6 +108,11 @@ class RunsTable(QTableWidget):
         keys = QAbstractItemView.EditTrigger
         usual = keys.DoubleClicked | keys.EditKeyPressed | keys.AnyKeyPressed
         self.setEditTriggers(usual if editable else keys.NoEditTriggers)
+
+    def show_details(self, shown: bool) -> None:
+        """Show the figures beside the words, or hide them."""
+        for column in DETAILS:
+            self.setColumnHidden(column, not shown)
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Replace the list, keeping the selection and a note that is being written."""
@@ -153,7 +164,7 @@ class RunsTable(QTableWidget):
 
     def _show_row(self, y: int, row: RunRow) -> None:
         status, token = self._status(row.status)
-        cells = ((row.id, ""), (status, token), *self._figures(row.facts), (row.note, ""))
+        cells = ((row.id, ""), (status, token), (row.verdict, ""), *self._figures(row.facts), (row.note, ""))
         for x, (text, colour) in enumerate(cells):
             self._show_cell(y, x, text, colour)
 
@@ -203,10 +214,11 @@ class RunsTable(QTableWidget):
     def _explain_columns(self) -> None:
         tips = {
             STATUS: self.tr("How the training ended; an unfinished or interrupted one can be resumed"),
+            VERDICT: self.tr("How good it is; the whole of it stands below the list"),
             EPOCHS: self.tr("Rounds of learning that are done, and how many were planned"),
             BEST: self.tr(
-                "The epoch that is kept and used: the one with the lowest loss on validation; of recipes "
-                "that settle towards the end, one of the last fifth"
+                "The epoch that is kept and used: the best one on validation; of recipes that settle towards "
+                "the end, the best of the last fifth"
             ),
             RMSE: self.tr(
                 "How far face and body together are off on the validation takes (RMSE): below 0.1 is good, "
@@ -272,9 +284,7 @@ class RunsCard(Card):
         self.table.run_opened.connect(self.review_requested)
         self._buttons: dict[str, QPushButton] = {}
         self._add_buttons()
-        none = label(
-            self.tr("No run yet. Each training becomes one line here, to compare and to review."), "muted"
-        )
+        none = label(self.tr("No runs yet. Every training you start is listed here."), "muted")
         none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._stack = QStackedLayout()
         # In the card first: what comes into a free stack is shown at once, as a window of its own.
@@ -283,21 +293,22 @@ class RunsCard(Card):
         self._stack.addWidget(self.table)
         self._legend = label(
             self.tr(
-                "Error: how far off, less is better.   Pearson r: 1 follows exactly.   "
-                "Motion: 1 moves as much as you do."
+                "On the validation takes. Error: how far off, less is better.   "
+                "Pearson r: 1 follows exactly.   Motion: 1 moves as much as you do."
             ),
             "caption",
             "runs_legend",
         )
+        self.verdict = VerdictRow()
         self.body.addWidget(self._legend)
-        self.setMinimumHeight(190)
+        self.body.addWidget(self.verdict)
+        self._legend.hide()
 
     def show_runs(self, rows: Sequence[RunRow], resumable: set[str], reviewable: set[str]) -> None:
         """Fill the list of runs."""
         self._resumable, self._reviewable = frozenset(resumable), frozenset(reviewable)
         self.table.show_rows(rows)
         self._stack.setCurrentIndex(1 if rows else 0)
-        self._legend.setVisible(bool(rows))
         self._show_buttons()
 
     def show_state(self, training: bool, locked: str) -> None:
@@ -310,6 +321,10 @@ class RunsCard(Card):
         self._training, self._locked = training, locked
         self.table.set_editable(not locked)
         self._show_buttons()
+
+    def _on_details(self, shown: bool) -> None:
+        self.table.show_details(shown)
+        self._legend.setVisible(shown)
 
     def _add_buttons(self) -> None:
         for name, signal, icon in (
@@ -330,6 +345,13 @@ class RunsCard(Card):
                 button.clicked.connect(lambda _=False, s=signal: s.emit(self.table.chosen))
             self._buttons[name] = button
             self.head.addWidget(button)
+        details = QPushButton(name_of("run_details"))
+        details.setObjectName("run_details")
+        details.setCheckable(True)
+        details.setToolTip(tip_of("run_details"))
+        theme.as_role(details, "quiet")
+        details.toggled.connect(self._on_details)
+        self.head.addWidget(details)
         self._buttons["import_run"].clicked.connect(self.import_requested)
         self._buttons["compare_runs"].clicked.connect(lambda: self.compare_requested.emit(self._comparable()))
         for name in ("export_run", "compare_runs"):

@@ -114,7 +114,7 @@ def training_text(progress: TrainingProgress, stopping: bool = False) -> str:
         stopping: it was asked to end, so that what was left means nothing.
     """
     if progress.measuring is not None:
-        return _tr("measuring how well it does at each look-ahead: {0} %").format(progress.measuring)
+        return _tr("measuring how good it is: {0} %").format(progress.measuring)
     if not progress.facts.epochs and progress.step is None:
         return _preparing(progress)
     step = progress.step

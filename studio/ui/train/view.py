@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
@@ -12,6 +20,14 @@ from studio.ui.train.progress_view import ProgressCard
 from studio.ui.train.recipe_view import RecipeCard
 from studio.ui.train.runs_view import RunsCard
 from studio.ui.widgets.card import EmptyState
+
+
+class _Cards(QWidget):
+    """Cards that wrap words and are laid out by their least height: what holds them else gives them all the
+    height the words could use, or less than they need."""
+
+    def hasHeightForWidth(self) -> bool:
+        return False
 
 
 class TrainView(QWidget):
@@ -49,20 +65,39 @@ class TrainView(QWidget):
         assert isinstance(column, QVBoxLayout)
         # Before the stretch that keeps the rest in the middle.
         column.insertWidget(column.count() - 1, self._import, 0, Qt.AlignmentFlag.AlignHCenter)
-        cards = QWidget()
+        cards = _Cards()
+        page = QWidget()
+        page.setObjectName("scrolled")
+        around = QVBoxLayout(page)
+        around.setContentsMargins(0, 0, 0, 0)
+        around.addWidget(cards)
+        # It fits the smallest window; what is opened in there, drawer or log, scrolls.
+        scroll = QScrollArea()
+        scroll.setObjectName("train_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scroll.setWidget(page)
+        self.cards = cards
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
-        self._stack.addWidget(cards)
+        self._stack.addWidget(scroll)
         rows = QVBoxLayout(cards)
         rows.setContentsMargins(theme.PAGE, theme.PAGE, theme.PAGE, theme.PAGE)
         rows.setSpacing(12)
-        top = QHBoxLayout()
+        head = _Cards()
+        top = QHBoxLayout(head)
+        top.setContentsMargins(0, 0, 0, 0)
         top.setSpacing(12)
         top.addWidget(self.data, 4)
         top.addWidget(self.recipe, 9)
-        rows.addLayout(top)
-        rows.addWidget(self.progress, 3)
-        rows.addWidget(self.runs, 2)
+        rows.addWidget(head)
+        for card, share in ((self.progress, 3), (self.runs, 2)):
+            held = _Cards()
+            inside = QVBoxLayout(held)
+            inside.setContentsMargins(0, 0, 0, 0)
+            inside.addWidget(card)
+            rows.addWidget(held, share)
 
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the cards."""

@@ -44,3 +44,20 @@ def test_a_tuning_tells_of_the_channels_it_leaves(make_toy_project: Toy) -> None
     assert len(less["bone_names"]) == len(less["positions"]) < len(whole["bone_names"])
     with pytest.raises(RequestError, match="The tuning was not understood"):
         live.tune("{")
+
+
+def test_a_mood_changes_how_it_moves_and_how_it_rests(make_toy_project: Toy) -> None:
+    live = make(add_run(make_toy_project(), moods=("happy", "sad")).folder, [], LiveOptions(mood="sad"))
+    sad = live.performance.layers.rest.shapes
+    assert (live.mood, live.ready_facts()["moods"], live.facts()["mood"]) == ("sad", ["happy", "sad"], "sad")
+    live.set_mood("happy")
+    happy = live.performance.layers.rest.shapes
+    live.set_mood("")
+    none = live.performance.layers.rest.shapes
+    assert min(np.abs(sad - happy).max(), np.abs(happy - none).max(), np.abs(sad - none).max()) > 1e-3
+    # What it rests in eases over: no jump while nobody speaks.
+    first = live.performance.layers.pose(10.0, None, False).shapes
+    later = live.performance.layers.pose(10.02, None, False).shapes
+    assert np.abs(later - first).max() < np.abs(happy - none).max()
+    with pytest.raises(RequestError, match="knows no mood called bored"):
+        live.set_mood("bored")

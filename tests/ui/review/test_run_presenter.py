@@ -211,8 +211,9 @@ def test_a_blind_vote_hides_the_names_keeps_the_answer_and_tells_after(
     assert vote.better == better
     assert (vote.a.run, vote.b.run, vote.sound) == ("styled_001", "quick_001", "toy_003")
     count = ("1", "0") if better == "a" else ("0", "1")
-    told = f"You chose {better.upper()}. So far A {count[0]}, B {count[1]}, neither 0."
-    assert _text(view, "vote_result") == told
+    told = f"You chose {better.upper()}. So far A {count[0]}, B {count[1]}, neither 0. "
+    chance = "Chance alone would give this in 100 of 100 cases. Vote more to be sure."
+    assert _text(view, "vote_result") == told + chance
     assert view.bar.first.run.isVisible()
 
 
@@ -246,3 +247,20 @@ def test_a_runs_name_is_read_in_a_small_window_and_a_long_one_pushes_nothing_out
     qtbot.waitUntil(bar.first.another.isVisible)
     assert box.width() >= 130
     assert bar.minimumSizeHint().width() <= 722
+
+
+def test_a_run_that_is_watched_plays_from_the_start(qtbot: QtBot, tab: Tab, toy_project: Project) -> None:
+    _, presenter = tab
+    presenter.transport.seek(2.0)
+    presenter.watch("quick_001")
+    player = presenter.model.player
+    assert player is not None
+    qtbot.waitUntil(lambda: player.playing)
+    assert presenter.model.sides[0].selection.run == "quick_001"
+    assert player.position < 2.0
+    presenter.deactivate()
+    assert not player.playing
+    presenter.transport.play_from_start("quick_001")
+    presenter.deactivate()
+    presenter.activate()
+    assert not player.playing, "who left the tab meanwhile is not played to"

@@ -33,3 +33,10 @@ def test_lines_that_make_no_sense_are_passed_over(toy_project: Project) -> None:
     odd = text.replace('"better": "a"', '"better": "c"')
     path.write_text("\n".join(["[]", text.strip(), '{"a": 1}', "nonsense", odd]), encoding="utf-8")
     assert len(saved_votes(toy_project)) == 1
+
+
+def test_a_result_comes_with_the_probability_of_chance() -> None:
+    assert Tally(5, 0, 3).chance == 2 / 32
+    assert Tally(0, 6, 0).chance == 2 / 64
+    assert Tally(3, 3, 9).chance == 1.0
+    assert Tally(0, 0, 2).chance == 1.0

@@ -44,7 +44,7 @@ def test_nothing_to_train_on_stops_with_a_sentence() -> None:
 def test_a_missing_validation_take_can_be_mended_with_one_click() -> None:
     facts = data_facts(_dataset(("a", "train"), ("b", "train")), [_take("a"), _take("b")])
     (warning,) = facts.warnings
-    assert warning.text == "No take is kept for validation, so nothing tells which epoch is best."
+    assert warning.text == "No validation take: the studio cannot tell which version is best."
     assert warning.repair == "val"
     assert facts.can_train
 

@@ -28,7 +28,7 @@ def test_measuring_the_look_aheads_is_said() -> None:
     progress = TrainingProgress()
     progress.update(EpochEvent(4, 4, 0.1, seconds=1.0))
     progress.update(LookAheadsEvent(0, 1, 4, 0.25))
-    assert training_text(progress) == "measuring how well it does at each look-ahead: 25 %"
+    assert training_text(progress) == "measuring how good it is: 25 %"
     assert run_text(progress.facts).startswith("epoch 4 of 4")
 
 

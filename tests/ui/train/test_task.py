@@ -127,7 +127,7 @@ def test_a_cancelled_training_is_removed_though_its_child_was_done(
     assert session.project is not None
     assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
     said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
-    told = "quick_001 is trained." if resumed else "The training was cancelled and its run removed."
+    told = "quick_001 is ready." if resumed else "The training was cancelled and its run removed."
     assert said == [told]
 
 
@@ -151,7 +151,7 @@ def test_a_removed_run_comes_back_with_one_click(
     toast = view.window().findChild(messages.Toast)
     assert toast is not None
     assert (toast.text.text(), toast.action.text()) == ("Removed quick_001.", "Undo")
-    assert toast.remedy.text() == "It lies in .trash/runs of the project's folder, with the 10 removed last."
+    assert toast.remedy.text() == "Moved to the project's trash (.trash/runs), which keeps the last 10 runs."
     qtbot.mouseClick(toast.action, Qt.MouseButton.LeftButton)
     assert [run.id for run in session.project.runs] == ["quick_001"]
     assert view.runs.table.chosen == "quick_001"

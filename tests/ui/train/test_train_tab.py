@@ -16,6 +16,7 @@ from studio.settings import Settings
 from studio.training.devices import devices
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
+from studio.ui.train.runs_view import EPOCHS, NOTE
 from studio.ui.train.task import TrainRequest
 from studio.ui.train.view import TrainView
 from tests.fakes import FakeChildTask
@@ -95,7 +96,7 @@ def test_the_list_of_runs_follows_what_a_training_in_a_terminal_writes(
         lines = [f'{{"event": "epoch", "epoch": {n + 1}, "of": 9, "val_loss": 1.0}}' for n in range(epochs)]
         metrics.write_text("\n".join(lines) + "\n", encoding="utf-8")
         session.runs_changed.emit()
-        cell = view.runs.table.item(0, 2)
+        cell = view.runs.table.item(0, EPOCHS)
         assert cell is not None
         assert cell.text() == f"{epochs} / 9"
 
@@ -117,6 +118,9 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
     assert (run.folder / "card.html").is_file()
     assert view.runs.table.rowCount() == 1
     assert view.runs.table.chosen == run.id
+    assert (run.folder / "evaluation.json").is_file()
+    assert "Measured on toy_003" in view.runs.verdict.text.toolTip()
+    assert _text(view, "run_verdict").split()[0] in ("Follows", "Hardly", "Barely")
     assert _text(view, "run_line").startswith("epoch 2 of 2")
     assert view.recipe.start.isEnabled()
     qtbot.waitUntil(lambda: len(view.progress.loss_plot.points.get("train_loss", ([], []))[0]) == 2)
@@ -167,12 +171,12 @@ def test_notes_are_kept_beside_the_run(
     assert session.project is not None
     folder = session.project.new_run_folder("quick")
     session.runs_changed.emit()
-    item = view.runs.table.item(0, 7)
+    item = view.runs.table.item(0, NOTE)
     assert item is not None
     item.setText("窓を閉めて")
     assert (folder / "note.txt").read_text(encoding="utf-8") == "窓を閉めて"
     session.runs_changed.emit()
-    again = view.runs.table.item(0, 7)
+    again = view.runs.table.item(0, NOTE)
     assert again is not None
     assert again.text() == "窓を閉めて"
 

@@ -134,6 +134,8 @@ class Content:
         curves: motion by name.
         labels, tiers, tier_titles: labels, the lanes they lie on, and the names shown for those.
         chosen: the label clicked last.
+        painting: the word that a drag on a tier's lane writes there, and a click on a label takes away; ""
+            where labels are moved and typed.
         problems: what is wrong, by time.
         heat: times in seconds and values 0..1 of a strip of colour.
         excluded: spans left out.
@@ -152,6 +154,7 @@ class Content:
     tiers: tuple[str, ...] = ()
     tier_titles: Mapping[str, str] = field(default_factory=dict)
     chosen: Label | None = None
+    painting: str = ""
     problems: tuple[Mark, ...] = ()
     heat: tuple[NDArray[np.float64], Floats] | None = None
     excluded: tuple[Span, ...] = ()

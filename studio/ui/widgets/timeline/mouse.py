@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -78,6 +79,9 @@ class TimelineSurface(Protocol):
 
     def show_span(self, start: float, end: float) -> None:
         """Show this stretch of time."""
+
+    def set_labels(self, labels: Sequence[Label]) -> None:
+        """Draw these labels."""
 
     def show_moved_label(self, before: Label, after: Label) -> None:
         """Draw one label elsewhere."""
@@ -234,6 +238,44 @@ class MoveLabel:
             self._timeline.label_edited.emit(LabelEdit(self._before, self._now))
 
 
+class PaintLabel:
+    """A label grows with the mouse; the request is sent once, on release."""
+
+    def __init__(self, timeline: TimelineSurface, lane: Lane, t: float, x: float) -> None:
+        self._timeline, self._from, self._x = timeline, t, x
+        self._before = timeline.content.labels
+        self._now = Label(t, 0.0, lane.tier, timeline.content.painting)
+
+    def move(self, t: float, x: float) -> None:
+        """Show it up to here, once the mouse has left the place of the press."""
+        if abs(x - self._x) >= CLICK_PX or self._now.duration:
+            start, end = min(self._from, t), max(self._from, t)
+            self._now = replace(self._now, t=start, duration=end - start)
+            self._timeline.set_labels((*self._before, self._now))
+
+    def end(self) -> None:
+        """Ask for it, if it is more than a click."""
+        self._timeline.set_labels(self._before)
+        if self._now.duration >= SHORTEST:
+            self._timeline.label_edited.emit(LabelEdit(None, self._now))
+
+
+class ClearLabel:
+    """A click takes a label away; a press that is dragged elsewhere does not."""
+
+    def __init__(self, timeline: TimelineSurface, label: Label, x: float) -> None:
+        self._timeline, self._label, self._x, self._dragged = timeline, label, x, False
+
+    def move(self, t: float, x: float) -> None:
+        """It is no click any more."""
+        self._dragged = self._dragged or abs(x - self._x) >= CLICK_PX
+
+    def end(self) -> None:
+        """Ask for it to go."""
+        if not self._dragged:
+            self._timeline.label_edited.emit(LabelEdit(self._label, None))
+
+
 HANDLE_PX = 6
 
 
@@ -264,7 +306,7 @@ class TimelineMouse:
         if self.drag is not None:
             self.drag.move(self.moment(x), x - GUTTER)
             return
-        label = self.label_at(x, y)
+        label = None if self._timeline.content.painting else self.label_at(x, y)
         if self._handle_at(x, y) is not None or (label and self._part_of(label, x) != "all"):
             self._timeline.setCursor(Qt.CursorShape.SizeHorCursor)
         else:
@@ -283,7 +325,12 @@ class TimelineMouse:
         if lane is None or lane.kind != "labels" or x < GUTTER:
             return
         self.drag = None
-        label = self.label_at(x, y)
+        label, painting = self.label_at(x, y), self._timeline.content.painting
+        if painting:
+            if label is None:
+                whole = Label(0.0, self._timeline.view.duration, lane.tier, painting)
+                self._timeline.label_edited.emit(LabelEdit(None, whole))
+            return
         if label is not None:
             self._timeline.edit_label(label)
         else:
@@ -327,6 +374,10 @@ class TimelineMouse:
         if lane.kind == "ruler":
             return Scrub(timeline)
         label = self.label_at(x, y)
+        if lane.kind == "labels" and timeline.content.painting:
+            if label is not None:
+                return ClearLabel(timeline, label, x - GUTTER)
+            return PaintLabel(timeline, lane, t, x - GUTTER)
         if lane.kind == "labels":
             timeline.choose_label(label)
             if label is not None:

@@ -90,7 +90,10 @@ class Timeline(QWidget):
         self._view = TimeView(duration, 0.0, 1.0, self._view.width).fitted()
         self._mouse.drag = None
         titles = self.content.tier_titles
-        self.content = Content(tier_titles=titles, tiers=tuple(titles), in_out=(0.0, duration))
+        painting = self.content.painting
+        self.content = Content(
+            tier_titles=titles, tiers=tuple(titles), in_out=(0.0, duration), painting=painting
+        )
         self._repaint_all()
         self.view_changed.emit()
 
@@ -124,6 +127,10 @@ class Timeline(QWidget):
         if self.content.chosen not in self.content.labels:
             self.content.chosen = None
         self._update_tiers()
+
+    def set_painting(self, word: str) -> None:
+        """What a drag on a tier's lane writes; "" lets labels be moved and typed."""
+        self.content.painting = word
 
     def set_vocabulary(self, words: Sequence[str]) -> None:
         """Words offered while a label is typed."""
