@@ -9,6 +9,8 @@ source_presenter      Presenters of the performer card: run and Start; microphon
 source_view           Who performs and what is heard: a run, its style and layers, a microphone or a file
 stage_presenter       Presenters of the stage and of the status under it
 stage_view            The performer as it is sent, and mute, freeze and neutral with their keys
+stream_presenter      Presenter of remote control: what other programs press is done here
+stream_view           On stream: remote control, OBS, and keeping the last minutes
 task                  The child process that performs
 view                  Layout of the tab
 """

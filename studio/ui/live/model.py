@@ -62,6 +62,8 @@ class LiveModel(QObject):
         runs_changed: runs came or went; another may be chosen.
         run_chosen: another run is to perform.
         source_changed: `file` or `checking` is another now.
+        start_requested: another program asks for a performance.
+        keep_requested: the last minutes are to be kept as a take.
     """
 
     about_to_start = Signal()
@@ -75,6 +77,8 @@ class LiveModel(QObject):
     runs_changed = Signal()
     run_chosen = Signal()
     source_changed = Signal()
+    start_requested = Signal()
+    keep_requested = Signal()
 
     def __init__(
         self, session: Session, parent: QObject | None = None, child: ChildTask | None = None

@@ -33,6 +33,7 @@ class LiveSourcePresenter(QObject):
         super().__init__(card)
         self._card, self._model, self._session = card, model, session
         card.start_toggled.connect(self.toggle)
+        model.start_requested.connect(self.start)
         card.run_chosen.connect(model.choose_run)
         card.clip_reset_requested.connect(lambda: model.task.tell(Command("clip")))
         card.option_changed.connect(self._on_option)
@@ -61,10 +62,15 @@ class LiveSourcePresenter(QObject):
 
     def toggle(self) -> None:
         """Go live, or end it."""
+        if self._model.task.running:
+            self._model.task.stop()
+        else:
+            self.start()
+
+    def start(self) -> None:
+        """Go live, where nothing is and a run is chosen."""
         project, run, task = self._session.project, self._model.run, self._model.task
-        if task.running:
-            task.stop()
-        elif project is not None and run is not None:
+        if not task.running and not self._model.checking and project is not None and run is not None:
             self._model.about_to_start.emit()
             # No target yet: the send card adds those that are switched on once the child is ready.
             task.start([str(project.folder), run.id, "--to", "none", "--poses", *self.args])

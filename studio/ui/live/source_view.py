@@ -163,7 +163,7 @@ class LiveSourceCard(Card):
         words, icon, tip = {
             "idle": (name_of("start_live"), "mdi6.account-voice", tip_of("start_live")),
             "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to go back")),
-            "live": (self.tr("Stop"), "mdi6.stop", self.tr("End the performance")),
+            "live": (self.tr("Stop"), "mdi6.stop", tip_of("stop_live")),
             "stopping": (self.tr("Ending…"), "mdi6.timer-sand", ""),
         }[state]
         self.start.setText(words)
