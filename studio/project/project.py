@@ -424,7 +424,11 @@ class Project:
 
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
-        new = [Selection(take, take, performer=performer) for take in self._takes if take not in self._seen]
+        new = [
+            Selection(id, id, performer=performer, split="" if take.info.predicted else "train")
+            for id, take in self._takes.items()
+            if id not in self._seen
+        ]
         if not new:
             return
         self._seen.update(s.take for s in new)

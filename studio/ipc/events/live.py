@@ -190,6 +190,15 @@ class LatencyEvent(ChildEvent, frozen=True):
     sound_delay_ms: int = 0
 
 
+class KeptEvent(ChildEvent, frozen=True):
+    """The last minutes were kept as a take of so many seconds."""
+
+    NAME = "kept"
+
+    take: str
+    seconds: float = 0.0
+
+
 class SwitchEvent(ChildEvent, frozen=True):
     """A switch was turned."""
 

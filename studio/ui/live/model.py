@@ -17,6 +17,7 @@ from studio.ipc.commands import Command, switch
 from studio.ipc.events import (
     ChannelsEvent,
     ChildEvent,
+    KeptEvent,
     LiveStateEvent,
     LiveTarget,
     LookAheadEvent,
@@ -63,7 +64,7 @@ class LiveModel(QObject):
         run_chosen: another run is to perform.
         source_changed: `file` or `checking` is another now.
         start_requested: another program asks for a performance.
-        keep_requested: the last minutes are to be kept as a take.
+        kept: a KeptEvent: the last minutes are a take now.
     """
 
     about_to_start = Signal()
@@ -78,7 +79,7 @@ class LiveModel(QObject):
     run_chosen = Signal()
     source_changed = Signal()
     start_requested = Signal()
-    keep_requested = Signal()
+    kept = Signal(object)
 
     def __init__(
         self, session: Session, parent: QObject | None = None, child: ChildTask | None = None
@@ -197,6 +198,8 @@ class LiveModel(QObject):
                 self.ready = self.ready.of_channels(event)
             case VoiceEvent():
                 self.voice_changed.emit(event.to)
+            case KeptEvent():
+                self.kept.emit(event)
             case LookAheadEvent():
                 self.look_ahead_changed.emit(event.look_ahead_ms)
 

@@ -6,6 +6,8 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 
 from studio.errors import StudioError
+from studio.ipc.commands import Command
+from studio.ipc.events import KeptEvent
 from studio.remote.server import SWITCHES, RemoteRequest, RemoteServer, RemoteState
 from studio.ui import messages
 from studio.ui.live.model import LiveModel
@@ -28,7 +30,8 @@ class RemotePresenter(QObject):
         self._listening: tuple[bool, int] | None = None
         card.remote_switched.connect(lambda on: session.change_settings(remote=on))
         card.copy_requested.connect(self._on_copy)
-        card.keep_requested.connect(model.keep_requested)
+        card.keep_requested.connect(self._keep)
+        model.kept.connect(self._on_kept)
         session.settings_changed.connect(self._listen)
         model.state_changed.connect(self._tell)
         model.task.phase_changed.connect(self._on_phase)
@@ -80,7 +83,7 @@ class RemotePresenter(QObject):
         elif model.task.phase != Phase.LIVE or state is None:
             return
         elif request.action == "keep_live":
-            model.keep_requested.emit()
+            self._keep()
         elif request.action in SWITCHES:
             now = {"mute": state.muted, "freeze": state.frozen, "neutral": state.neutral}[request.action]
             on = not model.switches.shown(request.action, now) if request.on is None else request.on
@@ -91,6 +94,18 @@ class RemotePresenter(QObject):
             names = ("", *model.run.facts.moods)
             if number < len(names):
                 model.choose_mood(names[number])
+
+    def _keep(self) -> None:
+        self._model.task.tell(Command("keep"))
+
+    def _on_kept(self, event: KeptEvent) -> None:
+        """The take is there already, not used for training; show it where that is wanted."""
+        session = self._session
+        session.refresh_takes()
+        minutes, seconds = divmod(round(event.seconds), 60)
+        text = self.tr("Kept the last {0}:{1} as {2}.").format(minutes, f"{seconds:02d}", event.take)
+        show = (self.tr("Show in Curate"), lambda: session.take_requested.emit(event.take))
+        messages.show_note(self._card, text, action=show)
 
     def _on_copy(self, url: str) -> None:
         QGuiApplication.clipboard().setText(url)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QPushButton, QToolButton
 
@@ -75,7 +77,7 @@ class StreamCard(Card):
         for name, action in ACTIONS.items():
             url = url_of(name, port)
             title = name_of(action).format(name.rpartition("/")[2])
-            self._menu.addAction(f"{title}\t{url}", lambda url=url: self.copy_requested.emit(url))
+            self._menu.addAction(f"{title}\t{url}").triggered.connect(partial(self.copy_requested.emit, url))
 
     def _words(self, on: bool) -> str:
         if on:
