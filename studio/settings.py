@@ -83,6 +83,10 @@ class Settings:
         REMOTE_PORT, "Remote port", "Port on this computer for remote control, HTTP and OSC.",
         low=1024, high=65535,
     )  # fmt: skip
+    obs_address: str = _setting("", "", "Where OBS was last connected, as host:port.")
+    obs_input: str = _setting("", "", "Sound in OBS that carries the voice.")
+    obs_sync: bool = _setting(True, "", "Whether Live sets the Sync Offset of that sound.")
+    obs_start: bool = _setting(False, "", "Whether Live starts with the stream.")
     sample_rate: int = _setting(
         0, "Sample rate", "Rate to record at; 0 is the device's own.", low=0, high=192000, unit="Hz"
     )

@@ -142,17 +142,14 @@ class ObsClient:
 
         self._loop, identified = asyncio.get_running_loop(), False
         try:
-            timeout = aiohttp.ClientTimeout(sock_connect=WAIT_S)
-            async with (
-                aiohttp.ClientSession(timeout=timeout) as session,
-                session.ws_connect(
-                    f"ws://{host}:{port}", protocols=("obswebsocket.json",), max_msg_size=16 << 20
-                ) as socket,
-            ):
+            async with aiohttp.ClientSession() as session:
+                calling = session.ws_connect(f"ws://{host}:{port}", protocols=("obswebsocket.json",))
+                socket = await asyncio.wait_for(calling, WAIT_S)
                 await asyncio.wait_for(self._identify(socket, password), WAIT_S)
                 self._socket, identified = socket, True
                 self._ready.set()
                 await self._listen(socket)
+                await socket.close()
         except (aiohttp.ClientError, OSError, ValueError, TypeError, KeyError):
             self._failure = self._failure or _missing(host, port)
         except ObsError as error:

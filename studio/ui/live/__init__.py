@@ -3,6 +3,8 @@
 latency_presenter     Presenters of the latency card and of the delayed voice
 latency_view          How late the avatar is, what to type into OBS, the delayed voice, the look-ahead slider
 model                 What the tab knows: the performance, its last state, the run and the sound
+obs_presenter         Presenter of OBS: its Sync Offset, and going live with the stream
+obs_view              OBS in the On stream card, and the dialog that connects it
 presenter             Presenter of the tab: builds its model and its cards, asks before it is closed
 send_presenter        Presenter of the Send panel: which targets the child sends to
 source_presenter      Presenters of the performer card: run and Start; microphones and files; presets

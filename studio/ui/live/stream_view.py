@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QPushButton, QToolB
 
 from studio.remote.server import ACTIONS, ROOT, url_of
 from studio.ui import theme
+from studio.ui.live.obs_view import ObsPanel
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import Card, label
 
@@ -48,9 +49,11 @@ class StreamCard(Card):
         self.keep.setToolTip(tip_of("keep_live"))
         theme.set_icon(self.keep, "mdi6.history", "muted")
         self.keep.clicked.connect(self.keep_requested)
+        self.obs = ObsPanel()
+        self.body.addWidget(self.keep)
+        self.body.addWidget(self.obs)
         self.body.addLayout(row)
         self.body.addWidget(self.words)
-        self.body.addWidget(self.keep)
         self.show_live(False)
 
     def show_live(self, live: bool) -> None:
@@ -70,6 +73,7 @@ class StreamCard(Card):
                 "Stream Deck: add System > Website, paste {0} and tick GET request in background.\n"
                 "Touch Portal: add an HTTP GET action with the same address.\n"
                 "OSC: send {1} to 127.0.0.1, port {2}.\n"
+                "No remote? Give a keyboard shortcut of your system the command: curl {0}\n"
                 "Only programs on this computer reach it; web pages do not."
             ).format(url_of("mute", port), f"{ROOT}/mute", port)
         )
