@@ -9,6 +9,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
+from studio.capture.device_names import listed, title_of
 from studio.ui import messages, theme
 from studio.ui.widgets.card import Card, label
 
@@ -221,7 +222,7 @@ class VoiceRow(QWidget):
     def show_outputs(self, names: Sequence[str], chosen: str) -> None:
         """List the outputs; one that was chosen and is not there is kept and named so."""
         entries = [(self.tr("Off"), NOBODY), (self.tr("Default output"), SYSTEM)]
-        entries += [(name, name) for name in names]
+        entries += [(title_of(name, entries[1][0]), name) for name in listed(names, chosen)]
         if chosen not in {value for _, value in entries}:
             entries.append((self.tr("{0} (not found)").format(chosen), chosen))
         with QSignalBlocker(self.outputs):

@@ -58,7 +58,8 @@ class ObsPanel(QWidget):
         self.sync.setObjectName("live_obs_sync")
         self.sync.setToolTip(
             self.tr(
-                "Delays this sound in OBS as long as the studio takes to move your avatar, once that has settled.\n"
+                "Delays this sound in OBS as long as the studio takes to move your avatar,"
+                " once that has settled.\n"
                 "What your avatar program takes to draw comes on top; add it there if lips look late."
             )
         )

@@ -107,6 +107,7 @@ class MicrophonePresenter(QObject):
         super().__init__(card)
         self._card, self._model, self._session = card, model, session
         self._devices: tuple[AudioDevice, ...] | None = None
+        self._default = ""
         self._opening = tasks.LatestTask(self)
         card.refresh_requested.connect(self._on_refresh)
         card.file_requested.connect(self._on_file)
@@ -143,11 +144,16 @@ class MicrophonePresenter(QObject):
 
     def refresh(self, anew: bool = False) -> None:
         """List the microphones; anew, where something was plugged in since, which takes a moment."""
+        from studio.capture.device_names import default_title
         from studio.capture.microphone import input_devices
 
+        def found(listed: tuple[tuple[AudioDevice, ...], str]) -> None:
+            self._default = listed[1]
+            self.show_devices(listed[0])
+
         tasks.run(
-            lambda: input_devices(anew),
-            self.show_devices,
+            lambda: (input_devices(anew), default_title("source")),
+            found,
             # Record says what is wrong with the sound system.
             lambda _: self.show_devices(()),
             owner=self,
@@ -198,7 +204,8 @@ class MicrophonePresenter(QObject):
 
     def _show(self) -> None:
         names = [device.name for device in self._devices or ()]
-        self._card.show_devices(names, self._chosen, known=self._devices is not None)
+        known = self._devices is not None
+        self._card.show_devices(names, self._chosen, known=known, default=self._default)
 
     @property
     def _chosen(self) -> str:
