@@ -92,6 +92,7 @@ class TrainingSettings:
         clip: gradients are scaled down to this norm; 0 leaves them.
         average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
         start_at_mean: the output begins at the training mean.
+        start_from: "fresh", or "base_voice": what hears begins as it is there, if sizes and rate fit.
         liveliness: 0 leaves predictions as they are, 1 gives each region of the body (head, torso, arms...)
             the motion captured in the validation takes.
         validate_every: epochs between validations.
@@ -116,6 +117,7 @@ class TrainingSettings:
     clip: float = 1.0
     average: float = 0.0
     start_at_mean: bool = True
+    start_from: str = "fresh"
     liveliness: float = 0.0
     validate_every: int = 1
     style_by: str = "none"
