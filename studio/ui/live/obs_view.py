@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -143,18 +142,22 @@ class ObsDialog(QDialog):
         self.problem = label("", "warn", "obs_problem")
         self.problem.setWordWrap(True)
         self.problem.hide()
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.go = buttons.addButton(self.tr("Connect"), QDialogButtonBox.ButtonRole.AcceptRole)
+        cancel, self.go = QPushButton(self.tr("Cancel")), QPushButton(self.tr("Connect"))
         theme.as_role(self.go, "primary")
-        buttons.accepted.connect(self._on_connect)
-        buttons.rejected.connect(self.reject)
+        self.go.setDefault(True)
+        self.go.clicked.connect(self._on_connect)
+        cancel.clicked.connect(self.reject)
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        buttons.addWidget(cancel)
+        buttons.addWidget(self.go)
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.EDGE, theme.EDGE, theme.EDGE, theme.BETWEEN)
         column.setSpacing(theme.BETWEEN)
         for part in (how, kept, self.problem):
             column.addWidget(part)
         column.insertLayout(1, form)
-        column.addWidget(buttons)
+        column.addLayout(buttons)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def show_connecting(self, connecting: bool, problem: str = "") -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QMenu, QPushButton, QToolButton
 
 from studio.remote.server import ACTIONS, ROOT, url_of
@@ -39,11 +39,12 @@ class StreamCard(Card):
         theme.as_role(self.addresses, "chip")
         self._menu = QMenu(self.addresses)
         self.addresses.setMenu(self._menu)
-        row = QHBoxLayout()
-        row.addWidget(self.remote, 1)
-        row.addWidget(self.addresses)
         self.words = label("", "caption", "live_remote_words")
         self.words.setWordWrap(True)
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        row.addWidget(self.words, 1)
+        row.addWidget(self.addresses, 0, Qt.AlignmentFlag.AlignTop)
         self.keep = QPushButton(name_of("keep_live"))
         self.keep.setObjectName("live_keep")
         self.keep.setToolTip(tip_of("keep_live"))
@@ -52,8 +53,8 @@ class StreamCard(Card):
         self.obs = ObsPanel()
         self.body.addWidget(self.keep)
         self.body.addWidget(self.obs)
+        self.body.addWidget(self.remote)
         self.body.addLayout(row)
-        self.body.addWidget(self.words)
         self.show_live(False)
 
     def show_live(self, live: bool) -> None:

@@ -158,8 +158,13 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         presenter.deactivate()  # another tab is shown: it goes on
         qtbot.waitUntil(lambda: _received(listener))
         presenter.activate()
+        qtbot.waitUntil(lambda: presenter.model.state is not None and presenter.model.state.seconds > 2.0)
+        view.stream.keep.click()
+        qtbot.waitUntil(lambda: "Live_001" in toy_project.dataset)
+        assert toy_project.dataset["Live_001"].split == ""  # a guess is nothing to learn from
         view.source.start.click()
         qtbot.waitUntil(lambda: not presenter.model.task.running)
+    assert not view.stream.keep.isEnabled()
     assert view.source.start.text() == "Go live"
     assert view.status.text() == "Not live. Press Go live and speak."
     assert facts[-1] == ("live", "", "")
