@@ -116,14 +116,14 @@ class ObsPresenter(QObject):
             )
         elif not settings.obs_sync:
             self._show_idle()
-        elif not state.settled or state.latency_ms <= 0:
-            self._panel.show_words(self.tr("Settling…"))
-        elif self._offset is None or abs(state.latency_ms - self._offset) > LEFT_MS:
-            self._set(name, round(state.latency_ms))
-        else:
+        elif self._offset is not None and abs(state.latency_ms - self._offset) <= LEFT_MS:
             left = abs(round(state.latency_ms) - self._offset)
             words = self.tr("Verified: OBS delays {0} by {1} ms; {2} ms are left.")
             self._panel.show_words(words.format(name, self._offset, left), "good")
+        elif not state.settled or state.latency_ms <= 0:
+            self._panel.show_words(self.tr("Settling…"))
+        else:
+            self._set(name, round(state.latency_ms))
 
     def _set(self, name: str, ms: int) -> None:
         """Set the Sync Offset; what OBS says it is now is what counts."""

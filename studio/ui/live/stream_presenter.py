@@ -96,10 +96,12 @@ class RemotePresenter(QObject):
                 model.choose_mood(names[number])
 
     def _keep(self) -> None:
+        self._model.task.keeping = True
         self._model.task.tell(Command("keep"))
 
     def _on_kept(self, event: KeptEvent) -> None:
         """The take is there already, not used for training; show it where that is wanted."""
+        self._model.task.keeping = False
         session = self._session
         session.refresh_takes()
         minutes, seconds = divmod(round(event.seconds), 60)
