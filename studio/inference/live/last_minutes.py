@@ -133,8 +133,9 @@ class LastMinutes:
         # From the first pose to the last, so that a take has both everywhere.
         a, b = round(first * rate), round(float(times[inside][-1]) * rate)
         rows = [row for row, one in zip(rows, inside, strict=True) if one]
-        sound = Sound(samples[a:b, None] / np.float32(_SCALE), rate)
-        return KeptMinutes(sound, self._motion(rows, times[inside] - first))
+        loud = samples[a:b, None].astype(np.float32)
+        loud /= _SCALE
+        return KeptMinutes(Sound(loud, rate), self._motion(rows, times[inside] - first))
 
     def _append(self, chunk: _Chunk) -> None:
         self._chunks.append(chunk)
