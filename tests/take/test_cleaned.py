@@ -110,5 +110,5 @@ def test_a_missing_recording_and_an_unknown_way_are_sentences(tmp_path: Path) ->
     path, _, _ = _noisy(tmp_path / "a.wav")
     with pytest.raises(StudioError) as error:
         clean(path, "magic")
-    assert error.value.what == "There is no way to clean sound called magic."
+    assert error.value.what == "There is no sound cleaning called magic."
     assert not list((tmp_path / cache.CACHE_FOLDER).glob("clean*")), "nothing half-made is left"

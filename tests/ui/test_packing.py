@@ -42,7 +42,7 @@ def test_a_project_is_packed_and_opened_elsewhere(qtbot: QtBot, toy_project: Pro
     assert not (other.folder / "studio").exists()
     said = window.findChild(QLabel, "toast_text")
     assert said is not None
-    assert said.text() == "1 file of the zip is part of no project and was left out."
+    assert said.text() == "1 file in the zip does not belong to a project and was skipped."
     packing.close()
 
 

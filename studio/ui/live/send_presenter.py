@@ -14,7 +14,7 @@ from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks, theme
 from studio.ui.live.model import LiveModel, target_state
 from studio.ui.session import Session
-from studio.ui.widgets.send_panel import SendPanel, TargetRow
+from studio.ui.widgets.send_panel import OwnPorts, SendPanel, TargetRow
 from studio.vmc.address import Address
 from studio.vmc.sender import Destination, TargetState, TargetStatus, VmcTarget
 
@@ -31,6 +31,8 @@ class LiveSendPresenter(QObject):
         self._names: dict[TargetRow, str] = {}
         self._counts: dict[str, tuple[float, int]] = {}
         self._waves: list[VmcTarget] = []
+        self._own_ports = OwnPorts(session, self)
+        self._own_ports.changed.connect(self._warn)
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
@@ -75,7 +77,15 @@ class LiveSendPresenter(QObject):
             if now - before > 0.9 or name not in self._counts:
                 self._counts[name] = (now, state.sent)
             rate = (state.sent - sent) / (now - before) if now > before else 0.0
+            row.warn(self._own_ports.warning(row.address))
             row.show_state(state, rate)
+
+    def _warn(self) -> None:
+        """Before going live too: a row says so as soon as Record has its port."""
+        for row in self._panel.rows:
+            row.warn(self._own_ports.warning(row.address))
+            if row not in self._names:
+                row.show_state(OFF, 0.0)
 
     def _on_added(self, row: TargetRow) -> None:
         row.send_toggled.connect(lambda on: self._on_send(row, on))
@@ -97,6 +107,7 @@ class LiveSendPresenter(QObject):
             row.show_state(OFF, 0.0)
 
     def _on_address(self, row: TargetRow) -> None:
+        self._warn()
         if self._live and row.send.isChecked():
             self._unsend(row)
             self._send(row)

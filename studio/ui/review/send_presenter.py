@@ -12,7 +12,7 @@ from studio.motion.neutral import WAVE_SECONDS
 from studio.ui import messages, tasks
 from studio.ui.review.model import ReviewModel
 from studio.ui.session import Session
-from studio.ui.widgets.send_panel import SendPanel, TargetRow
+from studio.ui.widgets.send_panel import OwnPorts, SendPanel, TargetRow
 from studio.vmc.sender import TargetState, VmcTarget
 
 STATE_MS = 400
@@ -67,8 +67,8 @@ class SendPresenter(QObject):
         panel.row_added.connect(self._on_added)
         panel.row_removed.connect(self._on_removed)
         panel.options_changed.connect(self._on_options)
-        self._listening = False
-        session.status_changed.connect(self._on_status)
+        self._own_ports = OwnPorts(session, self)
+        self._own_ports.changed.connect(self.update_states)
         session.settings_changed.connect(self._on_settings)
         model.motion_changed.connect(self.refresh)
         panel.show_settings(session.settings)
@@ -189,13 +189,7 @@ class SendPresenter(QObject):
 
     def _show(self, row: TargetRow, state: TargetState, rate: float) -> None:
         """The row's light, and a warning where the studio would only talk to itself."""
-        address = row.address
-        own = _is_this_computer(address.host) and self._listens_to(address.port)
-        warning = StudioError(
-            self.tr("Port {0} is where this studio itself listens.").format(address.port),
-            self.tr("Choose another port in Record, or give the other program its own port and set it here."),
-        )
-        row.warn(warning if own else self._duplicate(row))
+        row.warn(self._own_ports.warning(row.address) or self._duplicate(row))
         row.show_state(state, rate)
 
     def _duplicate(self, row: TargetRow) -> StudioError | None:
@@ -209,18 +203,3 @@ class SendPresenter(QObject):
             self.tr("{0} port {1} is in the list twice.").format(here.host, here.port),
             self.tr("Remove one, or give the other program a port of its own and set it here."),
         )
-
-    def _listens_to(self, port: int) -> bool:
-        """Whether Record has this port open; where another program was first, it has not."""
-        settings = self._session.settings
-        return self._listening and str(port) in (str(settings.vmc_port), *settings.more_ports)
-
-    def _on_status(self, key: str, _text: str, health: str) -> None:
-        """Record says whether its ports are open; it does so several times a second."""
-        if key == "motion" and (health != "warn") != self._listening:
-            self._listening = health != "warn"
-            self.update_states()
-
-
-def _is_this_computer(host: str) -> bool:
-    return host.lower() == "localhost" or host.startswith("127.") or host == "::1"

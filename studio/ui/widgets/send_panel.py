@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.settings import Settings
 from studio.ui import theme
+from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 from studio.vmc import MARIONETTE_PORT
@@ -387,3 +388,37 @@ class TargetRow(QFrame):
         if port:
             self.port.setValue(port)
         self.show_state(TargetState(TargetStatus.OFF, 0, 0), 0.0)
+
+
+class OwnPorts(QObject):
+    """Warns of targets that are this studio itself: its own light would turn green, and no avatar would move.
+
+    Signals:
+        changed: Record opened or closed its ports.
+    """
+
+    changed = Signal()
+
+    def __init__(self, session: Session, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session, self._listening = session, False
+        session.status_changed.connect(self._on_status)
+
+    def warning(self, address: Address) -> StudioError | None:
+        """What to say of a target, None where it is somebody else."""
+        host, settings = address.host.lower(), self._session.settings
+        here = host in ("localhost", "::1") or host.startswith("127.")
+        # Where another program was first, Record has not got the port, and sending there is right.
+        mine = str(address.port) in (str(settings.vmc_port), *settings.more_ports)
+        if not (here and mine and self._listening):
+            return None
+        return StudioError(
+            self.tr("Port {0} is where this studio itself listens.").format(address.port),
+            self.tr("Choose another port in Record, or give the other program its own port and set it here."),
+        )
+
+    def _on_status(self, key: str, _text: str, health: str) -> None:
+        """Record says whether its ports are open; it does so several times a second."""
+        if key == "motion" and (health != "warn") != self._listening:
+            self._listening = health != "warn"
+            self.changed.emit()
