@@ -101,6 +101,11 @@ _ALL = (
     _action("record_here", _tr("Start and stop recording"), "Space", at="record", needs="project",
             listed=WITH),
     _action("cancel_countdown", _tr("Cancel the countdown"), "Esc", at="record", needs="project"),
+    # Pedals are keyboards: these are the keys that most of them send.
+    _action("prompt_next", _tr("Next"), "PgDown", at="record", needs="project",
+            help=_tr("Said well: show the next prompt"), listed=_tr("Teleprompter: next, again")),
+    _action("prompt_again", _tr("Again"), "PgUp", at="record", needs="project",
+            help=_tr("Say it once more; the attempt so far is left out of training"), listed=WITH),
     # -- Curate and Review
     _action("play", _tr("Play and pause"), "Space", at="curate review", needs="take"),
     _action("step_back", _tr("One frame back"), "Left", at="curate review", needs="take",

@@ -120,6 +120,12 @@ class Settings:
     sync_offsets: tuple[str, ...] = _setting(
         (), "", "What the sync test measured for pairs of microphone and sender, see capture/input_tests.py."
     )
+    prompter: bool = _setting(True, "", "Whether Record shows its teleprompter.")
+    prompt_language: str = _setting(
+        "", "", "Language of the teleprompter, own for one's own text; empty for the system's."
+    )
+    prompt_pause: bool = _setting(False, "", "Whether a long pause brings the next prompt.")
+    own_prompts: tuple[str, ...] = _setting((), "", "The person's own text for the teleprompter, by lines.")
     sound_picture: str = _setting("waveform", "", "How Curate draws sound, waveform or spectrogram.")
     next_steps: bool = _setting(True, "Next steps", "The strip under the tabs that says what to do next.")
     steps_done: tuple[str, ...] = _setting(

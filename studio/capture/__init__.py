@@ -26,4 +26,5 @@ recovery          Takes made from journals: when a recording ends, and after a p
 roll              One recording in progress, on the disk from its first moment
 snapshot          The state of a capture at one moment as frozen values, and how it is built from the
                   recorder's inputs
+trackers          Trackers that people have: their port, how each is made to send, and which one a sender is
 """

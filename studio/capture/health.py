@@ -198,7 +198,7 @@ def _sound(s: InputStatus) -> list[Problem]:
 def _silent(s: InputStatus) -> list[Problem]:
     if s.quiet_for <= 3:
         return []
-    return [(f"{s.device} is silent.", "Unmute it, turn its level up, or choose another device.")]
+    return [(f"No sound from {s.device}.", "Unmute it, turn its level up, or choose another device.")]
 
 
 def _poor_motion(s: InputStatus) -> list[Problem]:
@@ -218,7 +218,7 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
         # Nothing gets lost on the way inside one computer: the sender had no time to make them.
         found.append(
             (
-                f"The sender left out {_count(s.frames_lost, 'frame')} in the last seconds.",
+                f"Your tracker dropped {_count(s.frames_lost, 'frame')} in the last few seconds.",
                 "Close demanding apps, or lower the tracker's frame rate.",
             )
         )

@@ -48,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = (
         f"{parser.epilog}. Exit code 0: the take is whole. 1: it was cut off (full disk, vanished folder, "
-        "lost microphone), or there is none; the last sentence says why, and where lies what could be kept."
+        "lost microphone), cannot be read again, or there is none; the last sentences say why, and where "
+        "lies what could be kept."
     )
 
 
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Record one take and add it to the project.
 
     Returns:
-        The exit code: 1 for a take that was cut off.
+        The exit code: 1 for a take that was cut off, or whose files cannot be read again.
 
     Raises:
         RequestError: an option makes no sense.
@@ -80,8 +81,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         finally:
             recorder.close()
         project.refresh()
-    tell_outcome(take, last, args.seconds, recorder.cut_off, out)
-    return 1 if recorder.cut_off is not None else 0
+    readable = tell_outcome(take, last, args.seconds, recorder.cut_off, out)
+    return 1 if recorder.cut_off is not None or not readable else 0
 
 
 def _port(text: str) -> int | None:
@@ -180,11 +181,16 @@ def _not_in_it(take: Take, last: Snapshot, asked: float | None) -> str:
     return "".join(f" {sentence}" for sentence in found)
 
 
-def tell_outcome(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None, out: Output) -> None:
-    """The last sentence; a recording that was cut off did not get to what was asked for."""
-    from studio.capture.health import counter
+def tell_outcome(take: Take, last: Snapshot, asked: float | None, cut: CutOff | None, out: Output) -> bool:
+    """The last sentences, once the files were read again; whether those hold what they should.
 
-    info = take.info
+    A recording that was cut off did not get to what was asked for.
+    """
+    from studio.capture.health import counter
+    from studio.take.check import check_take, proof_of
+
+    info, report = take.info, check_take(take)
+    proof = proof_of(take, report)
     why = f" It was cut off. {cut.what} {cut.remedy}" if cut is not None else ""
     asked = asked if cut is None else None
     lacks = why + _not_in_it(take, last, asked)
@@ -202,12 +208,16 @@ def tell_outcome(take: Take, last: Snapshot, asked: float | None, cut: CutOff | 
         fps=info.fps,
         cut_off=cut is not None,
         reason=cut.reason if cut is not None else None,
+        verified=proof.good,
+        proof=f"{proof.what} {proof.remedy}".strip(),
         folder=str(take.folder),
         notes=tuple(info.notes),
         problems=_plain(last.problems),
     )
     text = f"Saved {take.id}: {info.duration:.1f} s, {counted(info.frames, 'frame')}"
-    out.done(done, f"{text} ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.{lacks}")
+    check = f"{'' if proof.good else 'NOT WHOLE: '}{done.proof}"
+    out.done(done, f"{text} ({info.frames_lost} missing), sound {info.audio_seconds:.1f} s.{lacks}\n{check}")
+    return not any(finding.kind in ("damaged", "incomplete") for finding in report.findings)
 
 
 def _plain(problems: Iterable[tuple[str, str]]) -> tuple[dict[str, str], ...]:

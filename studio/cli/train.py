@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,7 +38,8 @@ from studio.ipc.events import (
 )
 
 if TYPE_CHECKING:
-    from studio.project import Project, Run
+    from studio.project import Project, Run, RunReport
+    from studio.training.duration import Lengths, TrainingTimes
     from studio.training.loop.run_folder import Board
     from studio.training.recipe import Recipe
 
@@ -72,8 +74,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Train until done, or until a line "stop" on standard input; Ctrl+C keeps what there is, too."""
     from studio.cli._project import opened
+    from studio.settings import settings_folder
+    from studio.training.duration import TrainingTimes
     from studio.training.loop.run_folder import Board, must_be_installed
 
+    began = time.monotonic()
     if args.list:
         _list(args, out)
         return
@@ -95,7 +100,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
     board = Board() if args.tensorboard else None
-    finished = _trained(project, recipe, resume, out, stop, board)
+    times, lengths = TrainingTimes(settings_folder()), _lengths_of(project)
+    after_s = times.expected_after_s(recipe, lengths)
+    finished = _trained(project, recipe, resume, out, stop, board, after_s)
+    trained_s = time.monotonic() - began
     # Torch takes seconds to load: what was wrong with the request was said before.
     from studio.training.loop.setup import is_first_process
 
@@ -105,6 +113,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     _measure_look_aheads(project, finished, out, stop)
     trim_cache(project)
     report = finished.facts
+    if resume is None and not stop.is_set():
+        _remember(times, recipe, report, trained_s, time.monotonic() - began - trained_s, lengths)
     stopped, seconds, best = report.status == "stopped", report.seconds or 0.0, report.best_epoch
     how = "Stopped" if stopped else "Done"
     done = TrainDone(finished.id, str(finished.folder), best, stopped, seconds, report.best_val)
@@ -120,8 +130,52 @@ def _measure_look_aheads(project: Project, finished: Run, out: Output, stop: Sto
             after_training(project, finished, out, stop.requested_again())
 
 
+def _remember(
+    times: TrainingTimes,
+    recipe: Recipe,
+    report: RunReport,
+    trained_s: float,
+    after_s: float,
+    lengths: Lengths,
+) -> None:
+    """Keep what a training of its kind takes here, for the next one's expected time."""
+    from studio.training.duration import TrainingTime, kind_of
+
+    if report.status != "done" or report.step_s is None or report.check_s is None:
+        return
+    settings = recipe.training
+    times.remember(
+        TrainingTime(
+            kind_of(recipe),
+            report.device,
+            report.step_s / (settings.crops * settings.crop_frames),
+            report.check_s,
+            max(trained_s - (report.seconds or 0.0), 0.0),
+            after_s,
+            lengths.val,
+            lengths.total,
+        )
+    )
+
+
+def _lengths_of(project: Project) -> Lengths:
+    """Seconds of a project's takes by use."""
+    from studio.training.duration import Lengths
+
+    def of(split: str) -> float:
+        return sum(one.seconds(take.info.duration) for one, take in project.selected(split))
+
+    return Lengths(of("train"), of("val"), of("test"))
+
+
 def _trained(
-    project: Project, recipe: Recipe, resume: Run | None, out: Output, stop: StopRequest, board: Board | None
+    project: Project,
+    recipe: Recipe,
+    resume: Run | None,
+    out: Output,
+    stop: StopRequest,
+    board: Board | None,
+    after_s: float | None,
 ) -> Run:
     from studio.evaluation.model_card import write_card
     from studio.training.loop.train import train
@@ -138,7 +192,7 @@ def _trained(
 
     try:
         with ends_clean("SIGHUP"):
-            return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume)
+            return train(project, recipe, on_event=on_event, stop=stop.is_set, resume=resume, after_s=after_s)
     except KeyboardInterrupt as error:
         # Double marks mean the same everywhere.
         again = f'saia train "{project.folder}" --resume {name}'
@@ -189,12 +243,15 @@ def _settled(recipe: Recipe) -> Recipe:
 def _list(args: argparse.Namespace, out: Output) -> None:
     from dataclasses import asdict
 
+    from studio.settings import settings_folder
     from studio.training import recipe as recipes
+    from studio.training.duration import TrainingTimes
 
-    chosen = _chosen(args)
+    chosen, times = _chosen(args), TrainingTimes(settings_folder())
     found = recipes.recipes()
     for info in found:
-        text = f"{info.name:<12} {info.title:<18} {info.expected_time:<18} {info.summary}"
+        expected = times.expected(recipes.usual_recipe(info.name)).words
+        text = f"{info.name:<12} {info.title:<18} {expected:<18} {info.summary}"
         out.emit(RecipeEvent(**asdict(info)), text)
     out.emit(ChosenEvent(chosen.name), f"\nWhat --set can change, and its value in {chosen.name}:")
     for key, value in chosen.settings().items():

@@ -54,6 +54,7 @@ class RunReport:
         epochs, of: finished and planned.
         best_epoch, best_val_loss, best_val: the best epoch with its loss and figures on validation.
         seconds: the training took.
+        step_s, check_s: of them a step took, and a validation.
         train, val: ids of the selections learnt from and validated on.
         frames, minutes, fps: of what was learnt from.
         performers, styles, style: whose and which it tells apart, and the style used unless asked otherwise.
@@ -81,6 +82,8 @@ class RunReport:
     best_val_loss: float | None = None
     best_val: dict[str, Any] | None = None
     seconds: float | None = None
+    step_s: float | None = None
+    check_s: float | None = None
     train: tuple[str, ...] = ()
     val: tuple[str, ...] = ()
     frames: int | None = None

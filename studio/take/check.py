@@ -13,11 +13,18 @@ from studio.take.findings import SoundStats, measure_sound, motion_findings, sou
 from studio.take.motion_file import read_motion
 from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
 
-__all__ = ["SEVERITIES", "Finding", "Report", "check_take"]
+__all__ = ["SEVERITIES", "Finding", "Proof", "Report", "check_take", "proof_of"]
 
 LATE, VERY_LATE = 0.08, 0.3
 """Seconds between mouth and voice that matter, and that spoil a take."""
-_VOICE_ONLY = "As a sound it can be used in Review; it cannot be trained on."
+_VOICE_ONLY = "Sound only: use it in Review, not for training."
+_OF_RECORDING = frozenset({
+    "damaged", "incomplete", "journal", "no_motion", "no_sound", "values", "gap", "ends", "starts", "lost",
+    "dropped", "late", "rate",
+})  # fmt: skip
+"""Findings that say that something of what was recorded is not in the files, or came too rarely."""
+_ROUNDING = 0.05
+"""Seconds by which the length of a sound may differ from what take.json says: formats differ."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,48 @@ class Report:
         plain: dict[str, Any] = {key: value for key, value in vars(self).items() if key != "findings"}
         plain["findings"] = [finding.to_plain() for finding in self.findings]
         return plain
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Whether a take is whole, read again from its files.
+
+    Args:
+        good: nothing that was recorded is missing.
+        what: one sentence: the length, the rate and the loss, or the worst that is wrong.
+        remedy: what to do; "" where it is good.
+        details: what was counted in the files, one sentence.
+    """
+
+    good: bool
+    what: str
+    remedy: str
+    details: str
+
+
+def proof_of(take: Take, report: Report) -> Proof:
+    """What a check of a take says of its recording alone; how well it was performed is its grade."""
+    info = take.info
+    details = (
+        f"Read again from the disk: {counted_frames(info.frames)} of motion, {info.audio_seconds:.1f} s of "
+        f"sound, clocks {info.drift_ppm:+.0f} ppm apart and corrected."
+    )
+    for finding in report.findings:
+        # Silence and stillness may be meant for a part of a take, but not for all of it.
+        wrong = finding.kind in _OF_RECORDING and finding.severity != "note"
+        if wrong or finding.severity == "fatal" or (finding.kind, finding.severity) == ("drift", "major"):
+            return Proof(False, finding.what, finding.remedy, details)
+    if info.source == "recorded" and info.notes:
+        # The recorder notes nothing but trouble: sound that was lost, a microphone that went, a full disk.
+        return Proof(False, info.notes[0], "Listen to that place, or record it again.", details)
+    loss = f"{counted_frames(info.frames_lost)} lost" if info.frames_lost else "nothing lost"
+    parts = [f"{info.duration:.1f} s", *([f"{report.fps:.0f} fps"] if report.fps else []), loss]
+    return Proof(True, f"Verified: {', '.join(parts)}.", "", details)
+
+
+def counted_frames(number: int) -> str:
+    """So many frames, in words."""
+    return "1 frame" if number == 1 else f"{number} frames"
 
 
 def check_take(take: Take) -> Report:
@@ -99,6 +148,9 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
     except StudioError as error:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
+    if len(motion) < take.info.frames:
+        what = f"Only {len(motion)} of {take.info.frames} frames of motion are in the file."
+        findings.append(Finding("incomplete", "fatal", what, "Check the disk, then record the take again."))
     findings += value_findings(motion) if len(motion) else ()
     # After the values were looked at, since what follows would call the repaired ones fine.
     motion, _ = sanitized(motion)
@@ -112,7 +164,7 @@ def _nothing_of(part: str, info: TakeInfo, imported: str, use: str) -> Finding:
     """A take without motion or sound; where it was recorded so, that was a mistake."""
     if info.source != "recorded":
         return Finding(f"no_{part}", imported, f"The take has no {part}.", use)
-    again = {"motion": "Start your tracking program", "sound": "Choose a microphone"}[part]
+    again = {"motion": "Start your tracking app", "sound": "Choose a microphone"}[part]
     return Finding(f"no_{part}", "fatal", f"No {part} was recorded.", f"{again} and record it again. {use}")
 
 
@@ -121,10 +173,14 @@ def _sound_stats(take: Take, findings: list[Finding]) -> SoundStats | None:
         findings.append(_nothing_of("sound", take.info, "fatal", "Nothing can be learnt from it."))
         return None
     try:
-        return measure_sound(take.audio_path)
+        stats = measure_sound(take.audio_path)
     except StudioError as error:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
+    if stats.read_seconds < take.info.audio_seconds - _ROUNDING:
+        what = f"Only {stats.read_seconds:.1f} of {take.info.audio_seconds:.1f} s of sound are in the file."
+        findings.append(Finding("incomplete", "fatal", what, "Check the disk, then record the take again."))
+    return stats
 
 
 def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[Finding], Report]:
@@ -209,5 +265,5 @@ def _graded(report: Report, findings: list[Finding]) -> Report:
         grade = "B" if count["minor"] else "A"
     # A note is no fault: a take with notes alone is still "nothing to mend".
     worst = findings[0] if findings and findings[0].severity != "note" else None
-    reason = worst.what if worst else "Nothing to mend was found."
+    reason = worst.what if worst else "No problems found."
     return replace(report, grade=grade, reason=reason, findings=tuple(findings))

@@ -220,6 +220,7 @@ class SoundStats:
         peak_dbfs: highest sample.
         clipped: samples at full scale in runs; first_clip is where the first stands, seconds.
         dc: mean of all samples.
+        read_seconds: how much of it was really there when it was read, whatever the file's head says.
     """
 
     duration: float
@@ -229,6 +230,7 @@ class SoundStats:
     clipped: int
     first_clip: float
     dc: float
+    read_seconds: float = 0.0
 
     @property
     def levels_dbfs(self) -> NDArray[np.float64]:
@@ -246,12 +248,17 @@ class SoundStats:
         return float(np.percentile(self.levels_dbfs, 95)) if len(self.power) else FLOOR_DBFS
 
     @property
+    def is_voice(self) -> NDArray[np.bool_]:
+        """Whether each moment is loud enough for a voice, (K,)."""
+        if not len(self.power) or self.speech_dbfs < -60:
+            return np.zeros(len(self.power), dtype=np.bool_)
+        bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
+        return np.asarray(self.levels_dbfs > bar)
+
+    @property
     def speech(self) -> float:
         """Part of the moments that are loud enough for a voice."""
-        if not len(self.power) or self.speech_dbfs < -60:
-            return 0.0
-        bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
-        return float((self.levels_dbfs > bar).mean())
+        return float(self.is_voice.mean()) if len(self.power) else 0.0
 
 
 def measure_sound(path: Path) -> SoundStats:
@@ -275,7 +282,14 @@ def measure_sound(path: Path) -> SoundStats:
     power = np.concatenate(powers) if powers else np.zeros(0)
     peak_dbfs = max(20 * np.log10(max(peak, 1e-9)), FLOOR_DBFS)
     return SoundStats(
-        info.duration, info.sample_rate, power, float(peak_dbfs), clipped, first_clip, total / max(count, 1)
+        info.duration,
+        info.sample_rate,
+        power,
+        float(peak_dbfs),
+        clipped,
+        first_clip,
+        total / max(count, 1),
+        count / info.sample_rate,
     )
 
 

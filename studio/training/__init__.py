@@ -3,6 +3,8 @@
 checkpoint     Weights on disk: safetensors with everything needed to use them in their header, never a
                pickle
 devices        What this machine can compute on, found without loading torch
+duration       How long a training takes on this computer: as earlier ones did, else by a short probe
+               (no torch)
 fit_style      A style that a finished run is shown by some seconds of a take; its network stays as it
                is (torch)
 gather         Gathers training examples from a project's selections: frame rate, layout, splits and notes,

@@ -92,6 +92,7 @@ class TrainingSettings:
         clip: gradients are scaled down to this norm; 0 leaves them.
         average: decay of the running mean of the weights, which is what is validated and kept; 0 is off.
         start_at_mean: the output begins at the training mean.
+        start_from: "fresh", or "base_voice": what hears begins as it is there, if sizes and rate fit.
         liveliness: 0 leaves predictions as they are, 1 gives each region of the body (head, torso, arms...)
             the motion captured in the validation takes.
         validate_every: epochs between validations.
@@ -116,6 +117,7 @@ class TrainingSettings:
     clip: float = 1.0
     average: float = 0.0
     start_at_mean: bool = True
+    start_from: str = "fresh"
     liveliness: float = 0.0
     validate_every: int = 1
     style_by: str = "none"
@@ -141,7 +143,8 @@ class Recipe:
         name: the file's name without its suffix.
         title, summary: for people.
         preset: the card it is shown as ("Quick look", "Balanced", "Best"); "" for none.
-        minutes: expected time on two cores with ten minutes of takes.
+        minutes: its time on the two cores it was measured on with ten minutes of takes; see `duration` for
+            this computer's.
         model: a module of studio.model.
         form: which of its forms, "" for the plain one.
         with_encoder: the form that is meant where its speech encoder is installed; "" for none.
@@ -230,13 +233,6 @@ class RecipeInfo:
     minutes: float
     forms: tuple[str, ...] = ()
     with_encoder: str = ""
-
-    @property
-    def expected_time(self) -> str:
-        """The expected time in words."""
-        if self.minutes < 1:
-            return "under a minute"
-        return f"about {self.minutes:.0f} minute{'s' if round(self.minutes) != 1 else ''}"
 
 
 _SECTIONS = {

@@ -64,6 +64,7 @@ _CHOICES = {
     "training.style_by": ("auto", "take", "performer", "none"),
     "training.optimiser": ("adamw", "adam"),
     "training.schedule": ("one_cycle", "constant"),
+    "training.start_from": ("fresh", "base_voice"),
     "training.accelerator": ("auto", "cpu", "cuda", "mps", "gpu"),
     "training.precision": ("auto", "32", "bf16", "fp16"),
 }

@@ -100,7 +100,7 @@ def test_when_all_is_well_nothing_is_said() -> None:
         ),
         (
             replace(WELL, quiet_for=5),
-            "USB Microphone is silent.",
+            "No sound from USB Microphone.",
             "Unmute it, turn its level up, or choose another device.",
         ),
         (
@@ -149,7 +149,7 @@ def test_frames_a_program_here_left_out_are_not_blamed_on_the_network() -> None:
     )
     assert problems(signs) == (
         (
-            "The sender left out 15 frames in the last seconds.",
+            "Your tracker dropped 15 frames in the last few seconds.",
             "Close demanding apps, or lower the tracker's frame rate.",
         ),
     )

@@ -92,6 +92,8 @@ def test_a_take_is_recorded_and_chosen(
     assert done["frames"] > 0
     assert (done["frames_lost"], done["packets_bad"], done["audio_seconds"]) == (0, 0, 0)
     assert (done["cut_off"], done["reason"]) == (False, None)
+    assert not done["verified"], "no microphone, no sound"
+    assert str(done["proof"]).startswith("No sound was recorded. ")
     project = Project.open(tmp_path / "My 桜")
     assert [s.take for s in project.dataset.selections] == ["Hello_001"]
     assert project.take("Hello_001").info.frames == done["frames"]
@@ -281,7 +283,7 @@ def test_a_folder_that_vanishes_in_mid_take_is_the_sentence(
     assert done["frames"]
     problems = told[-2]["problems"]
     assert isinstance(problems, list)
-    assert problems[0]["what"].startswith("The folder of V_001 was ")
+    assert problems[0]["what"].startswith(("The folder of V_001 was ", "The folder or disk of V_001 was "))
     assert shown.err == ""
     assert not folder.exists()
     if reason == "folder_moved":

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from studio.motion import Motion, Skeleton, rotation
 from studio.sound.sound_file import Sound, write_sound
 from studio.take import Take, TakeInfo
-from studio.take.check import check_take
+from studio.take.check import check_take, proof_of
 from studio.take.folder import save_take
 from studio.take.motion_file import write_motion
 
@@ -60,7 +60,7 @@ def kinds(take: Take) -> dict[str, str]:
 
 def test_a_good_take_is_an_a(tmp_path: Path) -> None:
     report = check_take(take_of(tmp_path, motion(), voice()))
-    assert (report.grade, report.reason) == ("A", "Nothing to mend was found.")
+    assert (report.grade, report.reason) == ("A", "No problems found.")
     assert report.findings == ()
     assert report.fps == pytest.approx(60, abs=0.1)
     assert report.jitter_ms < 0.1
@@ -236,8 +236,7 @@ def test_a_take_recorded_without_motion_is_no_a(tmp_path: Path) -> None:
     report = check_take(take_of(tmp_path, None, voice()))
     assert (report.grade, report.reason) == ("D", "No motion was recorded.")
     assert report.findings[0].remedy == (
-        "Start your tracking program and record it again. "
-        "As a sound it can be used in Review; it cannot be trained on."
+        "Start your tracking app and record it again. Sound only: use it in Review, not for training."
     )
 
 
@@ -253,7 +252,7 @@ def test_a_voice_that_was_imported_alone_is_told_what_it_is_for(tmp_path: Path) 
     take = take_of(tmp_path, None, voice())
     report = check_take(replace(take, info=replace(take.info, source="imported (wav)")))
     assert (report.grade, report.reason) == ("C", "The take has no motion.")
-    assert report.findings[0].remedy == "As a sound it can be used in Review; it cannot be trained on."
+    assert report.findings[0].remedy == "Sound only: use it in Review, not for training."
 
 
 def test_a_tracker_lost_in_mid_take_is_told_with_its_place(tmp_path: Path) -> None:
@@ -267,3 +266,29 @@ def test_a_tracker_lost_in_mid_take_is_told_with_its_place(tmp_path: Path) -> No
     (finding,) = [f for f in report.findings if f.kind == "stuck_bones"]
     assert finding.what == "Neck stands still for 7.0 s."
     assert (finding.at, finding.until) == (pytest.approx(5.0, abs=0.1), pytest.approx(12.0, abs=0.1))
+
+
+def test_a_whole_take_is_verified_and_one_that_lost_something_is_not(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion(), voice())
+    proof = proof_of(take, check_take(take))
+    assert (proof.good, proof.what) == (True, "Verified: 24.0 s, 60 fps, nothing lost.")
+    one = replace(take, info=replace(take.info, frames_lost=1))
+    assert proof_of(one, check_take(one)).what == "Verified: 24.0 s, 60 fps, 1 frame lost."
+    many = replace(take, info=replace(take.info, frames_lost=90))
+    assert proof_of(many, check_take(many)).what == "Lost 90 frames of motion (5.9%)."
+    silent = replace(take, info=replace(take.info, notes=("Sound was lost for 80 ms at 3.0 s.",)))
+    assert not proof_of(silent, check_take(silent)).good
+    shaky = replace(take, info=replace(take.info, drift_ppm=9000.0))
+    assert not proof_of(shaky, check_take(shaky)).good
+
+
+def test_files_that_hold_less_than_was_recorded_are_found_out(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion(), voice())
+    write_motion(take.motion_path, motion().cut(0.0, 10.0))
+    proof = proof_of(take, check_take(take))
+    assert (proof.good, proof.what) == (False, "Only 601 of 1440 frames of motion are in the file.")
+    write_motion(take.motion_path, motion())
+    write_sound(take.audio_path, Sound(voice()[: RATE * 5, None], RATE))
+    proof = proof_of(take, check_take(take))
+    assert proof.what == "Only 5.0 of 24.0 s of sound are in the file."
+    assert proof.remedy == "Check the disk, then record the take again."

@@ -75,7 +75,12 @@ def test_a_key_of_the_window_is_one_and_has_something_to_do(window: MainWindow, 
 def test_a_key_of_record_asks_for_what_it_says(qtbot: QtBot, action: str, key: str) -> None:
     view = RecordView()
     shown(qtbot, view)
-    signal = {"record_here": view.record_requested, "cancel_countdown": view.cancel_requested}[action]
+    signal = {
+        "record_here": view.record_requested,
+        "cancel_countdown": view.cancel_requested,
+        "prompt_next": view.prompter.next_requested,
+        "prompt_again": view.prompter.again_requested,
+    }[action]
     asked: list[object] = []
     signal.connect(counting(asked))
     press(qtbot, view.figure, key)
@@ -139,7 +144,9 @@ def test_a_key_of_live_asks_for_what_it_says(qtbot: QtBot, action: str, key: str
     controls.show_live(True)
     asked: list[object] = []
     controls.switched.connect(lambda *said: asked.append(said))
-    press(qtbot, controls.button(action), key)
+    controls.mood_chosen.connect(lambda name: asked.append((f"mood_{name or 0}", True)))
+    controls.moods.show_moods("123456789")
+    press(qtbot, controls.button(action) if not action.startswith("mood_") else controls, key)
     assert asked == [(action, True)]
 
 

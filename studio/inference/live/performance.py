@@ -27,7 +27,8 @@ from studio.training.checkpoint import Model
 
 LOOK_S, REST_S = 0.02, 0.008
 """How long the source may let wait for sound before other things are looked after, and how long it rests
-after a look: devices hand over every 5 ms, and to answer each block alone would cost half as much again."""
+after a look at most: devices hand over every 5 ms, and to answer each block alone would cost half as much
+again. Only the block that completes a pose is answered at once: a rest then would come on top."""
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
@@ -234,11 +235,15 @@ class Performance:
         try:
             while not self._stop.is_set():
                 self.poll()
-                # Blocks come every few milliseconds; taking several at once costs less than waking for each.
-                time.sleep(REST_S)
+                time.sleep(self.rest_s)
                 self.source.wait(LOOK_S)
         except BaseException as error:  # noqa: BLE001 - told by stop(), on the thread that asks
             self._failure = error
+
+    @property
+    def rest_s(self) -> float:
+        """How long to rest before the next look: blocks taken together cost less than each by itself."""
+        return min(REST_S, self._steps.missing_s)
 
     def poll(self) -> None:
         """Process the blocks that have arrived; the live thread calls this again and again."""

@@ -170,6 +170,11 @@ class LiveSteps:
         """The next frame that will be given."""
         return self._frame
 
+    @property
+    def missing_s(self) -> float:
+        """Seconds of sound that the next frame still lacks."""
+        return max(self._due - self._start - len(self._samples), 0) / self._spec.sample_rate
+
     def set_mood(self, mood: Floats, at_once: bool = False) -> None:
         """Play in other moods (moods,) from the next frame on, with a cross-fade unless all at once."""
         now = self._fade.at(np.array([self._frame]), float(self._model.fps))[0]

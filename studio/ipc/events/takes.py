@@ -91,6 +91,7 @@ class RecordDone(DoneEvent, frozen=True):
         packets, packets_bad, packets_lost, packets_refused: datagrams.
         drift_ppm: how much faster the computer's clock ran than the sound device's.
         cut_off, reason: whether it ended before its time, and why.
+        verified, proof: whether the files, read again, hold all of it, in a sentence.
         notes: sentences about it.
         problems: `what` and `remedy` of each.
     """
@@ -113,6 +114,8 @@ class RecordDone(DoneEvent, frozen=True):
     drift_ppm: float | None = None
     cut_off: bool = False
     reason: str | None = None
+    verified: bool = False
+    proof: str = ""
     notes: tuple[str, ...] = ()
     problems: tuple[Mapping[str, str], ...] = ()
 

@@ -26,6 +26,7 @@ from studio.training.recipe import Recipe
 
 if TYPE_CHECKING:
     from torch.utils.tensorboard import SummaryWriter
+import statistics
 import time
 from dataclasses import field
 
@@ -204,6 +205,8 @@ def _torch_version() -> dict[str, str]:
 
 _PACE_OF = 5
 """Epochs whose pace says how long the rest takes."""
+_SAYS_MUCH = 0.25
+"""Part of an epoch from which its own pace counts beside that of the ones before."""
 
 
 @dataclass
@@ -215,8 +218,11 @@ class Progress:
         best_epoch, best_loss, best_val: of the weights kept as best, 0 where there are none yet.
         best_style: the default style of those, 0 but for trainings begun before the average was always it.
         seconds_before: of earlier sittings.
-        began: when this sitting did; this and the following are by the monotonic clock.
-        ends: when epochs of this sitting were over.
+        began: when this sitting did; like all moments here by the monotonic clock.
+        epoch_began: when the epoch under way did.
+        learnt, checked: seconds that each epoch of this sitting took, and of each validation apart.
+        after_s: what comes after the last epoch takes; None where nobody knows.
+        after: how many validations that is about.
         reported_at: when it last told of something.
     """
 
@@ -227,7 +233,11 @@ class Progress:
     best_val: Mapping[str, float | None] | None = None
     seconds_before: float = 0.0
     began: float = field(default_factory=time.monotonic)
-    ends: list[float] = field(default_factory=list)
+    epoch_began: float = field(default_factory=time.monotonic)
+    learnt: list[float] = field(default_factory=list)
+    checked: list[float] = field(default_factory=list)
+    after_s: float | None = None
+    after: float = 0.0
     reported_at: float = field(default_factory=time.monotonic)
 
     @property
@@ -235,14 +245,20 @@ class Progress:
         """Seconds since training began, earlier sittings included."""
         return self.seconds_before + time.monotonic() - self.began
 
-    def eta(self, of: int, part: float = 0.0) -> float:
-        """Seconds left, in an epoch of which a part is done, by the pace of the last few epochs.
+    def eta(self, of: int, validate_every: int, part: float = 0.0) -> float:
+        """Seconds left, in an epoch of which a part is done: steps, validations, and what is measured last.
 
-        A machine that is given other work meanwhile is slower from then on, not from the beginning.
+        By the median of the last few epochs: a machine that is given other work meanwhile is slower from then
+        on, and one epoch that was held up says nothing of the rest.
         """
-        known = [self.began, *self.ends][-_PACE_OF - 1 :]
-        pace = (time.monotonic() - known[0]) / (len(known) - 1 + part or 1)
-        return max(0.0, pace * (of - self.epoch - part))
+        paces = self.learnt[-_PACE_OF:]
+        if part and (part >= _SAYS_MUCH or not paces):
+            paces = [*paces, (time.monotonic() - self.epoch_began) / part]
+        pace = statistics.median(paces) if paces else 0.0
+        check = statistics.median(self.checked[-_PACE_OF:]) if self.checked else 0.0
+        due = sum(is_due(one, of, validate_every) for one in range(self.epoch + 1, of + 1))
+        after = check * self.after if self.after_s is None else self.after_s
+        return max(0.0, pace * (of - self.epoch - part)) + check * due + after
 
     def as_dict(self) -> dict[str, Any]:
         """What must survive a kill, plain JSON values."""
@@ -268,6 +284,11 @@ class Progress:
             facts.get("best_val"),
             float(facts["seconds"]),
         )
+
+
+def is_due(epoch: int, of: int, validate_every: int) -> bool:
+    """Whether an epoch of so many is validated."""
+    return epoch in (1, of) or epoch % validate_every == 0
 
 
 def saved_state(resume: Run | None) -> TrainingState | None:

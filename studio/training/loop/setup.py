@@ -19,13 +19,16 @@ from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
 from studio.model._network import Network
+from studio.project.run import base_voice
 from studio.training import checkpoint
-from studio.training.checkpoint import Model
+from studio.training.checkpoint import BEST, Model
 from studio.training.gather import Gathered
 from studio.training.losses import Loss, Opening, column_weights
 from studio.training.recipe import Recipe, TrainingSettings
 
 _SHORTEST_CROP = 30
+_RATE_APART = 0.25
+"""How far the frame rate may be from the base voice's, as a share, for its weights to be of use."""
 _SIGNS = ("out of memory", "can't allocate memory", "bad allocation", "bad_alloc", "not enough memory")
 """What torch's allocators and oneDNN say in a plain RuntimeError."""
 
@@ -138,12 +141,41 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     # A band without any sound has deviation 0; held above it, its rows stay finite.
     network.row_deviation.copy_(torch.from_numpy(np.maximum(rows.std(axis=0), 1e-3)))
     network.pose_mean.copy_(mean)
+    if recipe.training.start_from == "base_voice":
+        _hear_as_base_voice(network, recipe, float(data.fps))
     if recipe.training.start_at_mean:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
     network.see([part for example in data.train for part in _stretches(example, data.layout)])
     moods = data.moods if network.sizes.moods else ()
     return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
+
+
+def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
+    """Begin with the base voice's weights up to the poses; left as it is where recipe or frame rate differ.
+
+    Scales of the rows are taken over too, since its weights know sound by them. Styles it has none of: their
+    columns stay as drawn.
+    """
+    base = checkpoint.load_model(base_voice().folder / BEST)
+    known = {
+        name: value
+        for name, value in base.network.state_dict().items()
+        if name.startswith(("row_", "convolution.", "lstm."))
+    }
+    own = {name: value for name, value in network.state_dict().items() if name in known}
+    fits = own.keys() == known.keys() and all(
+        value.shape[:1] == known[name].shape[:1]
+        and value.shape[2:] == known[name].shape[2:]
+        # Only what the LSTM hears may be wider: a style's numbers stand behind the sound's.
+        and (value.shape == known[name].shape or name == "lstm.weight_ih_l0")
+        for name, value in own.items()
+    )
+    same_sound = recipe.sound.cache_key == base.recipe.sound.cache_key
+    if not (fits and same_sound and abs(fps / float(base.fps) - 1) <= _RATE_APART):
+        return
+    for name, value in own.items():
+        value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
 
 
 def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:

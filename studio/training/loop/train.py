@@ -8,6 +8,7 @@ wherever a kill or a power cut comes, its best model can be used and the rest go
 from __future__ import annotations
 
 import math
+import statistics
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,7 +35,7 @@ from studio.training import checkpoint, styles
 from studio.training.checkpoint import BEST
 from studio.training.gather import gather
 from studio.training.loop import run_folder
-from studio.training.loop.run_folder import Progress, RunFolder, save_progress, saved_state
+from studio.training.loop.run_folder import Progress, RunFolder, is_due, save_progress, saved_state
 from studio.training.loop.setup import (
     fresh_model,
     is_out_of_memory,
@@ -51,6 +52,8 @@ from studio.training.recipe import Recipe, read_recipe
 
 SETTLED_FROM = 0.8
 """Share of a one_cycle schedule after which the kept epoch is chosen; before, the best so far is kept."""
+_AS_CHECKS = 7.0
+"""How many validations the measuring of one look-ahead took as long as: it begins with the sound itself."""
 STILL_ADVICE = (
     "The model hardly moves yet. If this stays, train longer, choose the recipe balanced, "
     "or check in Curate that sound and motion line up."
@@ -67,6 +70,7 @@ def train(
     stop: Callable[[], bool] = lambda: False,
     resume: Run | None = None,
     step_seconds: float = 1.0,
+    after_s: float | None = None,
 ) -> Run:
     """Train a recipe on a project's training takes, into a run folder.
 
@@ -77,6 +81,8 @@ def train(
         stop: asked after every step; True ends well, the best weights kept.
         resume: a run to go on with.
         step_seconds: a step is told of when nothing was for so long.
+        after_s: how long the caller goes on with the run afterwards, which the time left counts; guessed
+            where None.
 
     Returns:
         The run; its report says how it ended.
@@ -93,7 +99,7 @@ def train(
             on_event(event)
 
     try:
-        done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds).run()
+        done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds, after_s).run()
         leave_together(fabric)
         return done
     except (MemoryError, RuntimeError) as error:
@@ -124,6 +130,7 @@ class _Training:
         stop: Callable[[], bool],
         resume: Run | None,
         step_seconds: float,
+        after_s: float | None,
     ) -> None:
         self.fabric, self.recipe, self.tell = fabric, recipe, tell
         self.stop, self.step_seconds = stop, step_seconds
@@ -140,6 +147,8 @@ class _Training:
         self.steps = TrainingSteps(fabric, self.data, self.model, loss, state)
         self.check = Validation(self.data, self.model, loss, fabric.device)
         self.progress = Progress() if state is None else Progress.from_dict(state.facts)
+        self.progress.after_s = after_s
+        self.progress.after = self._checks_after(project)
         self.folder = RunFolder.begin(fabric.is_global_zero, project, recipe, resume)
         self.preview = PreviewWriter(self.folder.path, recipe.training.epochs)
 
@@ -168,6 +177,7 @@ class _Training:
     def _epoch(self, number: int) -> tuple[float, bool]:
         """One epoch's mean loss, and whether a stop was asked for in its midst."""
         steps, total = self.steps.an_epoch, 0.0
+        self.progress.epoch_began = time.monotonic()
         rng = self.steps.begin_epoch(number)
         chosen = picks(self.recipe.training, self.data.train, rng)
         for done, batch in enumerate(self.steps.batches(chosen, rng), 1):
@@ -188,21 +198,23 @@ class _Training:
         if now - progress.reported_at < self.step_seconds:
             return
         progress.reported_at = now
-        eta = progress.eta(of, step / self.steps.an_epoch)
+        eta = progress.eta(of, self.recipe.training.validate_every, step / self.steps.an_epoch)
         self.tell(StepEvent(epoch, of, step, self.steps.an_epoch, loss, progress.seconds, eta))
 
     def _finish_epoch(self, loss: float, *, last: bool) -> None:
         progress, settings = self.progress, self.recipe.training
         progress.epoch += 1
-        progress.ends.append(time.monotonic())
-        final = last or progress.epoch >= settings.epochs
-        due = final or progress.epoch == 1 or progress.epoch % settings.validate_every == 0
+        progress.learnt.append(time.monotonic() - progress.epoch_began)
+        due = last or is_due(progress.epoch, settings.epochs, settings.validate_every)
         error: StudioError | None = None
         if self.fabric.is_global_zero:
             try:
                 self._record(loss, due)
             except StudioError as caught:
                 error = caught
+        # What is kept after an epoch takes its time as well: a fifth of a small network's.
+        checked = progress.checked[-1] if due and progress.checked else 0.0
+        progress.learnt[-1] = time.monotonic() - progress.epoch_began - checked
         # The others wait in a collective: told of the failure, they end with a sentence instead of hanging.
         failed = self.fabric.broadcast(error is not None)
         if error is not None:
@@ -215,7 +227,10 @@ class _Training:
     def _record(self, loss: float, due: bool) -> None:
         """Validate, keep the weights, and tell of the epoch."""
         progress, of = self.progress, self.recipe.training.epochs
+        began = time.monotonic()
         found = self.check(self.steps.average) if due else None
+        if due:
+            progress.checked.append(time.monotonic() - began)
         figures: scores.Figures = found.figures if found else {}
         best = found is not None and (found.loss < progress.best_loss or self._settled(found))
         still = is_still(figures.get("motion_ratio"))
@@ -226,7 +241,7 @@ class _Training:
             found.loss if found else math.nan,
             figures,
             progress.seconds,
-            progress.eta(of),
+            progress.eta(of, self.recipe.training.validate_every),
             best,
             still,
             STILL_ADVICE if still and progress.epoch >= _ALARM_FROM * of else "",
@@ -273,6 +288,14 @@ class _Training:
         if target and self.fabric.is_global_zero and path.is_file():
             enliven(path, self.data.val or self.data.train, target)
 
+    def _checks_after(self, project: Project) -> float:
+        """How many validations the measuring of all look-aheads, after the last epoch, takes as long as."""
+        offered = self.model.network.look_aheads if self.recipe.sound.streams else ()
+        validated = sum(example.frames for example in self.data.val) / float(self.data.fps)
+        tested = sum(one.seconds(take.info.duration) for one, take in project.selected("test"))
+        # Without takes for the test the validation's are measured on.
+        return _AS_CHECKS * len(offered) * (tested / validated if tested and validated else 1.0)
+
     def _should_stop(self) -> bool:
         asked = self.stop() if self.fabric.is_global_zero else False
         # Only the first process reads the request; all must stop after the same step, or the next one hangs.
@@ -318,6 +341,8 @@ class _Training:
             # A resumed run that never improves again still knows its best figures, from metrics.jsonl.
             best_val=dict(best_val) if best_val else None,
             seconds=round(progress.seconds, 1),
+            step_s=self._step_s,
+            check_s=round(statistics.mean(progress.checked), 6) if progress.checked else None,
             train=tuple(e.id for e in data.train),
             val=tuple(e.id for e in data.val),
             frames=data.frames,
@@ -333,3 +358,10 @@ class _Training:
             device=str(self.fabric.device),
             notes=(*data.notes, *self.folder.notes),
         )
+
+    @property
+    def _step_s(self) -> float | None:
+        """Seconds of a step in the mean over this sitting, with its share of what is kept after an epoch."""
+        progress, steps = self.progress, len(self.progress.learnt) * self.steps.an_epoch
+        learnt = progress.seconds - progress.seconds_before - sum(progress.checked)
+        return round(learnt / steps, 9) if steps else None

@@ -28,15 +28,18 @@ class HealthPresenter(QObject):
         model.text_due.connect(self._show_card)
 
     def _show_strip(self, snap: Snapshot) -> None:
-        self._session.status_changed.emit("motion", *strip_motion(snap))
-        self._session.status_changed.emit("sound", *strip_sound(snap))
+        settling = self._model.settling
+        self._session.status_changed.emit("motion", *(("", "") if settling else strip_motion(snap)))
+        self._session.status_changed.emit("sound", *(("", "") if settling else strip_sound(snap)))
 
     def _show_card(self, snap: Snapshot) -> None:
         problems, microphone = dict(self._model.problems), self._session.settings.audio_device
         if self._model.practice.problem:
-            remedy = self.tr("Plug in headphones, then stop it and start it again; or record motion alone.")
+            remedy = self.tr("Check your audio output and restart the performer, or record without sound.")
             problems["practice"] = (self._model.practice.problem, remedy)
         rows = findings(snap, problems, microphone != NO_MICROPHONE, self._session.rolling)
+        if self._model.settling and not self._session.rolling:
+            rows = [(self.tr("Checking the inputs…"), "", "")]
         self._card.show_findings(rows)
         self._card.show_numbers(
             packets=f"{snap.packets_per_s:.0f}",
@@ -67,16 +70,18 @@ def findings(
         if (what, remedy) not in problems.values()
     ]
     if snap.motion_alive and "motion" not in problems and "motion" not in snap.troubled:
-        rows.append((_tr("Motion is steady."), "", "good"))
+        rows.append((_tr("Motion looks good."), "", "good"))
     elif not rows and rolling:
-        remedy = _tr("Start the motion sender; what it sends from then on is in the take.")
-        rows.append((_tr("No motion comes in: so far this take holds sound alone."), remedy, "warn"))
+        remedy = _tr("Start your tracking app; its motion is recorded from then on.")
+        rows.append((_tr("No motion signal. This take has sound only so far."), remedy, "warn"))
     elif not rows:
-        rows.append((_tr("No motion comes in yet."), "", ""))
+        rows.append((_tr("No motion signal yet."), "", ""))
     if not microphone:
         rows.append((_tr("Recording without sound."), "", ""))
+    elif snap.audio_alive and is_quiet(snap.hold_dbfs) and "sound" not in snap.troubled:
+        rows.append((_tr("No voice yet. Say something to check the microphone."), "", ""))
     elif snap.audio_alive and "sound" not in problems and "sound" not in snap.troubled:
-        rows.append((_tr("Sound is fine."), "", "good"))
+        rows.append((_tr("Sound looks good."), "", "good"))
     return rows
 
 
@@ -102,7 +107,7 @@ def strip_sound(snap: Snapshot) -> tuple[str, str]:
 def _named(what: str, device: str | None) -> str:
     """A sentence about a device that has no name of its own, in the words of the list of microphones."""
     # The sound system's word for it says nothing to a performer; the list of microphones has this one.
-    return what.replace(device, _tr("System's microphone")) if device in NAMELESS else what
+    return what.replace(device, _tr("the default microphone")) if device in NAMELESS else what
 
 
 def _tr(text: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio.capture import input_tests
+from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.ui import messages, tasks
 from studio.ui.record.inputs_view import InputsCard
@@ -128,7 +129,8 @@ class SyncTestPresenter(QObject):
         if self.running:
             card.show_sync(_tr("clap or say “pa”… {0} s").format(self._clock.seconds_left), "")
         elif known is not None and ready:
-            card.show_sync(*verdict(known))
+            words, health = verdict(known)
+            card.show_sync(words, "" if is_quiet(snap.hold_dbfs) else health)
         else:
             card.show_sync(*sync_text(snap))
 
@@ -168,6 +170,9 @@ def sync_text(snap: Snapshot) -> tuple[str, str]:
         return _tr("needs sound and motion"), ""
     # Sound that is handed over late is late, as the sync test counts it.
     early = -snap.offset_ms
+    if is_quiet(snap.hold_dbfs):
+        # The clocks run all the same, but without a voice nobody can hear whether they agree.
+        return _tr("needs your voice"), ""
     words = {"good": _tr("in sync"), "warn": _tr("corrected"), "bad": _tr("far off, corrected")}
     health = input_tests.grade(early)
     return f"{round(early):+d} ms  {words[health]}", health
@@ -230,7 +235,7 @@ def _why_not() -> dict[str, tuple[str, str]]:
             _tr("Let the tracker see your face or your hands, and try again."),
         ),
         "unsure": (
-            _tr("The sync test could not tell: sound and motion did not fit."),
+            _tr("The sync test was inconclusive: sound and motion did not match."),
             _tr("Clap or say “pa” five times with pauses of different length."),
         ),
     }

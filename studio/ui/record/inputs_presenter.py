@@ -12,11 +12,12 @@ from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio import clock
 from studio.capture.snapshot import Snapshot
+from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
 from studio.ui import messages
 from studio.ui.messages import counted
-from studio.ui.record.inputs_view import EVERYWHERE, InputsCard
+from studio.ui.record.inputs_view import InputsCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import MicrophoneRequest, Session
 from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
@@ -73,10 +74,12 @@ class InputsPresenter(QObject):
         card.device_chosen.connect(lambda name: session.change_settings(audio_device=name))
         card.refresh_requested.connect(self.refresh)
         card.practice_toggled.connect(model.set_practising)
+        card.trackers_requested.connect(model.trackers_requested)
         card.clip_reset_requested.connect(model.clear_clip)
         session.microphones_requested.connect(self._on_requested)
         model.recorder_changed.connect(self._on_recorder)
         model.practice_changed.connect(self._show_practice)
+        model.finding_changed.connect(self._open_motion)
         model.polled.connect(self.follow_phone)
         model.text_due.connect(self._show_text)
         model.frame_due.connect(self._show_level)
@@ -194,7 +197,7 @@ class InputsPresenter(QObject):
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
         self._card.device.setToolTip(self.tr("The system's own is {0}.").format(default) if default else "")
-        names = [("", self.tr("System's microphone"))]
+        names = [("", self.tr("Default microphone"))]
         names += [(device.name, device.name) for device in self._devices]
         names.append((NO_MICROPHONE, self.tr("No microphone")))
         self._card.show_devices(names, self._session.settings.audio_device)
@@ -222,10 +225,18 @@ class InputsPresenter(QObject):
         chosen = self._session.settings
         port, host = chosen.vmc_port, chosen.vmc_host
         also = [int(text) for text in chosen.more_ports if text.isdigit()]
+        finding = self._model.finding
 
         def work() -> None:
             try:
-                recorder.open_motion(port, host, also=also)
+                if finding:
+                    # Let go of what is open, or it would be taken for another program's.
+                    recorder.close_motion()
+                    free = free_ports((port, *also, *KNOWN_PORTS), EVERYWHERE)
+                    # Where all are taken, the port chosen says by its error what to do.
+                    recorder.open_motion(free[0] if free else port, EVERYWHERE, also=free[1:])
+                else:
+                    recorder.open_motion(port, host, also=also)
             except StudioError:
                 # Not the one before: the card names the port that was asked for.
                 recorder.close_motion()

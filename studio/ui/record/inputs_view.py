@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
@@ -22,13 +21,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.capture.trackers import EVERYWHERE, LOOPBACK, own_address
 from studio.ui import theme
-from studio.ui.widgets.card import Card, Picture, label
+from studio.ui.widgets.card import Card, CutLabel, Picture, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 
-LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
 MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
@@ -47,6 +46,7 @@ class InputsCard(Card):
         more_ports_chosen: further ports that motion is heard on.
         sync_test_requested: begin the sync test, or give it up.
         level_test_requested: begin the test of the microphone's level, or give it up.
+        trackers_requested: show how a tracker is connected.
         phone_chosen: the address of a phone to be asked for its face; "" for none.
     """
 
@@ -60,6 +60,7 @@ class InputsCard(Card):
     sync_test_requested = Signal()
     phone_chosen = Signal(str)
     level_test_requested = Signal()
+    trackers_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__(self.tr("Inputs"))
@@ -149,7 +150,8 @@ class InputsCard(Card):
 
     def lock(self, locked: bool) -> None:
         """While rolling, inputs stay as they are."""
-        for control in (self.port, self.more, self.network, self.device, self.refresh, self.phone.button):
+        controls = (self.port, self.more, self.network, self.device, self.refresh, self.phone.button)
+        for control in (*controls, self.trackers):
             control.setEnabled(not locked)
 
     def _build_motion(self) -> None:
@@ -177,11 +179,9 @@ class InputsCard(Card):
         self.network.activated.connect(self._on_network)
         for box in (self.port, self.network):
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        row = QHBoxLayout()
-        row.setSpacing(theme.INSIDE)
-        row.addWidget(self.port, 5)
-        row.addWidget(self.network, 6)
-        self.body.addLayout(row)
+        # One below the other: side by side their words are cut in a small window.
+        self.body.addWidget(self.port)
+        self.body.addWidget(self.network)
         self._sources = label("", "caption", "motion_sources")
         self._sources.setWordWrap(True)
         self._sources.hide()
@@ -193,6 +193,12 @@ class InputsCard(Card):
         self.network_note = label("", "caption")
         self.network_note.setWordWrap(True)
         self.body.addWidget(self.network_note)
+        self.trackers = QPushButton(self.tr("Add a tracker…"))
+        self.trackers.setObjectName("add_tracker")
+        theme.set_icon(self.trackers, "mdi6.motion-sensor", "accent")
+        self.trackers.setToolTip(self.tr("Connect VSeeFace, an iPhone and others, step by step"))
+        self.trackers.clicked.connect(self.trackers_requested)
+        self.body.addWidget(self.trackers)
 
     def _build_more(self) -> QToolButton:
         """Further ports: a second VMC program, or a phone that tracks the face."""
@@ -201,7 +207,7 @@ class InputsCard(Card):
         self.more.setText("+")
         theme.as_role(self.more, "quiet")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        tip = self.tr("Hear more senders at once, for example a body from one and a face from another")
+        tip = self.tr("Add a tracker by its port, for example one for the body and one for the face")
         self.more.setToolTip(tip)
         self.more.setAccessibleName(tip)
         menu = QMenu(self.more)
@@ -226,9 +232,7 @@ class InputsCard(Card):
         self.sound_text = _line("sound_text")
         self.level_button = QPushButton(self.tr("Test"))
         self.level_button.setObjectName("level_test")
-        self.level_button.setToolTip(
-            self.tr("Speak as loud as you will: measures whether the microphone is set well.")
-        )
+        self.level_button.setToolTip(self.tr("Speak at your loudest to check the microphone level."))
         self.level_button.clicked.connect(self.level_test_requested)
         title = _titled(self.tr("Sound"), self._sound_light, self.sound_text)
         title.addWidget(self.level_button, 0, 3)
@@ -259,7 +263,7 @@ class InputsCard(Card):
         self.sync_button = QPushButton(self.tr("Test"))
         self.sync_button.setObjectName("sync_test")
         self.sync_button.setToolTip(
-            self.tr("Clap or say “pa” a few times: measures how far sound and motion are apart.")
+            self.tr("Clap or say “pa” a few times to measure the delay between sound and motion.")
         )
         self.sync_button.clicked.connect(self.sync_test_requested)
         row = _titled(self.tr("Sync"), self._sync_light, self.sync_text)
@@ -293,7 +297,7 @@ class InputsCard(Card):
 
     def _show_network_note(self) -> None:
         open_ = self.network.currentData() == EVERYWHERE
-        sentence = self.tr("Any device in your network may send motion here: a phone, a second PC.")
+        sentence = self.tr("Any device on your network can send motion here, such as a phone or second PC.")
         if open_ and (address := own_address()):
             sentence += " " + self.tr("This computer's address is {0}.").format(address)
         self.network_note.setText(sentence if open_ else "")
@@ -355,17 +359,6 @@ class PhoneRow(QWidget):
         self.button.setText(self.tr("Disconnect") if asked else self.tr("Connect to phone"))
 
 
-def own_address() -> str:
-    """The address other devices of the network reach this computer by; "" where there is none."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            # UDP: nothing is sent, only the way out is chosen.
-            probe.connect(("192.0.2.1", 9))
-            return str(probe.getsockname()[0])
-        except OSError:
-            return ""
-
-
 def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:
     """A light, a word, and what is known, in one line."""
     grid = QGridLayout()
@@ -381,7 +374,7 @@ def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:
 
 
 def _line(name: str) -> QLabel:
-    text = label("", "muted", name)
+    text = CutLabel("muted", name)
     text.setFont(theme.figures_font())
     text.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)

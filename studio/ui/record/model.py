@@ -34,6 +34,8 @@ SHOWN_MS, HIDDEN_MS = 16, 500
 SLOW_EVERY = 12
 """Text is updated at every twelfth poll: five times a second can be read, sixty cannot."""
 CLOSING_MS = 5_000
+GRACE_S = 1.0
+"""How long inputs that were just opened may take before anything is said of them."""
 PRACTICE_SENDER = "the practice performer"
 
 
@@ -63,6 +65,8 @@ class RecordModel(QObject):
         about_to_roll: a take is about to begin; what is typed counts now.
         slate_changed: the next take is called otherwise; read `slate` and `number`.
         practice_changed: the practice performer was started or stopped.
+        trackers_requested: show how a tracker is connected.
+        finding_changed: all known ports are to be listened on now, or those chosen again.
         saved: a SavedTake is in the open project.
         cut_off: the CutOff of a take that is not in the open project.
         recovered: takes that were cut short by a crash, and (name, StudioError) of those that are lost.
@@ -76,6 +80,8 @@ class RecordModel(QObject):
     about_to_roll = Signal()
     slate_changed = Signal()
     practice_changed = Signal()
+    trackers_requested = Signal()
+    finding_changed = Signal()
     saved = Signal(object)
     cut_off = Signal(object)
     recovered = Signal(object, object)
@@ -93,6 +99,8 @@ class RecordModel(QObject):
         """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
         self.may_refresh = True
         """Whether looking for microphones anew would interrupt no sound that is being played."""
+        self.finding = False
+        """Whether all ports that trackers are known by are listened on, to find one."""
         self.active = False
         """Whether the tab is the one shown."""
         self.undo_scope = DatasetUndo(session, TAB, self)
@@ -101,6 +109,7 @@ class RecordModel(QObject):
         self.player = SavedTakePlayer(session, self)
         # The take that rolls was begun with the practice performer.
         self._practised = False
+        self._opened = -math.inf
         self._ticks = 0
         # One thread: an input must be closed before it is opened anew, and open before a take begins.
         self._in_order = QThreadPool(self)
@@ -125,6 +134,8 @@ class RecordModel(QObject):
 
     def deactivate(self) -> None:
         """Another tab is shown: inputs and a recording go on, only the pictures rest."""
+        self.finding = False
+        """Whether all ports that trackers are known by are listened on, to find one."""
         self.active = False
         self.player.stop()
         self._timer.setInterval(HIDDEN_MS)
@@ -188,6 +199,11 @@ class RecordModel(QObject):
         """
         if self._session.rolling and self.recorder is not None:
             self.recorder.stop()
+
+    @property
+    def settling(self) -> bool:
+        """Whether the inputs were opened so lately that nothing can be said of them yet."""
+        return time.monotonic() - self._opened < GRACE_S
 
     def wait(self) -> None:
         """Wait for a take that is being begun or saved."""
@@ -300,6 +316,12 @@ class RecordModel(QObject):
         if self.practice.on:
             self.practice.redirect(port, self._session.settings.audio_output)
 
+    def set_finding(self, on: bool) -> None:
+        """Listen on all known ports, or on those chosen again; nothing is done while a take rolls."""
+        if on != self.finding and not (on and (self._session.rolling or self.busy)):
+            self.finding = on
+            self.finding_changed.emit()
+
     # -- sync ------------------------------------------------------------------------------------
 
     def sync_sender(self, snap: Snapshot) -> str:
@@ -348,6 +370,7 @@ class RecordModel(QObject):
         for take in takes:
             self._session.adopt(take)
         self.recorder = Recorder(project.takes_folder)
+        self._opened = time.monotonic()
         self.recorder_changed.emit(self.recorder)
         self._timer.start()
         self._next_number()
@@ -389,9 +412,11 @@ class Countdown(QObject):
 
     Signals:
         ended: it reached zero; not after a cancel.
+        cancelled: it was given up.
     """
 
     ended = Signal()
+    cancelled = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -420,8 +445,10 @@ class Countdown(QObject):
             self._timer.start(int(seconds * 1000))
 
     def cancel(self) -> None:
-        """Stop counting; nothing happens."""
-        self._timer.stop()
+        """Stop counting; no take begins."""
+        if self.running:
+            self._timer.stop()
+            self.cancelled.emit()
 
 
 def _recovered(folder: Path) -> tuple[tuple[Take, ...], tuple[tuple[str, StudioError], ...]]:

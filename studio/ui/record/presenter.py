@@ -10,9 +10,11 @@ from studio.ui.record.health_presenter import HealthPresenter
 from studio.ui.record.input_tests_presenter import LevelTestPresenter, SyncTestPresenter
 from studio.ui.record.inputs_presenter import InputsPresenter
 from studio.ui.record.model import RecordModel
+from studio.ui.record.prompter_presenter import PrompterPresenter
 from studio.ui.record.slate_presenter import SlatePresenter
 from studio.ui.record.stage_presenter import RecordStagePresenter
 from studio.ui.record.takes_presenter import TakesPresenter
+from studio.ui.record.trackers_presenter import TrackersPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
 
@@ -37,6 +39,8 @@ class RecordPresenter(QObject):
         self.health = HealthPresenter(view.health, model, session)
         self.takes = TakesPresenter(view.takes, model, session)
         self.slate = SlatePresenter(view.slate_bar, model, session)
+        self.prompter = PrompterPresenter(view.prompter, model, session)
+        self.trackers = TrackersPresenter(view.trackers, model, session)
         self.stage = RecordStagePresenter(view, model, session)
         model.open()
 

@@ -60,30 +60,43 @@ class SlatePresenter(QObject):
         self._session.status_changed.emit("disk", free, "warn" if is_low(snap) else "")
 
     def _show_text(self, snap: Snapshot) -> None:
-        self._bar.show_disk(self._time_left(snap), is_low(snap))
-        rolls = self._session.rolling or bool(self._model.busy)
-        self._bar.show_missing("" if rolls else self._missing(snap))
+        low = is_low(snap)
+        self._bar.show_disk(self._time_left(snap) if low else "", low)
+        if self._session.rolling:
+            self._bar.show_missing(self._missing_now(snap), grave=True)
+        elif self._model.busy or self._model.settling:
+            self._bar.show_missing("")
+        else:
+            self._bar.show_missing(self._missing(snap))
 
     def _missing(self, snap: Snapshot) -> str:
         """What a take begun now would lack, in a sentence; "" where all that is chosen comes in."""
         microphone = self._session.settings.audio_device != NO_MICROPHONE
         if not snap.motion_alive and not snap.audio_alive:
-            return self.tr("Neither motion nor sound comes in: there is nothing to record yet.")
+            return self.tr("No motion and no sound yet. Connect a tracker or a microphone.")
         if not snap.motion_alive:
-            return self.tr("No motion comes in: a take would hold sound alone.")
+            return self.tr("No motion signal. If you record now, you get sound only.")
         if microphone and not snap.audio_alive:
-            return self.tr("No sound comes in: a take would hold motion alone.")
+            return self.tr("No sound. If you record now, you get motion only.")
         return ""
 
+    def _missing_now(self, snap: Snapshot) -> str:
+        """What the take that rolls lacks so much that it is worth nothing; "" where something comes in."""
+        if snap.motion_alive or (snap.audio_alive and "silent" not in snap.troubled):
+            return ""
+        if snap.audio_alive:
+            return self.tr("This take is empty so far: no motion, and the microphone is silent.")
+        return self.tr(
+            "Nothing is being recorded: no motion and no sound. Check your tracker and microphone."
+        )
+
     def _time_left(self, snap: Snapshot) -> str:
-        """How long the disk lasts; how much is free where nothing comes in, or where it lasts for days."""
+        """How long a disk that is nearly full lasts; how much is free where that is not known."""
         if snap.disk_free_bytes <= 0:
             return ""
         free, hours = self.tr("{0} free").format(size_text(snap.disk_free_bytes)), snap.seconds_left / 3600
-        if hours <= 0 or hours >= 100:
+        if hours <= 0 or hours >= 2:
             return free
-        if hours >= 2:
-            return self.tr("{0} h left").format(f"{hours:.0f}")
         return self.tr("{0} min left").format(f"{snap.seconds_left / 60:.0f}")
 
 

@@ -74,13 +74,19 @@ class SlateBar(Card):
         words = self.tr("take {0}") if name == slate else self.tr("saved as {0}")
         self.number.setText(words.format(f"{number:03d}" if name == slate else f"{name}_{number:03d}"))
         theme.as_role(self.number, "muted" if name == slate else "warn")
-        tip = self.tr("Not every character may stand in a file's name: this take is saved as {0}.")
+        tip = self.tr("Some characters can't be used in file names. This take will be saved as {0}.")
         self.number.setToolTip("" if name == slate else tip.format(f"{name}_{number:03d}"))
 
-    def show_missing(self, text: str) -> None:
-        """Say what a take begun now would lack; "" where all of it comes in."""
+    def show_missing(self, text: str, grave: bool = False) -> None:
+        """Say what a take begun now would lack, or the one that rolls; "" where all of it comes in.
+
+        Args:
+            grave: the take that rolls is empty so far.
+        """
         if text != self.missing.text():
             self.missing.setText(text)
+            theme.as_role(self.missing, "bad" if grave else "warn")
+            self.missing.setFont(theme.ui_font(semibold=grave))
             self.missing.setVisible(bool(text))
 
     def show_elapsed(self, seconds: float, rolling: bool) -> None:

@@ -19,9 +19,15 @@ class RecordStagePresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         self._skeleton: Skeleton | None = None
-        view.figure.empty_clicked.connect(lambda: model.set_practising(not model.practice.on))
+        view.figure.empty_clicked.connect(self._on_empty_clicked)
         model.frame_due.connect(self._show_frame)
         model.text_due.connect(self._show_text)
+
+    def _on_empty_clicked(self) -> None:
+        if self._model.practice.on:
+            self._model.set_practising(False)
+        else:
+            self._model.trackers_requested.emit()
 
     def _show_frame(self, snap: Snapshot) -> None:
         view, player, practice = self._view, self._model.player, self._model.practice

@@ -6,17 +6,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
 from studio.capture.health import losses
 from studio.dataset import edits
 from studio.errors import StudioError
+from studio.settings import NO_MICROPHONE
 from studio.take.take import Take
 from studio.ui import messages, tasks, undo
 from studio.ui.record.model import TAB, RecordModel, SavedTake
 from studio.ui.record.takes_view import TakeLine, TakesCard
 from studio.ui.session import Session
+
+if TYPE_CHECKING:
+    from studio.take.check import Proof
 
 EVENING = timedelta(hours=8)
 """How long a take stays listed past midnight."""
@@ -24,10 +29,11 @@ EVENING = timedelta(hours=8)
 
 @dataclass(frozen=True)
 class Verdict:
-    """A take's grade and the worst thing found in it."""
+    """A take's grade, the worst thing found in it, and whether its files hold all of it."""
 
     grade: str
     reason: str
+    proof: Proof | None = None
 
 
 class TakesPresenter(QObject):
@@ -39,12 +45,17 @@ class TakesPresenter(QObject):
         # By folder and not by id: another project has takes of the same names.
         self._verdicts: dict[Path, Verdict] = {}
         self._checking: set[Path] = set()
+        # Saved a moment ago: what is wrong with it is said at once, before the next one starts.
+        self._unproven: set[Path] = set()
+        self._redone = ""
         card.play_requested.connect(model.player.toggle)
         card.keep_requested.connect(self._on_keep)
         card.redo_requested.connect(self._on_redo)
         card.note_written.connect(self._on_note)
         card.curate_requested.connect(lambda: session.tab_requested.emit("curate"))
         model.player.changed.connect(self.refresh)
+        model.countdown.cancelled.connect(self._on_redo_cancelled)
+        model.countdown.ended.connect(self._forget_redo)
         model.saved.connect(self._on_saved)
         model.cut_off.connect(lambda cut: messages.show_failure(card, cut.what, cut.remedy))
         model.recovered.connect(self._on_recovered)
@@ -66,6 +77,10 @@ class TakesPresenter(QObject):
 
     def _on_saved(self, saved: SavedTake) -> None:
         take, cut = saved.take, saved.cut
+        if cut is None and take.info.frames:
+            # Of one that was cut off or has no motion a message stands already.
+            self._unproven.add(take.folder)
+            self._check(take)
         if take.info.duration > 0:
             self._show_saved(take, saved.moved_ms)
         if cut is not None:
@@ -76,15 +91,15 @@ class TakesPresenter(QObject):
         play = (self.tr("Play"), lambda: self._model.player.toggle(take.id))
         seconds = f"{take.info.duration:.1f}"
         if not take.info.frames:
-            text = self.tr("{0} is saved with sound alone: {1} s.").format(take.id, seconds)
+            text = self.tr("{0} is saved with sound only: {1} s.").format(take.id, seconds)
             remedy = self.tr(
-                "No motion came in. Start the motion sender or the practice performer and redo it."
+                "No motion came in. Start your tracking app or the practice performer, then re-record."
             )
             messages.show_warning(self._card, text, remedy, play)
             return
         details = list(losses(take.info))
         if moved_ms:
-            moved = self.tr("Its motion is moved by {0} ms, as the sync test found.")
+            moved = self.tr("Motion is shifted by {0} ms, based on the sync test.")
             details.insert(0, moved.format(f"{moved_ms:+.0f}"))
         text = self.tr("{0} is saved: {1} s.").format(take.id, seconds)
         messages.show_note(self._card, text, " ".join(details), play)
@@ -116,15 +131,18 @@ class TakesPresenter(QObject):
         assert project is not None
         verdict = self._verdicts.get(take.folder, Verdict("", ""))
         selection = next((s for s in project.dataset.selections if s.id == take.id), None)
-        seconds = round(take.info.duration)
+        seconds, proof = round(take.info.duration), verdict.proof
         return TakeLine(
             take.id,
             f"{seconds // 60}:{seconds % 60:02d}",
             verdict.grade,
-            verdict.reason,
+            "" if proof is not None and verdict.reason == proof.what else verdict.reason,
             kept=selection is not None and selection.stars > 0,
             note=selection.note if selection else "",
             playing=self._model.player.take_id == take.id,
+            proof=" ".join(filter(None, (proof.what, proof.remedy))) if proof else "",
+            proven=proof.good if proof else True,
+            details=proof.details if proof else "",
         )
 
     def _check(self, take: Take) -> None:
@@ -135,9 +153,23 @@ class TakesPresenter(QObject):
 
         def done(verdict: Verdict) -> None:
             self._verdicts[take.folder] = verdict
+            if take.folder in self._unproven:
+                self._unproven.discard(take.folder)
+                self._tell_unproven(take, verdict.proof)
             self.refresh()
 
-        tasks.run(lambda: _judge(take), done, lambda _e: done(Verdict("?", "")), owner=self)
+        tasks.run(lambda: _judge(take), done, lambda error: done(_unchecked(error)), owner=self)
+
+    def _tell_unproven(self, take: Take, proof: Proof | None) -> None:
+        """Say of a take that was just saved that it is not whole; a good one says so in its row."""
+        project = self._session.project
+        if proof is None or proof.good or project is None or take.folder.parent != project.takes_folder:
+            return
+        if not take.info.audio_file and self._session.settings.audio_device == NO_MICROPHONE:
+            # Without sound by choice: its row says so, and a message at each take would be one too many.
+            return
+        again = (self.tr("Re-record"), lambda: self._on_redo(take.id))
+        messages.show_warning(self._card, f"{take.id}: {proof.what}", proof.remedy, again)
 
     # -- what its buttons do ---------------------------------------------------------------------
 
@@ -176,7 +208,18 @@ class TakesPresenter(QObject):
             messages.show_error(self._card, error)
             return
         undo.tell_change(self._card, self._model.undo_scope, self.tr("{0} is in the trash.").format(take_id))
+        self._redone = self._model.undo_scope.undo_name
         self._model.record_again(take)
+
+    def _on_redo_cancelled(self) -> None:
+        """Give up the countdown of a take that takes another's place: the old one comes back."""
+        redone, self._redone = self._redone, ""
+        # Only where that is still the last thing done: undo must take nothing else back.
+        if redone and self._model.undo_scope.undo_name == redone:
+            undo.undo(self._card, self._model.undo_scope)
+
+    def _forget_redo(self) -> None:
+        self._redone = ""
 
 
 def of_today(created: str, now: datetime) -> bool:
@@ -194,7 +237,16 @@ def of_today(created: str, now: datetime) -> bool:
 
 def _judge(take: Take) -> Verdict:
     """What the check of a take comes to. Runs on a pool thread."""
-    from studio.take.check import check_take
+    from studio.take.check import check_take, proof_of
 
     report = check_take(take)
-    return Verdict(report.grade, report.reason if report.findings else "")
+    return Verdict(report.grade, report.reason if report.findings else "", proof_of(take, report))
+
+
+def _unchecked(error: BaseException) -> Verdict:
+    """What is said of a take whose check itself failed."""
+    from studio.take.check import Proof
+
+    what = error.what if isinstance(error, StudioError) else f"The take could not be read again: {error}."
+    remedy = error.in_window if isinstance(error, StudioError) else "Open it in Curate and look it over."
+    return Verdict("?", "", Proof(False, what, remedy, ""))

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from studio.ui import theme
-from studio.ui.widgets.card import Card, CutLabel, label
+from studio.ui.widgets.card import Card, CutLabel, Picture, label
 
 SHOWN = 40
 BUTTON_PX = 28
@@ -27,6 +27,8 @@ class TakeLine:
         kept: starred by the performer.
         note: the performer's words.
         playing: it is heard right now.
+        proof: whether the files hold all of it, in a sentence; "" while they are read again.
+        proven: whether that is good. details: what was counted.
     """
 
     id: str
@@ -36,6 +38,9 @@ class TakeLine:
     kept: bool = False
     note: str = ""
     playing: bool = False
+    proof: str = ""
+    proven: bool = True
+    details: str = ""
 
 
 class SavedTakeRow(QFrame):
@@ -57,9 +62,10 @@ class SavedTakeRow(QFrame):
         self._line: TakeLine | None = None
         self.play = self._button("take_play", self.tr("Play"), lambda: self.play_clicked.emit(take_id))
         self.keep = self._button("take_keep", self.tr("Keep"), lambda: self.keep_clicked.emit(take_id))
-        redo_tip = self.tr("Throw away and record again")
-        self.redo = self._button("take_redo", redo_tip, lambda: self.redo_clicked.emit(take_id))
-        theme.set_icon(self.redo, "mdi6.restore", "muted")
+        self.redo = self._button("take_redo", self.tr("Re-record"), lambda: self.redo_clicked.emit(take_id))
+        self.redo.setToolTip(self.tr("Delete and re-record; Esc in the countdown brings this take back"))
+        self.redo.setText(self.tr("Re-record"))
+        self.redo.setFixedWidth(self.redo.sizeHint().width())
         self.note_button = self._button("take_note", self.tr("Write a note"), self._on_note)
         theme.set_icon(self.note_button, "mdi6.note-edit-outline", "muted")
         self.name = CutLabel(cut=Qt.TextElideMode.ElideMiddle)
@@ -69,6 +75,9 @@ class SavedTakeRow(QFrame):
         self.duration.setFont(theme.figures_font())
         self.grade = label()
         self.grade.setFont(theme.figures_font(semibold=True))
+        self.proof_icon = Picture("mdi6.check-circle", 14, "good")
+        self.proof = label("", "muted", "take_proof")
+        self.proof.setWordWrap(True)
         self.reason = label("", "caption")
         self.reason.setWordWrap(True)
         self.note = QLineEdit()
@@ -92,6 +101,11 @@ class SavedTakeRow(QFrame):
         words = " · ".join(part for part in (line.note, line.reason) if part)
         self.reason.setText(words)
         self.reason.setVisible(bool(words))
+        self.proof.setText(line.proof or self.tr("Reading it again…"))
+        self.proof.setToolTip(line.details)
+        theme.as_role(self.proof, ("good" if line.proven else "bad") if line.proof else "muted")
+        icon = ("mdi6.check-circle", "good") if line.proven else ("mdi6.alert-circle", "bad")
+        self.proof_icon.set_icon(*(icon if line.proof else ("mdi6.circle-outline", "disabled")))
         theme.set_icon(self.play, "mdi6.stop" if line.playing else "mdi6.play", "accent")
         star, token = ("mdi6.star", "warn") if line.kept else ("mdi6.star-outline", "muted")
         theme.set_icon(self.keep, star, token)
@@ -107,12 +121,19 @@ class SavedTakeRow(QFrame):
         top.addSpacing(8)
         top.addWidget(self.grade)
         top.addSpacing(4)
-        for button in (self.keep, self.note_button, self.redo):
+        for button in (self.keep, self.note_button):
             top.addWidget(button)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 2, 0, 2)
         column.setSpacing(0)
         column.addLayout(top)
+        proof = QHBoxLayout()
+        proof.setContentsMargins(8, 0, 4, 0)
+        proof.setSpacing(theme.INSIDE)
+        proof.addWidget(self.proof_icon, 0, Qt.AlignmentFlag.AlignTop)
+        proof.addWidget(self.proof, 1)
+        proof.addWidget(self.redo, 0, Qt.AlignmentFlag.AlignTop)
+        column.addLayout(proof)
         words = QHBoxLayout()
         words.setContentsMargins(30, 0, 4, 0)
         words.addWidget(self.reason)

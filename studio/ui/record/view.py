@@ -21,8 +21,10 @@ from PySide6.QtWidgets import (
 from studio.ui import theme
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.inputs_view import InputsCard
+from studio.ui.record.prompter_view import PrompterCard
 from studio.ui.record.slate_view import SlateBar
 from studio.ui.record.takes_view import TakesCard
+from studio.ui.record.trackers_view import TrackersDialog
 from studio.ui.shortcuts import sequence
 from studio.ui.widgets.card import Card
 from studio.ui.widgets.figure.figure import StickFigure
@@ -47,15 +49,17 @@ class RecordView(QWidget):
         super().__init__()
         self.inputs = InputsCard()
         self.health = HealthCard()
-        self._waiting = self.tr("Waiting for motion. Start your tracking program, or try it without any.")
+        self._waiting = self.tr("Waiting for motion. Start your tracking app, or try the practice performer.")
         self._stage_text = self._waiting
-        self.figure = StickFigure(None, self._waiting, empty_button=self.tr("Use the practice performer"))
+        self.figure = StickFigure(None, self._waiting, empty_button=self.tr("How are you tracked?"))
         self.face = DrawnFace(self.figure)
         self.face.resize(FACE)
         self.face.hide()
+        self.prompter = PrompterCard()
         self.slate_bar = SlateBar()
         self.shapes = ShapeMeters()
         self.takes = TakesCard()
+        self.trackers = TrackersDialog(self)
         self._lay_out()
         self.figure.installEventFilter(self)
         self.slate_bar.record_clicked.connect(self.record_requested)
@@ -65,6 +69,8 @@ class RecordView(QWidget):
         self._space.activated.connect(self.record_requested)
         escape = QShortcut(sequence("cancel_countdown"), self)
         escape.activated.connect(self.cancel_requested)
+        for action, clicked in (("prompt_next", self.prompter.next), ("prompt_again", self.prompter.again)):
+            QShortcut(sequence(action), self).activated.connect(clicked.click)
         app = QApplication.instance()
         if isinstance(app, QApplication):
             app.focusChanged.connect(self.follow_focus)
@@ -85,9 +91,7 @@ class RecordView(QWidget):
         if text != self._stage_text:
             self._stage_text = text
             self.figure.clear(text)
-        words = (
-            self.tr("Stop the practice performer") if practising else self.tr("Use the practice performer")
-        )
+        words = self.tr("Stop the practice performer") if practising else self.tr("How are you tracked?")
         button = self.figure.empty_button
         if button.text() != words:
             button.setText(words)
@@ -117,6 +121,7 @@ class RecordView(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(theme.INSIDE + theme.TIGHT)
         column.addWidget(self.figure, 1)
+        column.addWidget(self.prompter)
         column.addWidget(self.slate_bar)
         meters = Card()
         meters.body.addWidget(self.shapes)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
+from studio.settings import settings_folder
 from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
+from studio.training.duration import Expected, Lengths, TrainingTimes
 from studio.ui import tasks
 from studio.ui.session import Session
 from studio.ui.train.data_view import DataCard
@@ -36,11 +38,11 @@ class RecipePresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         self._devices: Devices | None = None  # not looked for yet
+        self._probing = False
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
         cards = [
-            PresetChoice(key, self.tr(info.preset), info.expected_time, info.summary)
-            for key, info in self._by_preset.items()
+            PresetChoice(key, self.tr(info.preset), info.summary) for key, info in self._by_preset.items()
         ]
         view.show_presets(cards, "")
         view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
@@ -49,6 +51,8 @@ class RecipePresenter(QObject):
         view.advanced.toggled.connect(self._on_advanced)
         view.start_requested.connect(model.start)
         model.data_changed.connect(self._show_start)
+        model.data_changed.connect(self._show_durations)
+        model.training.ended.connect(self._show_durations)
         model.training.changed.connect(self._show_start)
         session.settings_changed.connect(self._on_settings)
         self._choose_last()
@@ -66,6 +70,29 @@ class RecipePresenter(QObject):
         facts = self._model.facts
         ready = facts is not None and facts.can_train
         self._view.show_start(ready, self._model.training.running, self._session.locked_reason)
+
+    def _show_durations(self) -> None:
+        facts = self._model.facts
+        # Nobody sees the cards without takes, and a window must not wait at its start.
+        if facts is None:
+            return
+        times = TrainingTimes(settings_folder())
+        if times.needs_probe and not self._probing:
+            self._probing = True
+            tasks.run(times.probe, lambda _: self._show_durations(), owner=self)
+        lengths = Lengths(facts.train.seconds, facts.val.seconds, facts.test.seconds)
+        self._view.show_durations(
+            {
+                key: self._duration(times.expected(recipes.usual_recipe(info.name), lengths))
+                for key, info in self._by_preset.items()
+            }
+        )
+
+    def _duration(self, expected: Expected) -> tuple[str, str]:
+        """How long a training takes, and how that is known."""
+        if expected.trainings:
+            return expected.words, self.tr("As long as it took on this computer, for your takes")
+        return expected.words, self.tr("A guess until its first training on this computer")
 
     def _on_preset(self, key: str) -> None:
         info = self._by_preset.get(key)

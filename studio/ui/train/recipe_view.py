@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
@@ -73,11 +73,10 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
 
 @dataclass(frozen=True)
 class PresetChoice:
-    """A preset card: key, title, how long it takes here, what it is for."""
+    """A preset card: key, title, what it is for."""
 
     key: str
     title: str
-    duration: str
     summary: str
 
 
@@ -240,24 +239,21 @@ class PresetCard(QPushButton):
     Args:
         name: its object name.
         title: "Quick look".
-        duration: "about 2 min"; may be empty.
         summary: one sentence.
     """
 
-    def __init__(
-        self, name: str, title: str, duration: str, summary: str, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, name: str, title: str, summary: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName(name)
         self.setCheckable(True)
         self.setAutoExclusive(True)
         self.setMinimumHeight(LEAST_PRESET_PX)
-        self.setAccessibleName(f"{title}, {duration}" if duration else title)
         self.setAccessibleDescription(summary)
         theme.as_role(self, "big")
         self.title = label(title, "")
         self.title.setFont(theme.ui_font(theme.TEXT_PX, semibold=True))
-        self.duration = label(duration, "caption")
+        self.duration = label("", "caption")
+        self.show_duration("")
         self.summary = label(summary, "caption")
         self.summary.setWordWrap(True)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -273,6 +269,13 @@ class PresetCard(QPushButton):
         for child in (self.title, self.duration, self.summary):
             # A click on the text is a click on the card.
             child.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def show_duration(self, duration: str, known_by: str = "") -> None:
+        """Say how long it takes ("about 2 minutes"), and as a tip how that is known."""
+        self.duration.setText(duration)
+        title = self.title.text()
+        self.setAccessibleName(f"{title}, {duration}" if duration else title)
+        self.setToolTip(known_by)
 
     def sizeHint(self) -> QSize:
         layout = self.layout()
@@ -349,13 +352,18 @@ class RecipeCard(Card):
             card.deleteLater()
         self._presets = []
         for preset in presets:
-            card = PresetCard(f"preset_{preset.key}", preset.title, preset.duration, preset.summary)
+            card = PresetCard(f"preset_{preset.key}", preset.title, preset.summary)
             card.setProperty("key", preset.key)
             card.setChecked(preset.key == chosen)
             card.clicked.connect(lambda _=False, key=preset.key: self.preset_chosen.emit(key))
             card.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
             self._preset_row.addWidget(card, 1)
             self._presets.append(card)
+
+    def show_durations(self, durations: Mapping[str, tuple[str, str]]) -> None:
+        """Say anew how long presets take: by key the words, and how that is known."""
+        for card in self._presets:
+            card.show_duration(*durations.get(card.property("key"), ("", "")))
 
     def show_recipes(self, recipes: Sequence[tuple[str, str, str]]) -> None:
         """Fill the recipe list with (name, title, summary)."""

@@ -13,6 +13,7 @@ from studio.inference.live.performance import Performance, rest_motion
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate
 from studio.inference.live.steps import look_ahead_of
+from studio.inference.live.timing import GUESSED, SPARE_S
 from studio.playback.layers import Tuning
 from studio.sound.level import FLOOR_DBFS
 from tests.inference.live.test_steps import speech, untrained
@@ -111,6 +112,26 @@ def test_poses_are_seen_their_latency_after_their_sound() -> None:
     assert made.facts.late <= 2
 
 
+def test_a_pose_is_made_as_soon_as_its_sound_is_there_without_waking_for_every_block() -> None:
+    made, now, source = performing(loud(6.0))
+    step, began, looks = BLOCK / RATE, now.t, 0
+
+    def handed_over() -> int:
+        return int((now.t - source.late - began) / step + 1e-6)
+
+    while now.t < began + 5.0:
+        before = handed_over()
+        made.poll()
+        looks += 1
+        now.t += made.rest_s
+        if handed_over() == before:  # it waits for the device
+            now.t = began + (before + 1) * step + source.late
+    # What a pose waits for beside its sound: the rest of a block, the device, and to glide.
+    least = made.look_ahead.reach_ms / 1000 + source.late + (1 - GUESSED) / 30 + SPARE_S
+    assert least < made.facts.latency_ms / 1000 < least + step + 0.001
+    assert looks < 0.8 * 5.0 / step
+
+
 def test_silence_goes_over_to_idling_and_a_voice_comes_back() -> None:
     quiet = np.full(3 * RATE, 1e-5, np.float32)
     sound = np.concatenate([loud(3.0), quiet, loud(3.0)])
@@ -161,7 +182,7 @@ def test_a_computer_that_slept_says_so_and_goes_on() -> None:
     go_on(made, now, 2.0)
     said = made.notices()
     assert [str(one) for one in said] == [
-        "The computer slept or was held up for 3601 s. It goes on; nothing needs to be done."
+        "The computer slept or stalled for 3601 s. It goes on; nothing needs to be done."
     ]
     assert made.facts.latency_ms < made.look_ahead.reach_ms + 60
 

@@ -203,7 +203,7 @@ def test_features_that_need_whole_sentences_are_declined() -> None:
 def test_sound_that_is_no_number_is_a_sentence() -> None:
     model = untrained("balanced")
     steps = LiveSteps(model, look_ahead_of(model))
-    with pytest.raises(StudioError, match="holds values that are not numbers"):
+    with pytest.raises(StudioError, match="contains values that are not numbers"):
         list(steps.feed(np.array([0.0, np.nan], np.float32)))
 
 
@@ -212,3 +212,16 @@ def test_lasting_silence_gives_the_pose_at_rest() -> None:
     rest = silent_pose(model)
     poses, _ = performed(model, look_ahead_of(model), np.zeros(4 * RATE, np.float32), 900)
     np.testing.assert_allclose(poses[-1], rest, atol=1e-3)
+
+
+def test_it_says_how_much_sound_the_next_frame_still_lacks() -> None:
+    model = untrained("balanced")
+    steps, sound = LiveSteps(model, look_ahead_of(model)), speech(2.0)
+    list(steps.feed(sound[:8000]))
+    at = 8000
+    for frame in range(steps.frame, steps.frame + 5):
+        lacks = round(steps.missing_s * 16_000)
+        assert 0 < lacks <= 16_000 // 30 + 1
+        assert not list(steps.feed(sound[at : at + lacks - 1]))
+        assert [first for first, _ in steps.feed(sound[at + lacks - 1 : at + lacks])] == [frame]
+        at += lacks

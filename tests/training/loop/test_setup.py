@@ -12,7 +12,10 @@ from studio.errors import StudioError
 from studio.ipc.events import EpochEvent, ListeningEvent, OutOfMemoryEvent
 from studio.ipc.events import TrainingEvent as Event
 from studio.project import Project
-from studio.training.loop.setup import is_out_of_memory, smaller_batch
+from studio.project.run import base_voice
+from studio.training.checkpoint import BEST, load_model
+from studio.training.gather import gather
+from studio.training.loop.setup import fresh_model, is_out_of_memory, smaller_batch
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import Recipe, load_recipe
 
@@ -86,3 +89,29 @@ def test_a_batch_shrinks_until_there_is_nothing_left_to_take_away() -> None:
         seen.append(setting)
         recipe = recipe.with_overrides([setting])
     assert seen == ["training.crops=1", "training.crop_frames=75", "training.crop_frames=37"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "begins_there"),
+    [
+        ((), True),
+        (("style_by=take",), True),
+        (("start_from=fresh",), False),
+        (("units=8",), False),
+        (("sound.window_ms=20",), False),
+        (("channels.fps=60",), False),
+    ],
+)
+def test_a_quick_look_hears_as_the_base_voice_from_the_start_where_it_fits(
+    make_toy_project: MakeProject, changes: tuple[str, ...], begins_there: bool
+) -> None:
+    recipe = load_recipe("quick").with_overrides(changes)
+    data = gather(make_toy_project(("train", "train", "val")), recipe)
+    own = fresh_model(data, recipe).network.state_dict()
+    base = load_model(base_voice().folder / BEST).network.state_dict()
+    for name in ("row_mean", "convolution.weight", "lstm.weight_ih_l0", "lstm.weight_hh_l1"):
+        same = own[name].shape[:1] == base[name].shape[:1] and torch.equal(
+            own[name][..., : base[name].shape[-1]], base[name]
+        )
+        assert same is begins_there, name
+    assert own["pose.bias"].shape == (data.layout.width,)

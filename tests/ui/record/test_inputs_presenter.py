@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QLabel
 
 from studio import clock
 from studio.capture.microphone import AudioDevice
@@ -63,7 +64,7 @@ def test_a_body_and_a_face_show_who_gives_what(qtbot, session: Session) -> None:
     view.show()
     presenter.activate()
     pose = Motion.build([0.0], ("Joy",), [[0.5]], BONES).pose(0.0)
-    words = view.inputs.findChild(type(view.inputs.motion_text), "motion_sources")
+    words = view.inputs.findChild(QLabel, "motion_sources")
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other,

@@ -1,0 +1,141 @@
+"""Presenter of the tracker cards: finds who sends on any known port, and listens to it from then on."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication, QObject
+
+from studio import clock
+from studio.capture import trackers
+from studio.capture.snapshot import Snapshot
+from studio.capture.trackers import TRACKERS, Tracker
+from studio.ui import tasks
+from studio.ui.messages import counted
+from studio.ui.record.model import RecordModel
+from studio.ui.record.trackers_view import TrackerCard, TrackersDialog
+from studio.ui.session import Session
+from studio.vmc.stream import Sender
+
+_BY_ID = {one.id: one for one in TRACKERS}
+
+
+class TrackersPresenter(QObject):
+    """Shows the cards, lights those that are heard, and chooses the one heard by itself."""
+
+    def __init__(self, page: TrackersDialog, model: RecordModel, session: Session) -> None:
+        super().__init__(page)
+        self._page, self._model, self._session = page, model, session
+        self._shown: Tracker = TRACKERS[0]
+        # Somebody clicked a card: what is heard elsewhere takes it away no more.
+        self._picked = False
+        self._address = ""
+        self._senders: tuple[Sender, ...] = ()
+        # Names of the programs by their address: looked up once each.
+        self._programs: dict[str, str] = {}
+        page.show_tiles([(one.id, self._translated(one.title)) for one in TRACKERS])
+        page.chosen.connect(self._on_chosen)
+        page.use_requested.connect(self._on_use)
+        page.practice_requested.connect(self._on_practice)
+        page.opened.connect(self._on_opened)
+        page.closed.connect(lambda: model.set_finding(False))
+        model.trackers_requested.connect(self._on_requested)
+        model.text_due.connect(self._show_heard)
+
+    def _on_requested(self) -> None:
+        if not self._session.rolling and not self._model.busy:
+            self._page.open_page()
+
+    def _on_opened(self) -> None:
+        self._picked, self._senders = False, ()
+        self._address = trackers.own_address()
+        self._show(self._shown)
+        self._page.show_heard(frozenset(), self.tr("Listening…"), False)
+        self._model.set_finding(True)
+
+    def _on_chosen(self, tracker: str) -> None:
+        self._picked = True
+        self._show(_BY_ID[tracker])
+
+    def _show(self, tracker: Tracker) -> None:
+        self._shown = tracker
+        address = self._address if tracker.phone else trackers.LOOPBACK
+        missing = self.tr("This computer is in no network; connect it to the phone's Wi-Fi.")
+        second = self.tr("On another computer, use {0} instead.").format(self._address)
+        note = (missing if not self._address else "") if tracker.phone else (second if self._address else "")
+        steps = tuple(
+            (step.picture, self._translated(step.text).format(address=address or "…", port=tracker.port))
+            for step in tracker.steps
+        )
+        title = self._translated(tracker.title)
+        self._page.show_card(
+            TrackerCard(tracker.id, title, steps, address, tracker.port, tracker.phone, note)
+        )
+
+    # -- who is heard ----------------------------------------------------------------------------
+
+    def _show_heard(self, snap: Snapshot) -> None:
+        if not self._page.isVisible():
+            return
+        self._senders = trackers.fresh(snap.sources, clock.now())
+        for sender in self._senders:
+            self._look_up(sender)
+        known = [one for one in self._senders if one.sender in self._programs]
+        found = [trackers.tracker_of(one, self._programs[one.sender]) for one in known]
+        if found and not self._picked and self._shown not in found:
+            self._show(found[0])
+        heard = self._heard()
+        lit = frozenset(one.id for one in found) | ({self._shown.id} if heard else frozenset())
+        self._page.show_heard(lit, self._sentence(heard, snap), heard is not None)
+
+    def _heard(self) -> Sender | None:
+        """Who sends as the card shown does; any VMC program may be the one meant."""
+        return next((one for one in self._senders if one.kind == self._shown.kind), None)
+
+    def _sentence(self, heard: Sender | None, snap: Snapshot) -> str:
+        if heard is not None:
+            bones = counted(len(heard.bones), self.tr("1 bone"), self.tr("{0} bones"))
+            shapes = counted(len(heard.shapes), self.tr("1 shape"), self.tr("{0} shapes"))
+            text = self.tr("I hear it on port {0}: {1}, {2}.")
+            return text.format(heard.port or self._shown.port, bones, shapes)
+        if self._shown.port not in snap.ports:
+            return self.tr("Port {0} is used by another program; close it, or use another port.").format(
+                self._shown.port
+            )
+        return self.tr("Listening on port {0}…").format(self._shown.port)
+
+    def _look_up(self, sender: Sender) -> None:
+        if sender.sender in self._programs:
+            return
+        if not trackers.is_here(sender):
+            self._programs[sender.sender] = ""
+            return
+
+        def done(program: str) -> None:
+            self._programs[sender.sender] = program
+
+        tasks.run(lambda: trackers.program_of(sender), done, lambda _e: done(""), owner=self)
+
+    # -- what is done with it --------------------------------------------------------------------
+
+    def _on_use(self) -> None:
+        heard = self._heard()
+        if heard is None:
+            return
+        settings, port = self._session.settings, heard.port or self._shown.port
+        if self._shown.phone:
+            # Beside the port of the body, which another program may send.
+            choice: dict[str, object] = {
+                "more_ports": tuple(dict.fromkeys((*settings.more_ports, str(port))))
+            }
+        else:
+            choice = {"vmc_port": port}
+        if not trackers.is_here(heard):
+            choice["vmc_host"] = trackers.EVERYWHERE
+        self._session.change_settings(**choice)
+        self._page.accept()
+
+    def _on_practice(self) -> None:
+        self._page.accept()
+        self._model.set_practising(True)
+
+    def _translated(self, text: str) -> str:
+        return QCoreApplication.translate("Trackers", text)

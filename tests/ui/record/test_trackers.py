@@ -1,0 +1,155 @@
+"""The tracker cards: real packets light the right card, and the tracker that is heard is used."""
+
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QToolButton
+
+from studio.capture import trackers
+from studio.capture.trackers import TRACKERS, tracker_of
+from studio.motion import Motion
+from studio.motion.channels import BONES
+from studio.settings import NO_MICROPHONE
+from studio.ui import tasks, theme
+from studio.ui.record.presenter import RecordPresenter
+from studio.ui.record.tracker_pictures import PhoneCode, StepPicture
+from studio.ui.record.view import RecordView
+from studio.ui.session import Session
+from studio.vmc.decode import IFACIALMOCAP_PORT
+from studio.vmc.encode import encode_frame
+from studio.vmc.stream import Sender
+
+FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def tab(qtbot, qapp, tmp_path: Path) -> Iterator[tuple[RecordView, RecordPresenter, Session]]:
+    theme.apply(qapp)
+    session = Session()
+    session.change_settings(vmc_port=free_port(), audio_device=NO_MICROPHONE)
+    session.create_project(tmp_path / "Project")
+    view = RecordView()
+    qtbot.addWidget(view)
+    presenter = RecordPresenter(view, session)
+    view.resize(1280, 750)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(
+        lambda: presenter.model.recorder is not None and bool(presenter.model.recorder.snapshot().ports)
+    )
+    yield view, presenter, session
+    view.trackers.reject()
+    presenter.close()
+    tasks.wait()
+
+
+def test_what_is_heard_on_any_known_port_lights_its_card_and_is_used(tab, qtbot) -> None:
+    view, presenter, session = tab
+    before = session.settings.vmc_port
+    view.figure.empty_button.click()
+    page, model = view.trackers, presenter.model
+    assert page.isVisible()
+    qtbot.waitUntil(lambda: len(model.recorder.snapshot().ports) > 1)
+    open_ports = model.recorder.snapshot().ports
+    assert before in open_ports, "what was listened on goes on"
+    if IFACIALMOCAP_PORT not in open_ports:
+        pytest.skip("another program of this computer holds iFacialMocap's port")
+    assert not page.use.isEnabled()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone:
+
+        def heard() -> bool:
+            phone.sendto(FACE, ("127.0.0.1", IFACIALMOCAP_PORT))
+            return page.use.isEnabled()
+
+        qtbot.waitUntil(heard)
+        assert page.heard.text() == f"I hear it on port {IFACIALMOCAP_PORT}: 1 bone, 2 shapes."
+        lit = [
+            one.id for one in TRACKERS if page.findChild(QToolButton, f"tracker_{one.id}").property("heard")
+        ]
+        assert lit == ["ifacialmocap"], "found by itself"
+        page.use.click()
+    assert session.settings.more_ports == (str(IFACIALMOCAP_PORT),)
+    assert session.settings.vmc_port == before
+    qtbot.waitUntil(lambda: set(model.recorder.snapshot().ports) == {before, IFACIALMOCAP_PORT})
+    assert not page.isVisible()
+
+
+def test_a_vmc_program_on_the_port_in_use_is_heard_and_closing_listens_as_before(tab, qtbot) -> None:
+    view, presenter, session = tab
+    port = session.settings.vmc_port
+    view.inputs.trackers.click()
+    page = view.trackers
+    page.chosen.emit("warudo")
+    pose = Motion.build([0.0], ("Joy",), [[0.5]], BONES).pose(0.0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
+
+        def heard() -> bool:
+            for datagram in encode_frame(pose, ("Joy",), BONES, 0.0):
+                program.sendto(datagram, ("127.0.0.1", port))
+            return page.use.isEnabled()
+
+        qtbot.waitUntil(heard)
+    assert page.heard.text() == f"I hear it on port {port}: 54 bones, 1 shape."
+    assert page.address.text() == "127.0.0.1  port 39539"
+    page.reject()
+    qtbot.waitUntil(lambda: presenter.model.recorder.snapshot().ports == (port,))
+    assert session.settings.vmc_port == port
+
+
+def test_a_program_is_known_by_its_process() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mine:
+        mine.bind(("127.0.0.1", 0))
+        sender = Sender(f"127.0.0.1:{mine.getsockname()[1]}", 39539, "VMC", ("Hips",))
+        assert trackers.program_of(sender) == psutil.Process(os.getpid()).name()
+    assert trackers.program_of(Sender("192.168.0.9:5", 39539, "VMC")) == ""
+    assert tracker_of(sender, "VSeeFace.exe").id == "vseeface"
+    assert tracker_of(sender, "python").id == "other"
+    assert tracker_of(Sender("192.168.0.9:5", 11111, "Live Link Face")).id == "live_link"
+
+
+@pytest.mark.parametrize("name", ["dark", "light"])
+def test_every_step_is_drawn_in_both_themes(qtbot, qapp, name: str) -> None:
+    theme.apply(qapp, name)
+    picture = StepPicture()
+    qtbot.addWidget(picture)
+    picture.resize(190, 112)
+    seen = set()
+    for kind in sorted({step.picture for tracker in TRACKERS for step in tracker.steps}):
+        picture.show_step(kind, "192.168.1.20", 11111)
+        image = picture.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+        seen.add(bytes(image.constBits()))
+    assert len(seen) == 6, "six different pictures"
+
+
+def test_a_phone_reads_the_address(qtbot) -> None:
+    """The finder patterns stand in three corners, and the modules are those of a reader's own encoder."""
+    import segno
+
+    code = PhoneCode()
+    qtbot.addWidget(code)
+    code.show_text("192.168.1.20")
+    image = code.grab().toImage()
+    rows = [list(row) for row in segno.make_qr("192.168.1.20", error="m").matrix]
+    side = image.width() // (len(rows) + 6)
+    left = (image.width() - side * (len(rows) + 6)) // 2 + 3 * side
+    middle = side // 2
+    drawn = [
+        [
+            int(image.pixelColor(left + x * side + middle, left + y * side + middle).value() < 128)
+            for x in range(len(rows))
+        ]
+        for y in range(len(rows))
+    ]
+    assert drawn == rows
+    assert drawn[0][:7] == drawn[0][-7:] == drawn[-1][:7] == [1] * 7
