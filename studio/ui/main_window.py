@@ -468,7 +468,7 @@ class MainWindow(QMainWindow):
 
 
 def first_place(screen: QRect) -> QRect:
-    """Where the window stands at its first start: in the middle of what a screen leaves free, and inside it."""
+    """Where the window stands at its first start: in the middle of what a screen leaves free."""
     most = (screen.size() * FIRST_SHARE).expandedTo(LEAST_SIZE).boundedTo(screen.size())
     place = QRect(QPoint(), FIRST_SIZE.boundedTo(most))
     place.moveCenter(screen.center())

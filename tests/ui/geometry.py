@@ -1,4 +1,4 @@
-"""What a window does wrong at its size: controls that are cut, covered or outside, found by geometry alone."""
+"""What a window does wrong at its size: controls that are cut, covered or outside, by geometry alone."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
-    QAbstractScrollArea,
     QAbstractSlider,
     QAbstractSpinBox,
-    QApplication,
     QComboBox,
     QLabel,
     QLineEdit,
@@ -26,8 +24,11 @@ from studio.ui.messages import Toast
 from studio.ui.widgets.card import CutLabel
 
 SEEN = (
-    QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox, QLabel, QLineEdit, QAbstractItemView, QTabBar,
+    QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox, QLabel, QLineEdit, QAbstractItemView,
+    QTabBar,
 )  # fmt: skip
+NAMED = ("microphone", "review_run", "review_style", "live_", "inspector_performer")
+"""Choosers of names that people or devices gave, of any length: the beginning is enough."""
 SLACK_PX = 1
 """Rounding of a hint; a letter cut by more is seen."""
 
@@ -92,7 +93,9 @@ def _cut_words(widget: QWidget) -> str:
     if isinstance(widget, CutLabel):
         return ""  # says itself that there is more
     if isinstance(widget, QLabel):
-        if widget.wordWrap():
+        if not widget.pixmap().isNull():
+            needs = widget.pixmap().deviceIndependentSize().toSize()
+        elif widget.wordWrap():
             needs = QSize(0, widget.heightForWidth(widget.width()))
         else:
             needs = widget.sizeHint()
@@ -103,16 +106,14 @@ def _cut_words(widget: QWidget) -> str:
     elif isinstance(widget, QTabBar):
         needs = widget.minimumSizeHint() if widget.usesScrollButtons() else widget.sizeHint()
     elif isinstance(widget, QComboBox):
-        room = widget.width() - 34 - (widget.iconSize().width() if not widget.itemIcon(0).isNull() else 0)
+        room = widget.width() - 36 - (widget.iconSize().width() if not widget.itemIcon(0).isNull() else 0)
         needs.setWidth(widget.fontMetrics().horizontalAdvance(widget.currentText()))
         has = QSize(room, widget.height())
-        if widget.property("may_cut"):
+        if widget.objectName().startswith(NAMED):
             needs.setWidth(min(needs.width(), widget.fontMetrics().horizontalAdvance("x" * 8)))
     elif isinstance(widget, QAbstractSpinBox):
-        needs = widget.minimumSizeHint()
-    elif isinstance(widget, QLineEdit) and not widget.text():
-        has = QSize(widget.width() - 18, widget.height())
-        needs.setWidth(widget.fontMetrics().horizontalAdvance(widget.placeholderText()))
+        text = widget.text()
+        needs.setWidth(widget.fontMetrics().horizontalAdvance(text) + 30)
     elif isinstance(widget, QAbstractItemView):
         needs = QSize(60, 40)
     if needs.width() - has.width() > SLACK_PX or needs.height() - has.height() > SLACK_PX:
@@ -129,7 +130,9 @@ def _button_need(button: QAbstractButton) -> QSize:
 
 def _iconic(button: QAbstractButton) -> bool:
     style = Qt.ToolButtonStyle.ToolButtonIconOnly
-    return isinstance(button, QToolButton) and not button.icon().isNull() and button.toolButtonStyle() == style
+    return (
+        isinstance(button, QToolButton) and not button.icon().isNull() and button.toolButtonStyle() == style
+    )
 
 
 def _covering(widget: QWidget, shown: QRect, window: QWidget) -> QWidget | None:

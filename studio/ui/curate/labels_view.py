@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QCoreApplication, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from studio.dataset.dataset import Dataset
@@ -111,6 +112,22 @@ class WordBar(QWidget):
             theme.as_role(chip, "chip")
             chip.clicked.connect(lambda _=False, w=word: self.word_clicked.emit(w))
             self._row.addWidget(chip)
+        self._fold()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fold()
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _fold(self) -> None:
+        """Where the words need all the room, a new one comes by way of "Add label"."""
+        row = self.layout()
+        needs = sum(row.itemAt(i).sizeHint().width() + theme.TIGHT for i in range(row.count()))
+        if self.new.isHidden():
+            needs += self.new.width() + theme.TIGHT
+        self.new.setVisible(needs <= self.width())
 
     def word(self, number: int) -> str:
         """The word on a key 1..9, "" where there is none."""

@@ -28,7 +28,7 @@ from studio.ui.curate.take_delegate import ROW_PX, SPLIT_COLOURS, TakeDelegate
 from studio.ui.curate.take_table import COLUMNS, TakeFilter, TakeRow, TakeTable, split_title
 from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.theme import set_icon
-from studio.ui.widgets.card import Card, heading, label
+from studio.ui.widgets.card import Card, CutLabel, heading, label
 from studio.ui.widgets.timeline.time_view import clock
 
 FIXED = {"length": 66, "stars": 88, "split": 78, "performer": 78}
@@ -275,7 +275,7 @@ class Library(Card):
     # -- how it is built -----------------------------------------------------------------------
 
     def _build_head(self) -> None:
-        self.summary = label("", "muted", "library_summary")
+        self.summary = CutLabel("muted", "library_summary")
         self.import_button = QPushButton(self.tr("Import"))
         self.import_button.setObjectName("import_button")
         set_icon(self.import_button, "mdi6.tray-arrow-down")
