@@ -33,6 +33,7 @@ from studio.errors import StudioError
 from studio.paths import resource
 from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
+from studio.ui.focus import FocusKeeper
 from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
 from studio.ui.next_steps_presenter import StepsPresenter
@@ -79,6 +80,7 @@ class MainWindow(QMainWindow):
         self.steps = StepsPresenter(StepStrip(), session, self._on_step)
         self._build_frame()
         self._connect()
+        FocusKeeper(self, lambda: self.rooms[self._active][0] if self._active else None)
         self._build_ahead = QTimer(self)
         self._build_ahead.setInterval(BUILD_AHEAD_MS)
         self._build_ahead.timeout.connect(self._on_build_ahead)
@@ -284,7 +286,7 @@ class MainWindow(QMainWindow):
         self.menus.recent.setLayoutDirection(Qt.LayoutDirection.LeftToRight)
         self.project_button.setMenu(self.menus.file)
         self.project_button.setMaximumWidth(260)
-        # Qt passes a lost focus on to the next widget by a click's rules: Space would open this menu then.
+        # With a click's focus Space would open this menu again, and not do what the tab says.
         self.project_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         theme.as_role(self.project_button, "quiet")
         row.addWidget(self.project_button)

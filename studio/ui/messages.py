@@ -224,8 +224,8 @@ class Toast(QFrame):
         window, place = self._window, self._over
         width = most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
         beside = place is not None and place.width() >= LEAST_WIDTH
-        if place is not None and beside:
-            width = min(place.width(), most)
+        if place is not None:
+            width = min(place.width() if beside else LEAST_WIDTH, most)
         self.setFixedWidth(width)
         layout = self.layout()
         assert layout is not None

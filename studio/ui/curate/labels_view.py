@@ -60,7 +60,7 @@ class WordBar(QWidget):
         self.new.setFixedWidth(104)
         self.new.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.new.returnPressed.connect(self._on_new)
-        row = QHBoxLayout(self)
+        row = self._all = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.TIGHT)
         row.addWidget(label(self.tr("Label as"), "muted"))
@@ -123,8 +123,9 @@ class WordBar(QWidget):
 
     def _fold(self) -> None:
         """Where the words need all the room, a new one comes by way of "Add label"."""
-        row = self.layout()
-        needs = sum(row.itemAt(i).sizeHint().width() + theme.TIGHT for i in range(row.count()))
+        row = self._all
+        parts = [part for i in range(row.count()) if (part := row.itemAt(i)) is not None]
+        needs = sum(part.sizeHint().width() + theme.TIGHT for part in parts)
         if self.new.isHidden():
             needs += self.new.width() + theme.TIGHT
         self.new.setVisible(needs <= self.width())

@@ -24,7 +24,7 @@ from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser
 
-FOLDED_BELOW = 780
+FOLDED_BELOW = 850
 """Pixels of the bar's width under which the camera's button beside Play alone has the views."""
 
 
@@ -392,7 +392,7 @@ class RunBar(QWidget):
         buttons = []
         for name, text, tip in (
             ("front", self.tr("Front"), self.tr("Look from the front")),
-            ("three_quarter", "3/4", self.tr("Look from between front and side")),
+            ("three_quarter", self.tr("Three-quarter"), self.tr("Look from between front and side")),
             ("side", self.tr("Side"), self.tr("Look from the side")),
         ):
             button = QToolButton()

@@ -1,0 +1,57 @@
+"""Where the keyboard is: with the shown tab, whose keys work whatever was clicked, disabled or taken away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import shiboken6
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QWidget
+
+
+class FocusKeeper(QObject):
+    """Gives the keyboard back to the shown tab, where Space does what the tab says.
+
+    A button or a list of choices that was clicked has had its say: the next Space is the tab's again. By Tab
+    they are reached as before, and Space presses them then. Where the widget with the focus is hidden,
+    disabled or deleted, Qt passes the focus on to whatever comes next, often a button far away.
+
+    Args:
+        window: what is watched.
+        tab: the tab that is shown now; None where there is none.
+    """
+
+    def __init__(self, window: QWidget, tab: Callable[[], QWidget | None]) -> None:
+        super().__init__(window)
+        self._window, self._tab = window, tab
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        app.focusChanged.connect(self._on_focus)
+
+    def _on_focus(self, old: QWidget | None, new: QWidget | None) -> None:
+        if new is None or not shiboken6.isValid(self._window) or new.window() is not self._window:
+            return
+        if QApplication.mouseButtons():
+            # While a button of the mouse is down the focus moves for that click alone.
+            chosen = isinstance(new, QComboBox) and not new.isEditable()
+            if chosen or isinstance(new, QAbstractButton):
+                self._give_back()
+        elif old is not None and _in(old, self._window):
+            # Whether the old one is gone is known only after what is happening to it has happened.
+            QTimer.singleShot(0, self, lambda: self._follow(old, new))
+
+    def _follow(self, old: QWidget, new: QWidget) -> None:
+        gone = not shiboken6.isValid(old) or not old.isVisible() or not old.isEnabled()
+        # Whoever has been given the keyboard since then is to keep it.
+        if gone and shiboken6.isValid(new) and QApplication.focusWidget() is new:
+            self._give_back()
+
+    def _give_back(self) -> None:
+        tab = self._tab()
+        if tab is not None:
+            tab.setFocus()
+
+
+def _in(widget: QWidget, window: QWidget) -> bool:
+    """Whether a widget, which may be about to go, belongs to a window."""
+    return shiboken6.isValid(widget) and widget.window() is window
