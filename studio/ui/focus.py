@@ -29,29 +29,32 @@ class FocusKeeper(QObject):
         app.focusChanged.connect(self._on_focus)
 
     def _on_focus(self, old: QWidget | None, new: QWidget | None) -> None:
-        if new is None or not shiboken6.isValid(self._window) or new.window() is not self._window:
+        if not shiboken6.isValid(self._window):
             return
-        if QApplication.mouseButtons():
+        if new is None:
+            QTimer.singleShot(0, self, self._fill)
+        elif new.window() is not self._window:
+            return
+        elif QApplication.mouseButtons():
             # While a button of the mouse is down the focus moves for that click alone.
             chosen = isinstance(new, QComboBox) and not new.isEditable()
             if chosen or isinstance(new, QAbstractButton):
                 self._give_back()
-        elif old is not None and _in(old, self._window):
-            # Whether the old one is gone is known only after what is happening to it has happened.
-            QTimer.singleShot(0, self, lambda: self._follow(old, new))
+        # The old one is looked at now: later it may have been deleted.
+        elif old is not None and old.window() is self._window and not (old.isVisible() and old.isEnabled()):
+            QTimer.singleShot(0, self, lambda: self._follow(new))
 
-    def _follow(self, old: QWidget, new: QWidget) -> None:
-        gone = not shiboken6.isValid(old) or not old.isVisible() or not old.isEnabled()
-        # Whoever has been given the keyboard since then is to keep it.
-        if gone and shiboken6.isValid(new) and QApplication.focusWidget() is new:
+    def _follow(self, new: QWidget) -> None:
+        """Take the focus from what it fell to; whoever was given it since then is to keep it."""
+        if QApplication.focusWidget() is new:
+            self._give_back()
+
+    def _fill(self) -> None:
+        """Nothing has the focus, so that no key would reach the tab."""
+        if QApplication.focusWidget() is None and self._window.isActiveWindow():
             self._give_back()
 
     def _give_back(self) -> None:
         tab = self._tab()
         if tab is not None:
             tab.setFocus()
-
-
-def _in(widget: QWidget, window: QWidget) -> bool:
-    """Whether a widget, which may be about to go, belongs to a window."""
-    return shiboken6.isValid(widget) and widget.window() is window

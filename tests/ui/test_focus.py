@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -22,6 +23,7 @@ from studio.project import Project
 from studio.ui import app as application
 from studio.ui import tasks
 from studio.ui.main_window import MainWindow
+from studio.ui.record.takes_view import TakeLine
 
 KEY, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 OTHER_THINGS = {
@@ -30,7 +32,7 @@ OTHER_THINGS = {
     "figure_empty_button", "take_redo", "take_play", "phone_connect", "to_curate",
     "play_button", "import_button", "split_for_me_button", "split_pauses_button", "align_button",
     "add_label_button", "to_fix_button",
-    "review_add_sound", "batch_button", "review_go_train", "move_like_this", "avatar_button",
+    "add_sound", "batch_button", "go_to_curate", "review_go_train", "move_like_this", "avatar_button",
     "export_button", "send_button", "cancel_generate", "review_another", "qt_dockwidget",
 }  # fmt: skip
 
@@ -83,6 +85,11 @@ class Transport:
         return self._heard == before + 1 and opened is None
 
 
+def click(window: MainWindow, widget: QWidget) -> None:
+    """Click as a mouse does, by way of the window: only so does Qt know that a button of it is down."""
+    QTest.mouseClick(window.windowHandle(), LEFT, pos=widget.mapTo(window, widget.rect().center()))
+
+
 def buttons(view: QWidget) -> list[QAbstractButton]:
     """What can be clicked in a tab without more happening than it says."""
     return [
@@ -95,6 +102,7 @@ def buttons(view: QWidget) -> list[QAbstractButton]:
         and one.objectName() not in OTHER_THINGS
         and not (isinstance(one, QPushButton | QToolButton) and one.menu() is not None)
         and not one.objectName().startswith("qt_")
+        and not isinstance(one.parent(), QLineEdit)
     ]
 
 
@@ -103,13 +111,13 @@ def test_space_is_the_tab_s_after_every_click(window: MainWindow, qtbot: QtBot, 
     transport = Transport(window, qtbot, tab)
     assert transport.answers(), "before anything is clicked"
     found = buttons(transport.view)
-    assert len(found) > 8
+    assert len(found) >= 3
     deaf = []
     for button in found:
         if not button.isVisible() or not button.isEnabled():
             continue  # what a click before this one took away
-        name = button.objectName() or button.text()
-        qtbot.mouseClick(button, LEFT)
+        name = button.objectName() or f"{button} in {button.parent()}"
+        click(window, button)
         assert QApplication.activeModalWidget() is None, name
         if not transport.answers():
             deaf.append(name)
@@ -128,7 +136,7 @@ def test_a_list_of_choices_has_the_keyboard_only_while_it_is_open(
     for box in boxes:
         if box.isEditable():
             continue
-        qtbot.mouseClick(box, LEFT)
+        click(window, box)
         qtbot.waitUntil(lambda: QApplication.activePopupWidget() is not None)
         popup = QApplication.activePopupWidget()
         assert popup is not None
@@ -140,9 +148,12 @@ def test_a_list_of_choices_has_the_keyboard_only_while_it_is_open(
 def test_space_records_after_a_note(window: MainWindow, qtbot: QtBot) -> None:
     transport = Transport(window, qtbot, "record")
 
+    line = TakeLine("toy_001", "0:06", "A")
+    transport.view.takes.show_lines([line])  # type: ignore[attr-defined]
     note = transport.view.findChild(QToolButton, "take_note")
     assert note is not None
-    qtbot.mouseClick(note, LEFT)
+    qtbot.waitUntil(lambda: not note.visibleRegion().isEmpty())
+    click(window, note)
     field = transport.view.findChild(QLineEdit, "take_note_text")
     qtbot.waitUntil(field.hasFocus)
     qtbot.keyClicks(field, "a good one")
@@ -171,10 +182,11 @@ def test_a_click_beside_a_field_ends_it_and_does_its_own(window: MainWindow, qtb
     edited: list[str] = []
     bar.slate_edited.connect(edited.append)
     bar.slate.setFocus()
-    bar.slate.setText("Chat")
+    bar.slate.clear()
+    qtbot.keyClicks(bar.slate, "Chat")
     keep = window.findChild(QToolButton, "prompt_toggle")
     shown = window.session.settings.prompter
-    qtbot.mouseClick(keep, LEFT)
+    click(window, keep)
     assert edited == ["Chat"]
     assert window.session.settings.prompter is not shown
 

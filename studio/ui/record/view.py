@@ -108,6 +108,8 @@ class RecordView(QWidget):
 
     def follow_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Leave the space bar to a control that has the focus and a use for it."""
+        if QApplication.focusWidget() not in (new, None):
+            return  # it was given on at once, which has been heard already
         uses_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
         self._space.setEnabled(not isinstance(new, uses_space) or new is self.slate_bar.record)
 
