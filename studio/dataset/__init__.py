@@ -2,12 +2,11 @@
 
 balance      Split automatically: dividing selections among train, val and test, only when asked; a new take
              is train (Selection.split). Each gets its share of the seconds and of every label
-coverage     Which kinds of speech takes hold: what labels say of them, and what is heard and seen in them
+coverage     Which kinds of speech takes hold, and which are missing: while recording, and of what is learnt
+             from
 data_card    What a dataset holds, counted, and the page that shows it: one HTML file
 dataset      The choices made about takes: in and out points, offsets, labels, split. All values are frozen
 edits        What a person can do to the choices: pure functions Dataset -> Dataset
-goals        How much was recorded, and what is still missing: loud and quiet speech, smiles, questions and
-             more
 history      Undo and redo by keeping the old value, and dataset.json with the steps that undo can take
 label_files  Labels to and from other programs' files (Audacity, Praat, ELAN), and vocabularies to label
              with

@@ -1,4 +1,4 @@
-"""Which kinds of speech takes hold: what labels say of them, and what is heard and seen in them.
+"""Which kinds of speech takes hold, and which are missing: while recording, and of what is learnt from.
 
 Kinds are named as people say them in a sentence ("questions", "quiet speech"). Nothing is guessed of takes
 without labels but what can be measured: how loud, how much silence, how much smiling.
@@ -7,14 +7,20 @@ without labels but what can be measured: how loud, how much silence, how much sm
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial
+from studio.dataset.prompts import EMOTIONS, TIER, kind_of
 from studio.motion import Motion
 from studio.motion.lag import RATE, speech_level
+from studio.take.findings import measure_sound
+from studio.take.motion_file import load_motion
+from studio.take.take import Take
 
 QUESTIONS, SMILES = "questions", "smiles"
 LOUD, QUIET, SILENCE = "loud speech", "quiet speech", "silence"
@@ -25,11 +31,14 @@ _SENTENCES = {
     "question": QUESTIONS, "exclamation": "exclamations", "statement": "statements", "laugh": "laughter",
     "greeting": "greetings", "reaction": "reactions", "goodbye": "goodbyes", "breath": "breaths",
 }  # fmt: skip
+_SPOKEN_SO = (*EMOTIONS, "loud", "quiet")
+"""Kinds of prompts that are ways to speak."""
 _SPOKEN = 0.08
 """Level, of 1 at the loudest hundredth of a take, below which nobody speaks."""
 _LOUD, _QUIET = 2.0, 0.4
 """Times the usual level of speech from which, and up to which, it counts as loud or quiet."""
 _SMILING = 0.3
+_SMILES = ("smile", "joy", "fun", "happy", "relaxed")
 
 
 def kinds_of(selection: Selection, duration: float) -> dict[str, float]:
@@ -43,8 +52,9 @@ def kinds_of(selection: Selection, duration: float) -> dict[str, float]:
     found: dict[str, float] = defaultdict(float)
     for label in selection.labels:
         seconds = min(label.t + label.duration, end) - max(label.t, start)
-        if seconds > 0 and label.tier in ("sentence", "emotion"):
-            found[_words(label.tier, label.text)] += seconds
+        words = _words(label.tier, label.text)
+        if seconds > 0 and words:
+            found[words] += seconds
     if selection.emotion and not any(label.tier == "emotion" for label in selection.labels):
         found[_words("emotion", selection.emotion)] += selection.seconds(duration)
     return dict(found)
@@ -65,14 +75,12 @@ def coverage(materials: Sequence[TrainingMaterial]) -> dict[str, float]:
         found[SILENCE] = 1.0 - len(spoken) / len(level)
         found[LOUD] = float((spoken > _LOUD * usual).sum() / len(level))
         found[QUIET] = float((spoken < _QUIET * usual).sum() / len(level))
-    smiles = [share for one in materials if (share := _smiling(one.motion)) is not None]
+    smiles = [float(seen.mean()) for one in materials if (seen := _smiling(one.motion)) is not None]
     if smiles:
         found[SMILES] = float(np.mean(smiles))
-    sentences = [
-        one.selection for one in materials if any(x.tier == "sentence" for x in one.selection.labels)
-    ]
-    if sentences:
-        asked = sum(x.duration for s in sentences for x in s.labels if x.text.lower() == "question")
+    labels = [x for one in materials for x in one.selection.labels if x.tier in ("sentence", TIER)]
+    if labels:
+        asked = sum(x.duration for x in labels if _words(x.tier, x.text) == QUESTIONS)
         found[QUESTIONS] = asked / max(len(level) / RATE, 1e-9)
     return found
 
@@ -83,14 +91,114 @@ def missing(shares: dict[str, float]) -> tuple[str, ...]:
 
 
 def _words(tier: str, text: str) -> str:
+    """The kind that a label says, "" where it says none."""
+    if tier == TIER:
+        kind = kind_of(text)
+        return QUESTIONS if kind == "question" else f"{kind} speech" if kind in _SPOKEN_SO else ""
     known = _SENTENCES.get(text.lower(), text.lower())
-    return known if tier == "sentence" else f"{known} speech"
+    return known if tier == "sentence" else f"{known} speech" if tier == "emotion" else ""
 
 
-def _smiling(motion: Motion) -> float | None:
-    """Share of the frames that smile; None without a shape for it."""
-    low = [name.lower() for name in motion.shape_names]
-    shapes = [i for i, n in enumerate(low) if n in ("joy", "fun", "happy", "relaxed") or "smile" in n]
-    if not shapes or not len(motion):
-        return None
-    return float((motion.shapes[:, shapes].max(axis=1) > _SMILING).mean())
+# -- while recording -------------------------------------------------------------------------------
+
+MILESTONES = (120.0, 600.0, 1200.0)
+"""Seconds of voice with motion for a first look, for a good model, and for an excellent one."""
+GOALS = ("loud", "quiet", "smiles", "questions", "feelings", "sounds")
+"""What recordings should have, besides their length."""
+_APART_DB = 6.0
+_LEVEL_S, _SMILE_S = 5.0, 8.0
+_QUESTIONS, _SOUNDS = 3, 2
+WANTED_KINDS = {
+    "loud": ("loud",), "quiet": ("quiet",), "smiles": ("happy",), "questions": ("question",),
+    "feelings": EMOTIONS, "sounds": ("sounds",),
+}  # fmt: skip
+"""The kinds of prompts that fill each goal."""
+
+
+@dataclass(frozen=True, eq=False)
+class TakeProgress:
+    """What one recording has.
+
+    Args:
+        seconds: with sound and motion.
+        levels: dBFS of the voice in each of its seconds with voice, (K,).
+        smiles: seconds of smiling; None where its face has no shape for that.
+    """
+
+    seconds: float
+    levels: NDArray[np.float64]
+    smiles: float | None
+
+
+@dataclass(frozen=True)
+class RecordingProgress:
+    """What all recordings have together: seconds, and the goals that are not reached yet."""
+
+    seconds: float
+    missing: tuple[str, ...]
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Kinds of prompts that would fill what is missing."""
+        return frozenset(kind for goal in self.missing for kind in WANTED_KINDS[goal])
+
+    @property
+    def next_milestone(self) -> float:
+        """Seconds of the next milestone, or of the last."""
+        return next((one for one in MILESTONES if self.seconds < one), MILESTONES[-1])
+
+
+def cover_take(take: Take) -> TakeProgress:
+    """Read one take; a take is never altered, so this holds as long as it is there.
+
+    Raises:
+        StudioError: its files cannot be read.
+    """
+    motion = load_motion(take)
+    if take.audio_path is None or motion is None or len(motion) < 2:
+        return TakeProgress(0.0, np.zeros(0), None)
+    stats = measure_sound(take.audio_path)
+    seconds = min(stats.duration, float(motion.times[-1]))
+    smiling = _smiling(motion)
+    # Frames may come unevenly: each counts until the next one, but for gaps.
+    length = np.minimum(np.diff(motion.times, append=motion.times[-1]), 0.2)
+    smiles = float(length[smiling].sum()) if smiling is not None else None
+    return TakeProgress(seconds, _levels(stats.power, stats.is_voice), smiles)
+
+
+def progress_of(takes: Sequence[TakeProgress], selections: Iterable[Selection]) -> RecordingProgress:
+    """What several takes have together, and the labels of their prompts."""
+    levels = np.concatenate([np.zeros(0), *(one.levels for one in takes)])
+    usual = float(np.median(levels)) if len(levels) else 0.0
+    smiles = [one.smiles for one in takes if one.smiles is not None]
+    kinds = [kind_of(x.text) for s in selections for x in s.labels if x.tier == TIER]
+    reached = {
+        "loud": (levels > usual + _APART_DB).sum() >= _LEVEL_S,
+        "quiet": (levels < usual - _APART_DB).sum() >= _LEVEL_S,
+        # A face without such a shape cannot smile, and nobody is asked for what it cannot do.
+        "smiles": sum(smiles) >= _SMILE_S or (bool(takes) and not smiles),
+        "questions": kinds.count("question") >= _QUESTIONS,
+        "feelings": all(kind in kinds for kind in EMOTIONS),
+        "sounds": kinds.count("sounds") >= _SOUNDS,
+    }
+    missing = tuple(goal for goal in GOALS if not reached[goal])
+    return RecordingProgress(sum(one.seconds for one in takes), missing)
+
+
+def _levels(power: NDArray[np.float64], voice: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Mean level of the voice in each second that has some, dBFS.
+
+    A second and not a moment: within a word the level always swings by more than from quiet to loud speech.
+    """
+    rate = int(RATE)
+    whole = len(power) // rate
+    power, voice = power[: whole * rate].reshape(whole, rate), voice[: whole * rate].reshape(whole, rate)
+    enough = voice.mean(axis=1) > 0.3
+    mean = (power * voice).sum(axis=1)[enough] / voice.sum(axis=1)[enough]
+    return np.asarray(10 * np.log10(np.maximum(mean, 1e-10)), dtype=np.float64)
+
+
+def _smiling(motion: Motion) -> NDArray[np.bool_] | None:
+    """Frames that smile (T,); None without a shape for it."""
+    shapes = [i for i, name in enumerate(motion.shape_names) if any(w in name.casefold() for w in _SMILES)]
+    return motion.shapes[:, shapes].max(axis=1) > _SMILING if shapes and len(motion) else None

@@ -1,6 +1,9 @@
 """Networks, one file each (torch): a module offers `build(sizes, **network settings) -> Network`.
 
+_captured_sound   What of a sound says how a body moves: the numbers by which captured moments are found again
 _decoder          Parts of FaceFormer: its audio encoder and the layers of its decoder
+_matched          A body that moves as its person moved: stretches of the captured takes, found again by what
+                  is heard
 _mixture          Heads that give how likely all poses are, not one pose for a sound, and draw samples: faces
                   and bodies
 _network          The interface of all networks, so that training and generating need not know which one it

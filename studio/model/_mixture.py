@@ -162,6 +162,8 @@ def _gumbel(noise: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 KINDS = ("plain", "flow", "mixture")
+MATCHED = "matched"
+"""Plays what was captured, around a network that draws; no head of one."""
 DIRECTIONS = 32
 """Directions that are drawn; what goes beyond them follows the expected pose alone."""
 WIDTH = 96
@@ -322,7 +324,7 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
         RequestError: there is no such kind.
     """
     if kind not in KINDS:
-        words = ", ".join(KINDS[:-1]) + f" or {KINDS[-1]}"
+        words = ", ".join(KINDS) + f" or {MATCHED}"
         raise RequestError(f"{kind!r} is not possible for network.body.", f"Choose {words}.")
     # A head without body columns would have no directions to draw in.
     if kind == "plain" or sizes.columns <= sizes.faces:

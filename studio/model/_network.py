@@ -53,6 +53,15 @@ class SamplingOptions:
     first: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class CapturedStretch:
+    """A captured stretch without a gap: rows of sound (n, K, F), scaled poses (n, C), and its style."""
+
+    rows: Tensor
+    poses: Tensor
+    style: int = 0
+
+
 class Network(nn.Module):
     """Rows of sound in, scaled poses out.
 
@@ -68,6 +77,7 @@ class Network(nn.Module):
         loss_fn: the loss while training, for a network that gives more than it is asked for.
         knows_moods: whether it can be told moods.
         draws: whether poses are drawn by chance, so that what is generated is not what is expected.
+        gains: whether the gain measured on validation takes is applied to the body that is drawn.
         min_std: rows are held at this many deviations below their mean, and both are those of rows that are
             heard: digital silence would else stretch the scale until speech is a sliver of it. None holds
             nothing and takes all rows.
@@ -81,6 +91,7 @@ class Network(nn.Module):
     loss_fn: LossFn | None = None
     knows_moods: bool = False
     draws: bool = False
+    gains: bool = True
     min_std: float | None = None
     row_mean: Tensor
     row_deviation: Tensor
@@ -136,6 +147,14 @@ class Network(nn.Module):
         Args:
             stretches: scaled poses (T, C) of unbroken stretches of the takes that have a body.
         """
+
+    @property
+    def core(self) -> Network:
+        """The network that hears: itself, or the one it is built around."""
+        return self
+
+    def remember(self, stretches: Sequence[CapturedStretch]) -> None:
+        """Captured bodies with their sound, once before learning, for networks that play them again."""
 
     def learn(
         self, rows: Tensor, style: Tensor | None, values: Tensor, weight: Tensor

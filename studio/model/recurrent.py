@@ -14,7 +14,8 @@ import torch
 from torch import Tensor, nn
 
 from studio.errors import RequestError
-from studio.model._mixture import body_head, low_passed
+from studio.model._matched import Matched
+from studio.model._mixture import MATCHED, body_head, low_passed
 from studio.model._network import Network, SamplingOptions, Sizes, State
 
 MARGIN_SECONDS = 3.0
@@ -370,8 +371,14 @@ def build(
             "0 100 200 500"; "" for none but its own.
         own_frame: whether the shortest look-ahead waits for the pose's own frame, whose sound is all there
             only 25 ms after its middle; without it 0 ms are 0 ms.
-        body: "plain" gives bodies the expected pose, "flow" or "mixture" draw them around it by chance.
+        body: "plain" gives bodies the expected pose, "flow" or "mixture" draw them around it by chance,
+            "matched" plays the captured takes again, and is "flow" where there is too little of them.
     """
+    if body == MATCHED:
+        settings = {name: value for name, value in locals().items() if name != "sizes"}
+        drawn = build(sizes, **(settings | {"body": "flow"}))
+        # What reads both ways sees each moment again and again, and faces alone have nothing to play.
+        return Matched(drawn) if drawn.draws and not drawn.margin else drawn
     look_ahead = None if both_directions else max(0, round(look_ahead_ms / 1000 * sizes.fps))
     others = _milliseconds(look_aheads)
     made = [

@@ -62,7 +62,7 @@ class MoodSpan:
         strength = float(found["strength"] or 1)
         if strength > STRONGEST:
             what = f"A mood {strength:g} times as strong is not possible."
-            raise RequestError(what, f"Choose 0 (not at all) to {STRONGEST:g}; 1 is as it was learnt.")
+            raise RequestError(what, f"Choose 0 (not at all) to {STRONGEST:g}; 1 is as trained.")
         return cls(found["name"], float(start or 0), float(end or "inf"), strength)
 
     @property

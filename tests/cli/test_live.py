@@ -154,8 +154,8 @@ def test_it_ends_with_the_file_and_when_its_parent_goes(project: Project, voice:
         (["--seconds", "0"], "0 s is no length of a performance. Give seconds above 0.\n"),
         (["--style", "nobody"], "balanced_001 knows no style called nobody. It was trained without styles;"
          " leave --style out.\n"),
-        (["--liveliness", "9"], "A liveliness of 9 is not possible. Choose 0 (still) to 3; 1 is as it was"
-         " learnt.\n"),
+        (["--liveliness", "9"], "A liveliness of 9 is not possible. Choose 0 (still) to 3; 1 is as"
+         " trained.\n"),
     ],
 )  # fmt: skip
 def test_a_wrong_wish_is_named_before_anything_is_opened(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.dataset import goals, prompts
+from studio.dataset import coverage, prompts
 from studio.dataset.dataset import Label, Selection
 from studio.dataset.prompts import KINDS, PauseWatch, Prompt, PromptSpans, next_prompt
 from studio.errors import StudioError
@@ -96,18 +96,27 @@ def _take(folder: Path, name: str, gain: float, smile: float) -> Take:
 
 
 def test_coverage_counts_levels_smiles_and_prompts(tmp_path: Path) -> None:
-    usual = [goals.cover_take(_take(tmp_path, f"usual{i}", 0.1, 0.0)) for i in range(3)]
+    usual = [coverage.cover_take(_take(tmp_path, f"usual{i}", 0.1, 0.0)) for i in range(3)]
     assert usual[0].seconds == pytest.approx(20.0, abs=0.1)
-    one = goals.progress_of(usual, ())
-    assert one.missing == goals.GOALS
+    one = coverage.progress_of(usual, ())
+    assert one.missing == coverage.GOALS
     assert one.next_milestone == 120.0
     assert {"loud", "question", "happy", "sounds"} <= one.wanted
     more = [
-        goals.cover_take(_take(tmp_path, name, gain, 0.8)) for name, gain in (("loud", 0.6), ("low", 0.01))
+        coverage.cover_take(_take(tmp_path, name, gain, 0.8)) for name, gain in (("loud", 0.6), ("low", 0.01))
     ]
     texts = {kind: [p.text for p in prompts.prompts_of("en") if p.kind == kind] for kind in KINDS}
     said = texts["question"][:3] + texts["sounds"][:2] + [texts[kind][0] for kind in prompts.EMOTIONS]
     labels = tuple(Label(float(i), 1.0, "prompt", text) for i, text in enumerate(said))
-    full = goals.progress_of([*usual, *more], [Selection("a", "a", labels=labels)])
+    full = coverage.progress_of([*usual, *more], [Selection("a", "a", labels=labels)])
     assert full.missing == ()
     assert full.seconds == pytest.approx(100.0, abs=0.5)
+
+
+def test_the_kinds_of_a_take_know_what_was_asked_for() -> None:
+    texts = {one.kind: one.text for one in prompts.prompts_of("en")}
+    spans = enumerate(("question", "happy", "sentence"))
+    labels = tuple(Label(2.0 * i, 1.5, prompts.TIER, texts[kind]) for i, kind in spans)
+    assert coverage.kinds_of(Selection("a", "a", labels=labels), 10.0) == {
+        "questions": 1.5, "happy speech": 1.5,
+    }  # fmt: skip

@@ -152,7 +152,7 @@ def test_a_run_finds_its_encoder_by_digest_and_says_where_it_is_missing(tmp_path
         load_encoder("mine", spec.encoder_digest)
     assert str(caught.value) == (
         "The speech encoder mine is not on this computer. "
-        'Get it with `saia encoder "mine"`; a folder that holds it will do, too.'
+        'Get it with `saia encoder "mine"`, or give a folder that contains it.'
     )
 
 

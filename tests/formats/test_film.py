@@ -201,7 +201,7 @@ def test_only_the_middle_is_drawn_anew_and_nobody_sees_it() -> None:
     [
         (Drawing(20, 100), "A picture of 20 pixels in width is not possible."),
         (Drawing(100, 9000), "A picture of 9000 pixels in height is not possible."),
-        (Drawing(100, 100, fps=500.0), "A film of 500 frames a second is not possible."),
+        (Drawing(100, 100, fps=500.0), "A video at 500 frames a second is not possible."),
     ],
 )
 def test_what_is_not_possible_is_a_sentence(tmp_path: Path, drawing: Drawing, sentence: str) -> None:

@@ -213,4 +213,7 @@ def test_the_calm_course_is_the_same_in_pieces() -> None:
 def test_an_unknown_head_is_refused() -> None:
     with pytest.raises(RequestError) as caught:
         small("dance")
-    assert str(caught.value) == "'dance' is not possible for network.body. Choose plain, flow or mixture."
+    assert (
+        str(caught.value)
+        == "'dance' is not possible for network.body. Choose plain, flow, mixture or matched."
+    )

@@ -17,7 +17,7 @@ from studio.training.recipe import Recipe, load_recipe
 from tests import toys
 from tests.tolerance import same_figures, same_weights
 
-OF_EACH_SITTING = ("run", "seconds", "notes", "pid", "host")
+OF_EACH_SITTING = ("run", "seconds", "step_s", "check_s", "notes", "pid", "host")
 
 
 def tiny() -> Recipe:

@@ -33,7 +33,7 @@ MIDDLE = slice(66, 84)
 def taught(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """A run of takes whose smile is raised where they are labelled happy, and whose sound does not say so."""
     project = toys.make(tmp_path_factory.mktemp("taught") / "Toy", happy=HAPPY)
-    recipe = tiny("epochs=10", "steps=25", "crops=6", "members=1", "style_by=take")
+    recipe = tiny("epochs=10", "steps=25", "crops=6", "members=1", "style_by=take", "units=64")
     return trained(project, recipe)[0]
 
 

@@ -35,7 +35,7 @@ def test_a_table_that_makes_no_sense_cannot_be_used_and_says_why(qtbot: QtBot) -
     qtbot.addWidget(dialog)
     assert _problem(dialog) == "2 of 4 joints are bones."
     dialog.choose("bōshi", "Head")
-    assert _problem(dialog) == "Head is given to atama and bōshi: choose one of them."
+    assert _problem(dialog) == "Head is assigned to both atama and bōshi. Choose one."
     assert not _accept(dialog).isEnabled()
     dialog.choose("atama", "")
     assert _accept(dialog).isEnabled()

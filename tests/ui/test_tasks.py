@@ -169,7 +169,7 @@ def test_a_crash_shows_the_last_lines(task, qtbot) -> None:
     with qtbot.waitSignal(task.failed, timeout=20_000) as failed:
         task.start(["train", "die"])
     error = failed.args[0]
-    assert error.what == "The work ended unexpectedly (code 3)."
+    assert error.what == "This task ended unexpectedly (code 3)."
     # Which of its two pipes is read first is the system's choice.
     assert sorted(error.remedy.split(" / ")) == ["a detail", "a library chats", "out of memory"]
 

@@ -260,4 +260,4 @@ def test_presets_name_programs_and_their_ports() -> None:
         "VirtualMotionCapture",
     ]
     assert [p.port for p in PRESETS] == [39540, 39539, 39539, 39539, 39539, 39540]
-    assert PRESETS[0].hint == "In VSeeFace, switch receiving VMC on and set the same port as here."
+    assert PRESETS[0].hint == "In VSeeFace, turn on VMC receiving and set the same port as here."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -18,7 +19,7 @@ from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
 from studio.metrics.face import CLOSED_SHARE, LEAST_OPENING, opening_weights
-from studio.model._network import Network
+from studio.model._network import CapturedStretch, Network
 from studio.project.run import base_voice
 from studio.training import checkpoint
 from studio.training.checkpoint import BEST, Model
@@ -146,7 +147,11 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     if recipe.training.start_at_mean:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
-    network.see([part for example in data.train for part in _stretches(example, data.layout)])
+    body = data.layout.groups != FACE
+    network.see([one.poses for example in data.train for one in _stretches(example, data.layout)])
+    # Whole bodies alone: one that lacks bones would be played with these standing still.
+    whole = [example for example in data.train if example.mask[body].all()]
+    network.remember([one for example in whole for one in _stretches(example, data.layout)])
     moods = data.moods if network.sizes.moods else ()
     return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
 
@@ -158,12 +163,7 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
     columns stay as drawn.
     """
     base = checkpoint.load_model(base_voice().folder / BEST)
-    known = {
-        name: value
-        for name, value in base.network.state_dict().items()
-        if name.startswith(("row_", "convolution.", "lstm."))
-    }
-    own = {name: value for name, value in network.state_dict().items() if name in known}
+    known, own = _hearing(base.network), _hearing(network)
     fits = own.keys() == known.keys() and all(
         value.shape[:1] == known[name].shape[:1]
         and value.shape[2:] == known[name].shape[2:]
@@ -178,15 +178,29 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
         value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
 
 
-def _stretches(example: Example, layout: Layout) -> list[torch.Tensor]:
-    """Unbroken stretches of the poses (T, C) of a take that has a body; none of one that has not."""
+def _hearing(network: Network) -> dict[str, torch.Tensor]:
+    """A network's weights up to the poses, and the scales of the rows that it knows sound by."""
+    inner = network.core.state_dict()
+    weights = {name: inner[name] for name in inner if name.startswith(("convolution.", "lstm."))}
+    return weights | {"row_mean": network.row_mean, "row_deviation": network.row_deviation}
+
+
+def _stretches(example: Example, layout: Layout) -> list[CapturedStretch]:
+    """Unbroken stretches of a take that has a body; none of one that has not."""
     if not example.mask[layout.groups != FACE].any():
         return []
     counts = example.grid.valid > 0
     # Over a gap the body seems to jump, which would be the fastest direction found.
-    breaks = np.flatnonzero(np.diff(counts)) + 1
-    parts = zip(np.split(example.values, breaks), np.split(counts, breaks), strict=True)
-    return [torch.from_numpy(part) for part, there in parts if len(there) and there[0]]
+    edges = [0, *(np.flatnonzero(np.diff(counts)) + 1).tolist(), len(counts)]
+    return [_stretch(example, a, b) for a, b in pairwise(edges) if b > a and counts[a]]
+
+
+def _stretch(example: Example, first: int, last: int) -> CapturedStretch:
+    k = (len(example.sound) - 2 * example.lead) // example.frames  # rows a frame
+    rows = example.rows(first * k, (last - first) * k).reshape(last - first, k, -1)
+    return CapturedStretch(
+        torch.from_numpy(rows), torch.from_numpy(example.values[first:last]), example.style
+    )
 
 
 def make_loss(data: Gathered, recipe: Recipe, device: torch.device) -> Loss:

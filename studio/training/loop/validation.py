@@ -83,7 +83,7 @@ class Validation:
         """What deviations from the mean pose, or from what is around, would be multiplied by, (C,)."""
         target, layout = self._model.recipe.training.liveliness, self._data.layout
         # At 0 the gains are not even measured: the recipe asks for the motion as it was learnt.
-        if not target:
+        if not target or not self._model.network.gains:
             return np.ones(layout.width, dtype=np.float32)
         found = region_gains(seen, self._data.val, layout, around)
         gain: Floats = (1 + target * (found - 1)).astype(np.float32)
@@ -147,7 +147,7 @@ def enliven(path: Path, takes: Sequence[Example], target: float) -> None:
     """
     made = checkpoint.load_model(path)
     # Given once: measured again, the gains of gained motion would be multiplied.
-    if not bool((made.network.gain == 1).all()):
+    if not made.network.gains or not bool((made.network.gain == 1).all()):
         return
     with torch.no_grad():
         expected = [predict(made.network, example) for example in takes]

@@ -21,7 +21,7 @@ from studio.ui.record.prompter_view import PrompterCard
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
-    from studio.dataset.goals import RecordingProgress, TakeProgress
+    from studio.dataset.coverage import RecordingProgress, TakeProgress
 
 
 SHOWN = 3
@@ -154,7 +154,7 @@ class PrompterPresenter(QObject):
         project = self._session.project
         if project is None:
             return
-        from studio.dataset.goals import MILESTONES, progress_of
+        from studio.dataset.coverage import MILESTONES, progress_of
 
         known = [self._covered[take.folder] for take in project.takes if take.folder in self._covered]
         found = self._coverage = progress_of(known, project.dataset.selections)
@@ -239,7 +239,7 @@ def _cover(takes: list[Take]) -> dict[Path, TakeProgress]:
     """What each take has; one that cannot be read has nothing. Runs on a pool thread."""
     import numpy as np
 
-    from studio.dataset.goals import TakeProgress, cover_take
+    from studio.dataset.coverage import TakeProgress, cover_take
 
     found = {}
     for take in takes:

@@ -36,7 +36,8 @@ def untrained(name: str, fps: str = "30", *overrides: str, moods: tuple[str, ...
         recipe = load_recipe("balanced").with_overrides(["form=speech", "units=8", *overrides])
     torch.manual_seed(1)
     network = checkpoint.build_network(recipe, layout, Fraction(fps), moods=len(moods)).eval()
-    last = network.members[0].pose if hasattr(network, "members") else network.output
+    inner = getattr(network, "inner", network)  # a matched body is put around a network
+    last = inner.members[0].pose if hasattr(inner, "members") else inner.output
     torch.nn.init.normal_(last.weight)
     if not speaks:
         network.row_mean.fill_(-60.0)

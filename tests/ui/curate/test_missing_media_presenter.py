@@ -63,7 +63,7 @@ def test_a_missing_sound_is_shown_found_and_put_back(room: Room, qtbot: QtBot, t
     qtbot.waitUntil(lambda: room.media.missing == () and not room.media.searching, timeout=LONG)
     project = room.session.project
     assert project is not None
-    assert project.undo_name == "Put back the files of toy_002"
+    assert project.undo_name == "Restore the files of toy_002"
     assert library.model.index(1, 0).data() == "toy_002"
     room.session.undo()
     sound = project.take("toy_002").audio_path

@@ -105,7 +105,7 @@ def test_a_file_needs_none_and_the_advice_follows_the_choice(
     child.told.emit(ready(("A",), ("Head",)))
     child.told.emit(VoiceEvent(""))
     child.told.emit(state())
-    assert "no Sync Offset is needed" in view.latency.advice.text()
+    assert "no Sync Offset needed" in view.latency.advice.text()
     assert not view.latency.copy.isVisible()
     child.told.emit(VoiceEvent(None))
     child.told.emit(state())

@@ -105,10 +105,10 @@ def test_poses_are_seen_whatever_channels_a_tuning_leaves(performing: Room, chil
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"lost": True}, "No sound comes from Mic: it goes on by itself as soon as some does."),
+        ({"lost": True}, "No sound from Mic. Live resumes when sound returns."),
         ({"speaking": True}, "Live: Mic is heard."),
-        ({"idling": 1.0}, "Live: Mic is quiet, the avatar idles."),
-        ({}, "Live: Mic is quiet."),
+        ({"idling": 1.0}, "Live. You are silent, so the avatar idles."),
+        ({}, "Live. You are silent."),
     ],
 )
 def test_the_status_says_what_is_heard(

@@ -65,7 +65,7 @@ def test_a_microphone_that_is_gone_stays_chosen_and_says_so(
     assert card.device == "Studio mic"
     assert args_of(card, session) == ["--device", "Studio mic"]
     assert card.gone.isVisibleTo(card)
-    assert card.gone.text() == "Studio mic is not found: plug it in and look again, or choose another."
+    assert card.gone.text() == "Studio mic was not found. Plug it in and refresh, or choose another."
     made.show_devices(microphones("Webcam", "Studio mic"))
     assert card.source.currentText() == "Studio mic"
     assert not card.gone.isVisibleTo(card)
@@ -130,7 +130,7 @@ def test_another_microphone_is_announced(live: Room, child: FakeChild) -> None:
     child.told.emit(ready(("A",), (), source="Studio mic"))
     assert "instead" not in toasts(view)
     child.told.emit(ready(("A",), (), source="Studio mic 2"))
-    assert "Studio mic is not there: Studio mic 2 is heard instead." in toasts(view)
+    assert "Studio mic is not connected; using Studio mic 2 instead." in toasts(view)
 
 
 def write(path: Path) -> Path:
@@ -191,7 +191,7 @@ def test_dropped_sounds_are_performed_next(live: Room, tmp_path: Path, qtbot: Qt
     assert not view.source.start.isEnabled()  # until it has been looked at
     qtbot.waitUntil(lambda: view.source.file == files[0])
     assert view.source.start.isEnabled()
-    assert "One sound is performed at a time: a.wav is chosen." in toasts(view)
+    assert "Live performs one sound at a time: a.wav was chosen." in toasts(view)
 
 
 def test_a_dropped_sound_needs_no_run_of_ones_own(

@@ -88,7 +88,7 @@ def test_all_takes_are_exported_and_nothing_is_written_over_unasked(
     look.start(50)
     dialog.start.click()
     qtbot.waitUntil(lambda: bool(asked))
-    assert asked[0] in [f"{name} is there already. Replace what is there?" for name in names]
+    assert asked[0] in [f"{name} already exists. Replace its contents?" for name in names]
     assert not presenter.batch.busy
     assert (out / "toy_001.bvh").read_bytes() == mine
 
@@ -141,7 +141,7 @@ def test_a_batch_moves_as_the_bar_shows(tab: Tab, session: Session, tmp_path: Pa
                        [shown, RunSelection()])  # fmt: skip
     dialog = _opened(view, presenter)
     assert dialog.chooser.styles.currentText() == "友: 静か"
-    assert dialog.run_options.text() == "Liveliness: calm. Take 3 of the dice."
+    assert dialog.run_options.text() == "Liveliness: calm. Variation 3."
     requests: list[BatchRequest] = []
     dialog.start_requested.disconnect()
     dialog.start_requested.connect(requests.append)

@@ -54,7 +54,7 @@ def test_several_formats_of_a_selection_as_captured(qtbot: QtBot, tab: Tab, tmp_
     view.timeline.span_selected.emit((1.0, 3.0))
     view.export.options.span.setCurrentIndex(1)
     view.export.options.tuned.click()
-    assert _export(qtbot, view) == "Exported and read back: my_ film.bvh, my_ film.arrow."
+    assert _export(qtbot, view) == "Exported and verified: my_ film.bvh, my_ film.arrow."
     found = read_motion(tmp_path / "出力 folder" / "my_ film.arrow")
     truth = presenter.model.captured.motion
     assert truth is not None
@@ -75,7 +75,7 @@ def test_a_still_is_what_is_seen_and_a_face_alone_has_no_body(qtbot: QtBot, tab:
     view.export.options.clear_room.click()
     told = _export(qtbot, view)
     assert told == (
-        "Exported and read back: toy_003.png.\n"
+        "Exported and verified: toy_003.png.\n"
         "toy_003.bvh: There is no body motion to write to toy_003.bvh. Export it as SAIA CSV instead."
     )
     with Image.open(tmp_path / "toy_003.png") as still:
@@ -92,7 +92,7 @@ def test_a_film_of_the_selection_has_its_length_and_its_sound(qtbot: QtBot, tab:
     view.export.options.picture.setCurrentIndex(view.export.options.picture.findText("640 x 360"))
     view.timeline.span_selected.emit((1.0, 2.0))
     view.export.options.span.setCurrentIndex(1)
-    assert _export(qtbot, view) == "Exported and read back: toy_003.mp4."
+    assert _export(qtbot, view) == "Exported and verified: toy_003.mp4."
     with av.open(str(tmp_path / "toy_003.mp4")) as film:
         assert film.streams.audio
         assert sum(1 for _ in film.decode(video=0)) == 30
@@ -114,7 +114,7 @@ def test_cancel_works_while_it_is_prepared(qtbot: QtBot, tab: Tab, tmp_path: Pat
     QThreadPool.globalInstance().waitForDone(60_000)
     qtbot.wait(50)
     assert not (tmp_path / "out").exists()
-    assert _export(qtbot, view) == "Exported and read back: toy_003.bvh.", "and the next one works"
+    assert _export(qtbot, view) == "Exported and verified: toy_003.bvh.", "and the next one works"
 
 
 def test_cancel_in_the_child_leaves_no_half_file(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None:

@@ -62,7 +62,10 @@ def test_a_closed_fold_says_what_is_not_as_it_comes(panel: ExportPanel) -> None:
     options.part.setCurrentIndex(1)
     panel.show_fps(30.0)
     options.tuned.setChecked(False)
-    assert (fold.head.text(), fold.reset.isHidden()) == ("Options: face, 30 frames/s, without Tune", False)
+    assert (fold.head.text(), fold.reset.isHidden()) == (
+        "Options: face, 30 frames/s, without Tune settings",
+        False,
+    )
     fold.reset.click()
     assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
     assert options.options == ExportOptions()

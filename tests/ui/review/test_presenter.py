@@ -156,7 +156,7 @@ def test_an_export_is_a_real_file_that_reads_back(
     view.export.format.setCurrentIndex(view.export.format.findData("bvh"))
     view.export.export.click()
     qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
-    assert _text(view, "export_result") == "Exported and read back: toy_003.bvh."
+    assert _text(view, "export_result") == "Exported and verified: toy_003.bvh."
     assert session.project is not None
     motion = bvh.read(session.project.exports_folder / "toy_003.bvh").motion
     assert motion is not None
@@ -189,16 +189,16 @@ def test_an_export_asks_before_it_writes_over_a_file(
     look = QTimer()
     look.timeout.connect(answer)
     look.start(50)
-    view.export.show_result("Exported and read back: toy_003.bvh.", True)
+    view.export.show_result("Exported and verified: toy_003.bvh.", True)
     view.export.export.click()
     assert asked == [
-        "toy_003.csv is there already. Replace it?", f"Only this file is written over: {there}"
+        "toy_003.csv already exists. Replace it?", f"This file will be replaced: {there}"
     ]  # fmt: skip
     if replace:
         qtbot.waitUntil(lambda: _text(view, "export_result") != "", timeout=MINUTE)
         assert there.read_text(encoding="utf-8").startswith("Time,")
         assert _text(view, "export_result") == (
-            "Exported and read back: Blendshapes/toy_003.csv, Bones/toy_003.csv, Audio/toy_003.wav."
+            "Exported and verified: Blendshapes/toy_003.csv, Bones/toy_003.csv, Audio/toy_003.wav."
         )
     else:
         assert not presenter.export.busy

@@ -156,6 +156,6 @@ def test_an_exported_body_is_the_one_review_wears(
     view.export.export.click()
     qtbot.waitUntil(lambda: len(view.export.result.text()) > 0)
     (target,) = session.project.exports_folder.glob("*.glb")
-    assert view.export.result.text() == f"Exported and read back: {target.name}."
+    assert view.export.result.text() == f"Exported and verified: {target.name}."
     meshes = {mesh["name"] for mesh in _glb.read(target).document["meshes"]}
     assert meshes == {"からだ", "Face 顔"}

@@ -1,0 +1,136 @@
+"""The matched body: the person's own poses, alike in any pieces, hearing no further than allowed, by seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from studio.model import recurrent
+from studio.model._captured_sound import LEAST_SECONDS
+from studio.model._matched import Matched
+from studio.model._network import CapturedStretch, Network, SamplingOptions, Sizes
+from tests.tolerance import LAST_BITS
+
+FACES, FPS = 2, 30.0
+SIZES = Sizes(5, 14, 2, 2, FPS, faces=FACES)
+
+
+def captured(frames: int, seed: int = 3, style: int = 0) -> CapturedStretch:
+    """Sound that rises and falls like syllables, and a body that swings with it."""
+    rng = np.random.default_rng(seed)
+    loud = np.clip(np.convolve(rng.standard_normal(frames), np.hanning(7), "same"), -1, 3)
+    rows = loud[:, None, None] + 0.1 * rng.standard_normal((frames, SIZES.steps_per_frame, SIZES.features))
+    slow = np.hanning(31)[:, None] / np.hanning(31).sum()
+    body = np.stack([np.convolve(c, slow[:, 0], "same") for c in rng.standard_normal((12, frames))], axis=1)
+    body[:, 0] += np.convolve(loud, np.hanning(9) / 4, "same")
+    poses = np.concatenate([np.zeros((frames, FACES)), body], axis=1).astype(np.float32)
+    return CapturedStretch(torch.from_numpy(rows.astype(np.float32)), torch.from_numpy(poses), style)
+
+
+def matched(seconds: float = 50.0, **settings: object) -> Network:
+    torch.manual_seed(1)
+    made = recurrent.build(SIZES, units=8, layers=1, dropout=0.0, body="matched", **settings)  # type: ignore[arg-type]
+    frames = round(seconds * FPS / 2)
+    made.remember([captured(frames, 3), captured(frames, 4)])
+    return made.eval()
+
+
+def rows_for(network: Network, frames: int) -> torch.Tensor:
+    sizes = network.sizes
+    count = -(-(frames * sizes.steps_per_frame + network.before + network.after) // sizes.steps_per_frame)
+    rows = captured(count + 1, 11).rows.reshape(1, -1, sizes.features)
+    return rows[:, : frames * sizes.steps_per_frame + network.before + network.after]
+
+
+def played(network: Network, rows: torch.Tensor, sampling: SamplingOptions) -> torch.Tensor:
+    with torch.no_grad():
+        return network.predict(rows, sampling=sampling)[0][0]
+
+
+@pytest.mark.parametrize("members", [1, 2])
+@pytest.mark.parametrize("look_ahead", [None, 0, 500])
+def test_pieces_equal_the_whole(members: int, look_ahead: int | None) -> None:
+    network = matched(members=members, look_aheads="0 500", own_frame=False)
+    network.set_look_ahead(look_ahead)
+    rows, k = rows_for(network, 240), network.sizes.steps_per_frame
+    whole = played(network, rows, SamplingOptions(5))
+    state, parts = None, []
+    with torch.no_grad():
+        for first, last in ((0, 1), (1, 2), (2, 130), (130, 131), (131, 240)):
+            piece = rows[:, first * k : last * k + network.before + network.after]
+            poses, state = network.predict(piece, state, sampling=SamplingOptions(5, first=first))
+            parts.append(poses)
+    torch.testing.assert_close(torch.cat(parts, dim=1)[0], whole, rtol=0, atol=1e-5)
+
+
+def test_the_body_is_the_captured_one_without_a_jump() -> None:
+    network = matched()
+    body = played(network, rows_for(network, 400), SamplingOptions(2))[:, FACES:].numpy()
+    own = torch.cat([captured(750, seed).poses[:, FACES:] for seed in (3, 4)]).numpy()
+    nearest = np.array([np.abs(own - pose).max(axis=1).min() for pose in body])
+    assert np.median(nearest) < 0.1 * own.std()  # where it went elsewhere, it is on its way
+    steps, captured_steps = (np.linalg.norm(np.diff(x, axis=0), axis=1) for x in (body, own[:750]))
+    assert steps.max() < 1.5 * captured_steps.max()
+    assert steps.mean() == pytest.approx(captured_steps.mean(), rel=0.25)
+
+
+def test_a_seed_repeats_another_differs_and_liveliness_goes_from_still_to_captured() -> None:
+    network = matched()
+    rows = rows_for(network, 120)
+    first, again, other, still = (
+        played(network, rows, SamplingOptions(*chosen)) for chosen in ((1,), (1,), (2,), (2, 0.0))
+    )
+    with torch.no_grad():
+        expected = network.predict(rows)[0][0]
+    torch.testing.assert_close(first, again, rtol=0, atol=LAST_BITS)
+    assert float((first - other)[:, FACES:].abs().max()) > 1e-2
+    torch.testing.assert_close(still, expected)
+    torch.testing.assert_close(first[:, :FACES], expected[:, :FACES])
+
+
+def test_it_hears_no_further_ahead_than_the_network() -> None:
+    network = matched()
+    rows = rows_for(network, 80)
+    changed = rows.clone()
+    changed[:, network.before + 45 * network.sizes.steps_per_frame :] += 10.0
+    apart = (played(network, rows, SamplingOptions(1)) - played(network, changed, SamplingOptions(1))).abs()
+    assert float(apart[:42].max()) == 0.0  # 100 ms, three frames at 30 fps
+    assert float(apart[42:].max()) > 0.0
+
+
+def test_too_little_captured_is_drawn_as_before() -> None:
+    network = matched(seconds=LEAST_SECONDS - 2)
+    assert network.draws
+    assert network.gains
+    drawn = recurrent.build(SIZES, units=8, layers=1, dropout=0.0, body="flow").eval()
+    assert isinstance(network, Matched)
+    drawn.load_state_dict(network.inner.state_dict())
+    rows = rows_for(network, 40)
+    here, there = (played(one, rows, SamplingOptions(3)) for one in (network, drawn))
+    torch.testing.assert_close(here, there, rtol=0, atol=1e-5)
+
+
+def test_what_was_captured_comes_back_from_a_file_and_a_damaged_one_is_refused() -> None:
+    network, empty = matched(), matched(seconds=4.0)
+    state = network.state_dict()
+    empty.load_state_dict(state, assign=True)
+    rows = rows_for(network, 60)
+    torch.testing.assert_close(*(played(one, rows, SamplingOptions(1)) for one in (network, empty)))
+    with pytest.raises(ValueError, match="captured"):
+        matched(seconds=4.0).load_state_dict(
+            {**state, "captured.piece": state["captured.piece"][:-1]}, assign=True
+        )
+
+
+def test_a_style_moves_in_its_own_takes() -> None:
+    network = matched(seconds=4.0)
+    calm, lively = captured(1000, 5, style=1), captured(1000, 6, style=2)
+    network.remember([calm, CapturedStretch(lively.rows, lively.poses + 40.0, 2)])
+    rows = rows_for(network, 90)
+    with torch.no_grad():
+        bodies = [
+            network.predict(rows, style=torch.tensor([style]), sampling=SamplingOptions(1))[0][0, :, FACES:]
+            for style in (1, 2)
+        ]
+    assert float(bodies[0].max()) < 20.0 < float(bodies[1].min())
