@@ -184,11 +184,12 @@ def test_a_click_beside_a_field_ends_it_and_does_its_own(window: MainWindow, qtb
     bar.slate.setFocus()
     bar.slate.clear()
     qtbot.keyClicks(bar.slate, "Chat")
-    keep = window.findChild(QToolButton, "prompt_toggle")
-    shown = window.session.settings.prompter
-    click(window, keep)
+    following = window.findChild(QPushButton, "prompt_next")
+    clicked: list[bool] = []
+    following.clicked.connect(clicked.append)
+    click(window, following)
     assert edited == ["Chat"]
-    assert window.session.settings.prompter is not shown
+    assert len(clicked) == 1
 
 
 def test_escape_goes_back_one_step_at_a_time(window: MainWindow, qtbot: QtBot) -> None:
