@@ -38,7 +38,8 @@ class Selection:
         offset: seconds by which motion is moved later against the sound.
         excluded: (start, end) spans left out, seconds.
         labels: marks, by time.
-        split: one of SPLITS; a new take trains, and with no val take training/gather.py holds back an end.
+        split: one of SPLITS; a new take with both sound and motion trains, any other is not used. With no val
+            take training/gather.py holds back an end.
         performer: who it is; also the style a model may learn.
         emotion: how the whole of it is played; a label of the tier "emotion" says it for a span.
         tags, stars, note: for finding it again.

@@ -7,7 +7,7 @@ is moved to the nearest one allowed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -37,9 +37,9 @@ def remove(dataset: Dataset, ids: Iterable[str]) -> Dataset:
     return replace(dataset, selections=tuple(s for s in dataset.selections if s.id not in gone))
 
 
-def remove_take(dataset: Dataset, take: str) -> Dataset:
-    """Without any selection of a take."""
-    return replace(dataset, selections=tuple(s for s in dataset.selections if s.take != take))
+def remove_takes(dataset: Dataset, takes: Collection[str]) -> Dataset:
+    """Without any selection of these takes."""
+    return replace(dataset, selections=tuple(s for s in dataset.selections if s.take not in takes))
 
 
 def trim(dataset: Dataset, selection_id: str, in_point: float, out_point: float | None) -> Dataset:

@@ -6,7 +6,7 @@ been trained, the spans where the captured motion is furthest from what the run 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,6 +22,7 @@ from studio.files import atomic
 
 if TYPE_CHECKING:
     from studio.take.check import Report
+    from studio.take.take import Take
 
 WEIGHTS = {"fatal": 1.0, "major": 0.75, "minor": 0.35}
 """Of a finding by its severity; a note is no reason to look."""
@@ -64,8 +65,8 @@ class Suggestion:
 
     Args:
         selection: id of the selection it is about.
-        kind: a finding's kind, "unsure", "leak" or "error".
-        weight: 0 to 1, how likely it spoils what is learnt.
+        kind: a finding's kind, "unsure", "leak", "error" or "unused".
+        weight: 0 to 1, how likely it spoils what is learnt; 0 is no fault.
         what, remedy: one sentence each.
         span: where, seconds on the take's clock; None for all of it.
     """
@@ -107,6 +108,26 @@ def suggest(
         for worst in (errors or {}).get(selection.id, ()):
             found += _of_error(selection, worst, duration, run)
     return tuple(sorted(found, key=lambda one: (-one.weight, one.selection, one.span or (0.0, 0.0))))
+
+
+def unused(dataset: Dataset, takes: Iterable[Take]) -> tuple[Suggestion, ...]:
+    """Takes without sound or without motion that are not used: no fault, but worth knowing."""
+    incomplete = {take.id for take in takes if not take.trains}
+    remedy = "Import sound and motion under one name to train on them; Review can use sound alone."
+    return tuple(
+        Suggestion(s.id, "unused", 0.0, f"{s.id} is not used: training needs both sound and motion.", remedy)
+        for s in dataset.selections
+        if not s.split and s.take in incomplete
+    )
+
+
+def grouped(found: Iterable[Suggestion]) -> tuple[tuple[Suggestion, ...], ...]:
+    """Equal findings about whole takes together; one that has a span stands alone. The order stays."""
+    groups: dict[object, list[Suggestion]] = {}
+    for number, one in enumerate(found):
+        key = (one.kind, one.remedy) if one.span is None else number
+        groups.setdefault(key, []).append(one)
+    return tuple(map(tuple, groups.values()))
 
 
 def worst_spans(takes: Mapping[str, tuple[Floats, Floats]]) -> dict[str, tuple[WorstSpan, ...]]:

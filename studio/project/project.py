@@ -187,6 +187,27 @@ class Project:
         self._select_new()
         return tuple(take_id for take_id in self._takes if take_id not in before)
 
+    def adopt_import(self, take_ids: Collection[str], name: str) -> tuple[str, ...]:
+        """Look for takes as `refresh` does; those of an import are one step of undo.
+
+        Undo moves them to the project's .trash folder, and redo brings them back.
+
+        Args:
+            take_ids: what the import has saved, though they were found in the meantime.
+            name: what undo calls it.
+
+        Raises:
+            StudioError: the choices cannot be written.
+        """
+        new = self.refresh()
+        imported = {take_id for take_id in take_ids if take_id in self._takes}
+        if imported and not self.read_only:
+            after = self.dataset
+            # Else undo could only go back to choices that have them already.
+            _rewrite(self._history, lambda dataset: edits.remove_takes(dataset, imported))
+            self.edit(name, after)
+        return new
+
     def add_take(
         self,
         name: str,
@@ -238,7 +259,7 @@ class Project:
         try:
             for take in takes:
                 self._put_away(take)
-                dataset = edits.remove_take(dataset, take.id)
+                dataset = edits.remove_takes(dataset, {take.id})
                 gone.append(take.id)
         finally:
             if gone:
@@ -299,26 +320,27 @@ class Project:
 
     def undo(self) -> str:
         """Take the last edit back and save; gives its name, "" where there is none."""
-        self._must_be_writable()
-        before = self.dataset
-        name = self._history.undo()
-        if name:
-            self._bring_back()
-            self._settle(before)
-            self.save()
-        return name
+        return self._step(self._history.undo)
 
     def redo(self) -> str:
         """Make the last undone edit again and save; gives its name, "" where there is none."""
+        return self._step(self._history.redo)
+
+    def _step(self, step: Callable[[], str]) -> str:
+        """Go along the history; takes go to the trash and come out of it with their selections."""
         self._must_be_writable()
         before = self.dataset
-        name = self._history.redo()
-        if name:
+        name = step()
+        if not name:
+            return ""
+        try:
+            self._bring_back()
             self._settle(before)
             used = {selection.take for selection in self.dataset.selections}
             for gone in {selection.take for selection in before.selections} - used:
                 if gone in self._takes:
                     self._put_away(self._takes[gone])
+        finally:
             self.save()
         return name
 
@@ -424,7 +446,11 @@ class Project:
 
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
-        new = [Selection(take, take, performer=performer) for take in self._takes if take not in self._seen]
+        new = [
+            Selection(take.id, take.id, performer=performer, split="train" if take.trains else "")
+            for take in self._takes.values()
+            if take.id not in self._seen
+        ]
         if not new:
             return
         self._seen.update(s.take for s in new)

@@ -108,6 +108,11 @@ class Take:
         return self.folder / self.info.audio_file if self.info.audio_file else None
 
     @property
+    def trains(self) -> bool:
+        """Whether there are both sound and motion, which training needs."""
+        return bool(self.info.audio_file and self.info.motion_file and self.info.frames > 1)
+
+    @property
     def motion_path(self) -> Path | None:
         """The motion file, or None."""
         return self.folder / self.info.motion_file if self.info.motion_file else None

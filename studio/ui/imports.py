@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
@@ -21,7 +22,7 @@ from studio.ipc.events import (
     TakeEvent,
     UnpackDone,
 )
-from studio.ui import messages
+from studio.ui import messages, undo
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
 from studio.ui.messages import counted
 from studio.ui.session import Session
@@ -92,14 +93,34 @@ def _holds_sounds_alone(folder: Path) -> bool:
         return False  # a file, or a folder that may not be read: the import says so
 
 
-class Importer(QObject):
-    """Runs `saia import` for dropped or chosen paths, one batch at a time."""
+class TakesTab(Protocol):
+    """The tab that shows what was imported, and whose undo takes it back."""
 
-    def __init__(self, session: Session, window: QWidget) -> None:
+    @property
+    def undo_scope(self) -> undo.UndoScope:
+        """What undo acts on there."""
+
+    def show_takes(self, takes: Collection[str]) -> None:
+        """Select takes by id and bring them into sight."""
+
+
+class Importer(QObject):
+    """Runs `saia import` for dropped or chosen paths, one batch at a time; a batch is one step of undo.
+
+    Args:
+        session: with the project to import into.
+        window: shows what came of it.
+        curate: gives the tab that shows the takes, built when first asked for.
+    """
+
+    def __init__(self, session: Session, window: QWidget, curate: Callable[[], TakesTab]) -> None:
         super().__init__(window)
         self._session = session
         self._window = window
+        self._curate = curate
         self._folder = Path()
+        self._saved: list[str] = []
+        self._adopted = True
         self._refused: list[tuple[str, str]] = []
         self._skeleton: ImportedSkeleton | None = None
         """One whose bones were guessed, or could not be: what the person may correct."""
@@ -128,7 +149,12 @@ class Importer(QObject):
         else:
             self._folder = project.folder
             self._refused.clear()
+            self._saved.clear()
+            self._adopted = False
             self._skeleton = None
+            # How far it has come is seen there; whoever is recording stays with the recording.
+            if not self._session.rolling:
+                self._session.tab_requested.emit("curate")
             self._show_status(self.tr("Importing…"), None)
             self._task.start(["import", str(project.folder), *map(str, paths)])
 
@@ -144,33 +170,71 @@ class Importer(QObject):
                 self._refused.append((event.what, event.remedy))
                 self._show_status(self.tr("Importing…"), event.fraction)
             case TakeEvent():
+                self._saved.append(event.take)
                 self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)
 
-    def _on_done(self, done: ImportDone) -> None:
-        project = self._session.project
-        if project is None or project.folder != self._folder:
+    def _on_done(self, _done: ImportDone) -> None:
+        if not self._adopt():
             return
-        count = len(done.takes)
+        text = self._text(len(self._saved))
         if self._refused:
             what, remedy = self._refused[0]
-            text = self._text(count)
             one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
             left = counted(len(self._refused), one, many)
-            messages.show_failure(self._window, f"{text} {left}", f"{what} {remedy}")
+            self._tell(f"{text} {left}", f"{what} {remedy}", warn=True)
             self._offer_bones()
-            return
-        show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
-        text = self._text(count)
-        if self._skeleton is None:
-            messages.show_note(self._window, text, "", show)
-            return
-        guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
-        messages.show_note(self._window, text, guess, (self.tr("Check the bones"), self._show_bones))
+        elif self._skeleton is not None:
+            guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
+            messages.show_note(self._window, text, guess, (self.tr("Check the bones"), self._show_bones))
+        else:
+            self._tell(text, self._unused_text())
+
+    def _tell(self, text: str, remedy: str, warn: bool = False) -> None:
+        """Say what came in, with Undo beside it."""
+        project, rolling = self._session.project, self._session.rolling
+        if rolling or (project is not None and project.read_only):
+            # A tab that has to be built first would hold up a recording.
+            show = (self.tr("Show in Curate"), lambda: self._session.tab_requested.emit("curate"))
+            (messages.show_warning if warn else messages.show_note)(self._window, text, remedy, show)
+        else:
+            undo.tell_change(self._window, self._curate().undo_scope, text, remedy, warn=warn)
+
+    def _adopt(self) -> bool:
+        """Select what was saved, as one step of undo, and show it; False where another project is open."""
+        project, saved = self._session.project, tuple(self._saved)
+        # Another project may have been opened meanwhile; its takes are none of this import's.
+        if project is None or project.folder != self._folder:
+            return False
+        if self._adopted:
+            return True
+        self._adopted = True
+        one = self.tr("Import {0}").format(*saved[:1] or ("",))
+        try:
+            self._session.adopt_import(saved, counted(len(saved), one, self.tr("Import {0} takes")))
+        except StudioError as error:
+            messages.show_error(self._window, error)
+            return False
+        if saved and not self._session.rolling:
+            self._curate().show_takes(saved)
+        return True
+
+    def _unused_text(self) -> str:
+        """How many of the new takes training cannot use; "" for none."""
+        project = self._session.project
+        takes = project.takes if project is not None else ()
+        count = sum(take.id in self._saved and not take.trains for take in takes)
+        if not count:
+            return ""
+        if len(self._saved) == 1:
+            return self.tr("It is not used: training needs both sound and motion.")
+        one = self.tr("1 take is not used: training needs both sound and motion.")
+        return counted(count, one, self.tr("{0} takes are not used: training needs both sound and motion."))
 
     def _text(self, count: int) -> str:
         return counted(count, self.tr("1 take imported."), self.tr("{0} takes imported."))
 
     def _on_failed(self, error: StudioError) -> None:
+        self._adopt()
         messages.show_error(self._window, error)
         self._offer_bones()
 
@@ -186,10 +250,8 @@ class Importer(QObject):
     def _on_ended(self) -> None:
         self._show_status("", None)
         # A cancelled or failed batch keeps the takes it had finished.
-        project = self._session.project
-        # Another project may have been opened meanwhile; its takes are none of this import's.
-        if project is not None and project.folder == self._folder:
-            self._session.refresh_takes()
+        if not self._adopted and self._adopt() and self._saved:
+            self._tell(self._text(len(self._saved)), self._unused_text())
 
     def _show_status(self, sentence: str, fraction: float | None) -> None:
         self._session.status_changed.emit("job", sentence, "")

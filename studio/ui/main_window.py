@@ -74,7 +74,7 @@ class MainWindow(QMainWindow):
         self.stack = QStackedWidget()
         self.stack.addWidget(self.welcome)
         self.start = StartPresenter(self.welcome, session, self)
-        self.importer = Importer(session, self)
+        self.importer = Importer(session, self, lambda: self.room("curate")[1])  # type: ignore[arg-type, return-value]
         self.packing = PackTask(session, self, self.start.open_project)
         self.menus = Menus(self, self)
         self.steps = StepsPresenter(StepStrip(), session, self._on_step)
@@ -360,6 +360,7 @@ class MainWindow(QMainWindow):
         self._news = tabs.NewsDots(self.tabs, session)
         session.take_requested.connect(self._on_take_requested)
         session.import_requested.connect(self._on_import_requested)
+        session.import_folder_requested.connect(self.import_folder)
         session.rolling_changed.connect(self._on_rolling_changed)
         self.status.clicked.connect(self._on_status_clicked)
         one_key = QShortcut(sequence("record"), self)

@@ -276,11 +276,17 @@ def show_note(
         toast.show_message(text, remedy, "note", action, until, stays)
 
 
-def show_warning(parent: QWidget | None, text: str, remedy: str = "", action: Action | None = None) -> None:
-    """Say that something is done, but not as it was probably meant."""
+def show_warning(
+    parent: QWidget | None,
+    text: str,
+    remedy: str = "",
+    action: Action | None = None,
+    until: SignalInstance | None = None,
+) -> None:
+    """Say that something is done, but not as it was probably meant; its button goes with `until`."""
     toast = _toast(parent)
     if toast is not None:
-        toast.show_message(text, remedy, "warning", action)
+        toast.show_message(text, remedy, "warning", action, until)
 
 
 def dismiss_error(parent: QWidget) -> None:

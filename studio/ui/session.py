@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,6 +50,7 @@ class Session(QObject):
         avatar_dropped: a .vrm was dropped on the window.
         run_dropped: a run's file was dropped on the window.
         import_requested: bring in these paths; an empty tuple asks for files first.
+        import_folder_requested: ask for a folder, and bring it in.
         import_cancelled: end the import that is going on.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
@@ -74,6 +75,7 @@ class Session(QObject):
     avatar_dropped = Signal(object)
     run_dropped = Signal(object)
     import_requested = Signal(object)
+    import_folder_requested = Signal()
     import_cancelled = Signal()
     import_progress = Signal(str, object)
     tab_requested = Signal(str)
@@ -91,7 +93,6 @@ class Session(QObject):
         self.settings = settings
         self.project: Project | None = None
         self.rolling = False
-        self._known_takes: set[str] = set()
         self.avatars = AvatarStore(self, self)
         """The performer's own avatar, one for all tabs."""
 
@@ -152,12 +153,14 @@ class Session(QObject):
 
     def _step(self, step: Callable[[], str]) -> str:
         assert self.project is not None
-        before = self.project.dataset
+        before, takes = self.project.dataset, self.project.takes
         try:
             return step()
         finally:  # where it cannot be written it is done all the same, and must be seen
+            if self.project.takes != takes:  # undoing a removal brings a take back
+                self.takes_changed.emit()
             if self.project.dataset is not before:
-                self._emit_changes()
+                self.dataset_changed.emit()
 
     def adopt(self, take: Take, performer: str = "") -> None:
         """Tell everyone of a take that was just saved in the open project's folder, and who is seen in it."""
@@ -186,6 +189,19 @@ class Session(QObject):
         self.takes_changed.emit()
         return new
 
+    def adopt_import(self, take_ids: Collection[str], name: str) -> None:
+        """Look for takes that appeared on disk; those of an import are one step of undo of this name.
+
+        Raises:
+            StudioError: the choices cannot be written.
+        """
+        assert self.project is not None
+        try:
+            self.project.adopt_import(take_ids, name)
+        finally:
+            self.takes_changed.emit()
+            self.dataset_changed.emit()
+
     def set_rolling(self, rolling: bool) -> None:
         """Say that a recording began or ended."""
         if rolling != self.rolling:
@@ -206,13 +222,6 @@ class Session(QObject):
             messages.show_error(None, error)
         differ = {name for name in values if getattr(before, name) != getattr(self.settings, name)}
         self.settings_changed.emit(frozenset(differ))
-
-    def _emit_changes(self) -> None:
-        takes = {take.id for take in self.project.takes} if self.project else set()
-        if takes != self._known_takes:  # undoing a removal brings a take back
-            self._known_takes = takes
-            self.takes_changed.emit()
-        self.dataset_changed.emit()
 
     def _show(self, project: Project) -> Project:
         if self.project is not None:

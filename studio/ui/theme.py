@@ -243,6 +243,9 @@ QPushButton:pressed, QToolButton:pressed { background: @surface; }
 QPushButton:checked, QToolButton:checked { background: @accent_soft; border-color: @accent; }
 QPushButton:focus, QToolButton:focus { border-color: @accent; }
 QPushButton:disabled, QToolButton:disabled { color: @disabled; background: @surface; border-color: @line; }
+QToolButton[popupMode="1"] { padding-right: 26px; }
+QToolButton::menu-button { border: 0; border-left: 1px solid @line; width: 20px; margin: 3px 0; }
+QToolButton::menu-arrow { image: url("@icons/chevron-down.svg"); width: 10px; height: 10px; }
 QToolButton::menu-indicator, QPushButton::menu-indicator { image: none; width: 0; }
 QPushButton[role="primary"], QToolButton[role="primary"] {
     background: @accent; color: @on_accent; border-color: @accent; font-weight: 600; padding: 6px 16px;

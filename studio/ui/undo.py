@@ -181,9 +181,16 @@ def redo(view: QWidget, scope: UndoScope) -> None:
     _step(view, scope.redo, lambda name: tell_change(view, scope, _tr("Redone: {0}").format(name)))
 
 
-def tell_change(view: QWidget, scope: UndoScope, text: str, remedy: str = "") -> None:
-    """Say what the last step of a scope changed, with Undo beside it for as long as it is the last."""
-    _offer(view, scope, text, remedy, (_tr("Undo"), lambda: undo(view, scope)))
+def tell_change(view: QWidget, scope: UndoScope, text: str, remedy: str = "", warn: bool = False) -> None:
+    """Say what the last step of a scope changed, with Undo beside it for as long as it is the last.
+
+    Args:
+        view: a widget of the window.
+        scope: whose last step it was.
+        text, remedy: the message.
+        warn: it is done, but not as it was probably meant.
+    """
+    _offer(view, scope, text, remedy, (_tr("Undo"), lambda: undo(view, scope)), warn)
 
 
 def tell_undone(view: QWidget, scope: UndoScope, name: str) -> None:
@@ -201,9 +208,12 @@ def _step(view: QWidget, step: Callable[[], str], tell: Callable[[str], None]) -
         tell(name)
 
 
-def _offer(view: QWidget, scope: UndoScope, text: str, remedy: str, action: messages.Action) -> None:
+def _offer(
+    view: QWidget, scope: UndoScope, text: str, remedy: str, action: messages.Action, warn: bool = False
+) -> None:
     # A button that stays while something else is done would take back the wrong thing.
-    messages.show_note(view, text, remedy, action, scope.changed)
+    show = messages.show_warning if warn else messages.show_note
+    show(view, text, remedy, action, scope.changed)
 
 
 def _tr(text: str) -> str:

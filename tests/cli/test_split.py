@@ -7,9 +7,11 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from studio import cli
+from studio.motion import Motion
 from studio.project import Project
 from studio.take import TakeInfo
 from tests.formats.examples import a_sound
@@ -21,7 +23,8 @@ OpenElsewhere = Callable[[Path], AbstractContextManager[int]]
 def folder(tmp_path: Path) -> Path:
     project = Project.create(tmp_path / "p")
     for name in ("a", "b", "c", "d"):
-        project.add_take(name, TakeInfo(name), None, a_sound(tmp_path / "in.wav"))
+        moving = Motion.build(np.arange(30) / 30, ("A",), np.linspace(0, 1, 30)[:, None])
+        project.add_take(name, TakeInfo(name), moving, a_sound(tmp_path / "in.wav"))
     return project.folder
 
 

@@ -108,4 +108,4 @@ def test_adding_replaces_and_removing_takes_away() -> None:
     assert new["a"].in_point == 1.0
     assert [s.id for s in edits.remove(new, ["b"]).selections] == ["a", "c"]
     parts = edits.split_at(TWO, "a", [1.0], 2.0)
-    assert [s.id for s in edits.remove_take(parts, "a").selections] == ["b"]
+    assert [s.id for s in edits.remove_takes(parts, {"a"}).selections] == ["b"]

@@ -140,7 +140,7 @@ def test_other_edits_keep_what_was_put_back() -> None:
     dataset = edits.put_back(Dataset(), ["takes/a/audio.wav"])
     for changed in (
         edits.add(dataset, ()),
-        edits.remove_take(dataset, "x"),
+        edits.remove_takes(dataset, {"x"}),
         edits.put_back(dataset, ["takes/a/audio.wav"]),
     ):
         assert changed.found == ("takes/a/audio.wav",)

@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Selection, edits
-from studio.dataset.suggest import WorstSpan, keep_worst, kept_worst, suggest, worst_spans
+from studio.dataset.suggest import (
+    WorstSpan,
+    grouped,
+    keep_worst,
+    kept_worst,
+    suggest,
+    unused,
+    worst_spans,
+)
 from studio.take.check import Report
-from studio.take.take import Finding
+from studio.take.take import Finding, Take, TakeInfo
 
 GAP = Finding("gap", "major", "Motion has a gap of 2.00 s.", "Exclude the gap.", 3.0, 5.0)
 QUIET = Finding("quiet", "minor", "The sound is quiet.", "Come nearer to the microphone.")
@@ -113,6 +121,22 @@ def test_a_part_that_judges_what_was_learnt_from_its_own_take_is_told() -> None:
     (found,) = suggest(edits.set_split(dataset, ["a.2"], "val"), TEN, {})
     assert (found.selection, found.kind, found.span) == ("a.2", "leak", None)
     assert found.what == "It tests the training, but other parts of a are trained on."
+
+
+def test_equal_findings_about_whole_takes_are_one_group_and_spans_stand_alone() -> None:
+    dataset = Dataset((Selection("a", "a"), Selection("b", "b")))
+    found = suggest(dataset, TEN, {"a": report(GAP, QUIET), "b": report(QUIET, GAP)})
+    groups = [(group[0].kind, [one.selection for one in group]) for group in grouped(found)]
+    assert groups == [("gap", ["a"]), ("gap", ["b"]), ("quiet", ["a", "b"])]
+
+
+def test_an_unused_take_without_motion_is_named_but_no_fault(tmp_path: Path) -> None:
+    whole = TakeInfo("w", audio_file="audio.wav", motion_file="motion.arrow", frames=30)
+    takes = [Take("a", tmp_path, replace(whole, motion_file=None, frames=0)), Take("b", tmp_path, whole)]
+    (found,) = unused(Dataset((Selection("a", "a", split=""), Selection("b", "b", split=""))), takes)
+    assert (found.selection, found.weight) == ("a", 0.0)
+    assert found.what == "a is not used: training needs both sound and motion."
+    assert unused(Dataset((Selection("a", "a"),)), takes) == ()
 
 
 def test_a_runs_spans_are_kept_beside_its_weights(tmp_path: Path) -> None:

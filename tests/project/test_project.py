@@ -163,6 +163,45 @@ def test_a_history_that_fits_another_dataset_is_not_used(tmp_path: Path, sound: 
     assert project.undo_name == ""
 
 
+def test_a_take_trains_only_where_it_has_sound_and_motion(tmp_path: Path, sound: Path) -> None:
+    project = Project.create(tmp_path / "p")
+    parts = {"both": (a_motion(), sound), "voice": (None, sound), "dance": (a_motion(), None)}
+    for name, (motion, audio) in parts.items():
+        project.add_take(name, TakeInfo(name), motion, audio)
+    assert {s.id: s.split for s in project.dataset.selections} == {"both": "train", "voice": "", "dance": ""}
+
+
+def test_choices_of_older_projects_stay(tmp_path: Path, sound: Path) -> None:
+    project = with_takes(tmp_path / "p", sound, 1)
+    project.edit("As it was", edits.set_split(project.dataset, ["Hello_001"], "train"))
+    project.close()
+    assert Project.open(project.folder).dataset["Hello_001"].split == "train"
+
+
+def test_an_import_is_one_step_that_goes_to_the_trash_and_comes_back(tmp_path: Path, sound: Path) -> None:
+    project = with_takes(tmp_path / "p", sound, 1)
+    project.edit("Star", edits.set_stars(project.dataset, ["Hello_001"], 3))
+    code = "from studio.take import TakeInfo\n" + "".join(
+        f"p.add_take({name!r}, TakeInfo({name!r}), None, __import__('pathlib').Path({str(sound)!r}))\n"
+        for name in ("a", "b", "recorded")
+    )
+    in_another_process(project.folder, code)
+    # Found on the way, as when the project is opened once more meanwhile: it is one step all the same.
+    project.refresh()
+    assert project.adopt_import(["a", "b"], "Import 2 takes") == ()
+    after = project.dataset
+    assert project.undo() == "Import 2 takes"
+    assert [take.id for take in project.takes] == ["Hello_001", "recorded"]
+    assert [s.id for s in project.dataset.selections] == ["Hello_001", "recorded"]
+    assert (project.folder / ".trash" / "b" / "audio.wav").is_file()
+    project.close()
+    project = Project.open(project.folder)
+    assert project.redo() == "Import 2 takes"
+    assert project.dataset == after
+    assert {take.id for take in project.takes} == {"Hello_001", "a", "b", "recorded"}
+    assert (project.undo(), project.undo()) == ("Import 2 takes", "Star")
+
+
 def test_a_new_take_survives_the_undo_of_older_edits(tmp_path: Path, sound: Path) -> None:
     project = with_takes(tmp_path / "p", sound, 1)
     project.edit("Star", edits.set_stars(project.dataset, ["Hello_001"], 3))

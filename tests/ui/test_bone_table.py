@@ -11,6 +11,8 @@ from pytestqt.qtbot import QtBot
 
 from studio.project import Project
 from studio.ui.bone_table import BoneDialog
+from studio.ui.curate.presenter import CuratePresenter
+from studio.ui.curate.view import CurateView
 from studio.ui.imports import Importer
 from studio.ui.session import Session
 from tests.formats.test_bone_tables import a_bvh
@@ -54,7 +56,8 @@ def test_a_skeleton_nobody_knows_is_asked_about_and_then_imported(qtbot: QtBot, 
     qtbot.addWidget(window)
     window.show()
     session.project = Project.create(tmp_path / "P")
-    importer = Importer(session, window)
+    curate = CuratePresenter(CurateView(window), session)
+    importer = Importer(session, window, lambda: curate)
     session.import_requested.connect(importer.start)
     importer.start((path,))
     qtbot.waitUntil(lambda: importer.bones.dialog is not None and not importer.running, timeout=60_000)
@@ -66,4 +69,5 @@ def test_a_skeleton_nobody_knows_is_asked_about_and_then_imported(qtbot: QtBot, 
     qtbot.waitUntil(lambda: not importer.running and len(session.project.takes) == 1, timeout=60_000)
     assert set(session.project.takes[0].info.bone_names) == {"Hips", "Spine", "Head"}
     importer.close()
+    curate.close()
     session.project.close()

@@ -14,6 +14,7 @@ missing_media_presenter  Presenter of takes whose sound, motion or folder is mis
 model                    What the tab knows: the takes, which is shown, which are selected; word of changes
 playback                 A take read on the thread pool, and heard; the playhead follows the sound
 presenter                Presenter of the tab: builds its model and its cards
+split_bar                How much of the takes is for training, validation and testing, as one bar
 suggestions_presenter    Presenter of what to fix over the whole project
 suggestions_view         Lists of what is wrong: in one take, and over the whole project
 take_delegate            How a row of the library is painted: stars, a split chip, a grade, the sound

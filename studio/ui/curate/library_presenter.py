@@ -40,12 +40,14 @@ class LibraryPresenter(QObject):
         model.graded.connect(lambda: library.show_rows(model.rows))
         model.select_requested.connect(lambda one: library.select([one]))
         model.reveal_requested.connect(library.reveal)
+        model.library_requested.connect(library.show_takes)
         model.flash_requested.connect(library.flash)
         library.current_changed.connect(model.show)
         library.chosen_changed.connect(model.choose_rows)
         # Sorting sends no word of its own, and "from top to bottom" is another order then.
         library.filter.layoutChanged.connect(lambda: model.choose_rows(library.chosen))
         library.import_requested.connect(lambda: session.import_requested.emit(()))
+        library.folder_requested.connect(session.import_folder_requested)
         library.import_cancelled.connect(session.import_cancelled)
         session.import_progress.connect(library.show_import)
         library.menu_requested.connect(self._on_menu)
@@ -213,7 +215,7 @@ class DataCardPresenter(QObject):
 
 def _whole(row: TakeRow) -> bool:
     """Whether a take has both sound and motion, which training needs."""
-    return row.take is not None and bool(row.take.audio_path and row.take.motion_path)
+    return row.take is not None and row.take.trains
 
 
 def _judges(row: TakeRow) -> bool:

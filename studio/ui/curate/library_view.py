@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QMenu,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QStackedLayout,
     QTableView,
     QToolButton,
@@ -23,8 +22,9 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.curate.split_bar import SplitBar
 from studio.ui.curate.suggestions_view import Suggestions
-from studio.ui.curate.take_delegate import ROW_PX, SPLIT_COLOURS, TakeDelegate
+from studio.ui.curate.take_delegate import ROW_PX, TakeDelegate
 from studio.ui.curate.take_table import COLUMNS, TakeFilter, TakeRow, TakeTable, split_title
 from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.theme import set_icon
@@ -80,61 +80,6 @@ class TakeTableView(QTableView):
             event.ignore()
 
 
-class SplitBar(QWidget):
-    """Seconds of train, val and test side by side."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("split_bar")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self._seconds: dict[str, float] = {}
-
-    def show_seconds(self, seconds: Mapping[str, float]) -> None:
-        """Seconds by split."""
-        self._seconds = {split: seconds.get(split, 0.0) for split in SPLIT_COLOURS}
-        words = ", ".join(f"{split_title(s)} {clock(v)}" for s, v in self._seconds.items())
-        self.setAccessibleName(self.tr("Length by split: {0}").format(words))
-        self.setToolTip(words)
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        """A bar and a line of captions."""
-        return QSize(240, 26)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint the bar and what it means."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        total = sum(self._seconds.values())
-        bar = QRectF(0, 0, self.width(), 5)
-        painter.setBrush(theme.colour("raised"))
-        painter.drawRoundedRect(bar, 2.5, 2.5)
-        x = 0.0
-        for split, seconds in self._seconds.items():
-            wide = self.width() * seconds / total if total else 0.0
-            painter.setBrush(theme.data_colour(SPLIT_COLOURS[split]))
-            if wide > 1:
-                painter.drawRoundedRect(QRectF(x, 0, wide - 1, 5), 2.5, 2.5)
-            x += wide
-        self._paint_captions(painter, total)
-        painter.end()
-
-    def _paint_captions(self, painter: QPainter, total: float) -> None:
-        painter.setFont(theme.figures_font(theme.CAPTION_PX))
-        x = 0.0
-        for split, seconds in self._seconds.items():
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(theme.data_colour(SPLIT_COLOURS[split]))
-            painter.drawEllipse(QRectF(x, 13, 7, 7))
-            share = f"  {seconds / total:.0%}" if total else ""
-            text = f"{split_title(split)}  {clock(seconds, 1.0)}{share}"
-            painter.setPen(theme.colour("muted"))
-            wide = painter.fontMetrics().horizontalAdvance(text)
-            painter.drawText(QRectF(x + 12, 8, wide + 4, 17), Qt.AlignmentFlag.AlignVCenter, text)
-            x += wide + 32
-
-
 class Library(Card):
     """Takes to choose from.
 
@@ -143,6 +88,7 @@ class Library(Card):
         chosen_changed: ids of all selected rows.
         menu_requested: a context menu is wanted at this screen position.
         import_requested: files are to be chosen and brought in.
+        folder_requested: a folder is.
         split_requested: divide the takes among train, val and test.
         import_cancelled: the running import is to end.
         card_requested: the data card is to be written.
@@ -153,6 +99,7 @@ class Library(Card):
     chosen_changed = Signal(object)
     menu_requested = Signal(QPoint)
     import_requested = Signal()
+    folder_requested = Signal()
     split_requested = Signal()
     import_cancelled = Signal()
     card_requested = Signal()
@@ -212,14 +159,21 @@ class Library(Card):
         chosen = list(ids)
         self._select(chosen, current or (chosen[0] if chosen else ""))
 
-    def reveal(self, selection_id: str) -> None:
-        """Select one row, even one that search or chips hide now."""
-        if not self.filter.mapFromSource(self.model.index_of(selection_id)).isValid():
+    def reveal(self, ids: Sequence[str]) -> None:
+        """Select rows, even those that search or chips hide now."""
+        if not all(self.filter.mapFromSource(self.model.index_of(one)).isValid() for one in ids):
             self.search.clear()
             for chip in self.chips.values():
                 chip.setChecked(False)
             self._refilter()
-        self.select([selection_id])
+        self.select(ids)
+
+    def show_takes(self, ids: Sequence[str]) -> None:
+        """Select rows and show them, as many as there is room for; the list of what to fix makes way."""
+        self.fix_button.setChecked(False)
+        self.reveal(ids)
+        self.table.scrollTo(self.filter.mapFromSource(self.model.index_of(ids[-1])))
+        self.table.scrollTo(self.filter.mapFromSource(self.model.index_of(ids[0])))
 
     def flash(self, ids: Iterable[str]) -> None:
         """Light up rows for a moment: something was done to them that was not clicked there."""
@@ -276,11 +230,7 @@ class Library(Card):
 
     def _build_head(self) -> None:
         self.summary = CutLabel("muted", "library_summary")
-        self.import_button = QPushButton(self.tr("Import"))
-        self.import_button.setObjectName("import_button")
-        set_icon(self.import_button, "mdi6.tray-arrow-down")
-        self.import_button.setToolTip(self.tr("Import sound and motion files, or drop them on the window"))
-        self.import_button.clicked.connect(self.import_requested)
+        self.import_button = self.build_import("import_button")
         self.split_button = QPushButton(name_of("split_takes"))
         self.split_button.setObjectName("split_for_me_button")
         self.split_button.setToolTip(tip_of("split_takes"))
@@ -303,6 +253,27 @@ class Library(Card):
         row.addWidget(self.import_button)
         row.addWidget(self._build_more())
         self.body.addLayout(row)
+
+    def build_import(self, name: str) -> QToolButton:
+        """A button that asks for files, with a menu that has folders too."""
+        button = QToolButton()
+        button.setObjectName(name)
+        button.setText(self.tr("Import"))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        set_icon(button, "mdi6.tray-arrow-down")
+        button.setToolTip(self.tr("Import sound and motion files or folders, or drop them on the window"))
+        menu = QMenu(button)
+        for action, signal in (
+            ("import_files", self.import_requested),
+            ("import_folder", self.folder_requested),
+        ):
+            entry = menu.addAction(name_of(action))
+            entry.setObjectName(f"{name}_{action}")
+            entry.triggered.connect(lambda _=False, signal=signal: signal.emit())
+        button.setMenu(menu)
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        button.clicked.connect(self.import_requested)
+        return button
 
     def _build_more(self) -> QToolButton:
         self.more = QMenu(self)

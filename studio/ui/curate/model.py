@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QT_TRANSLATE_NOOP, QCoreApplication, QObject, Signal
@@ -40,7 +40,9 @@ class CurateModel(QObject):
         offset_changed: seconds that the motion is seen later than the sound.
         sound_changed: (peaks, path) of the sound that is heard in place of the one before.
         mark_requested: the Mark to go to on the timeline.
-        select_requested, reveal_requested: id of a selection to show; revealing finds hidden ones too.
+        select_requested: id of a selection to show.
+        reveal_requested: ids of selections to show, hidden ones too.
+        library_requested: ids of selections to show in the library, whatever is there now.
         flash_requested: ids of selections to light up.
         align_requested: "mouth" or "clap": the selected takes are to be aligned by it.
         message_requested: (sentence, remedy, whether the choices are others since) to be shown.
@@ -61,7 +63,8 @@ class CurateModel(QObject):
     sound_changed = Signal(object, object)
     mark_requested = Signal(object)
     select_requested = Signal(str)
-    reveal_requested = Signal(str)
+    reveal_requested = Signal(object)
+    library_requested = Signal(object)
     flash_requested = Signal(object)
     align_requested = Signal(str)
     message_requested = Signal(str, str, bool)
@@ -193,6 +196,12 @@ class CurateModel(QObject):
         if found is not None:
             self.select_requested.emit(found)
 
+    def show_takes(self, takes: Collection[str]) -> None:
+        """Select all selections of these takes in the library."""
+        found = [s.id for s in self.dataset.selections if s.take in takes]
+        if found:
+            self.library_requested.emit(found)
+
     def go_to(self, mark: Mark) -> None:
         """Show the place of a mark on the timeline."""
         self.mark_requested.emit(mark)
@@ -304,7 +313,7 @@ class CurateModel(QObject):
         changed = [one.id for one in after.selections if known.get(one.id) != one]
         self.flash_requested.emit(changed)
         if changed and self._shown not in changed:
-            self.reveal_requested.emit(changed[0])
+            self.reveal_requested.emit(changed[:1])
 
 
 def _set_note(dataset: Dataset, ids: Iterable[str], note: str) -> Dataset:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from PySide6.QtCore import QObject, QTimer
 
 from studio.ui import messages, undo
@@ -32,6 +34,8 @@ class CuratePresenter(QObject):
         model.message_requested.connect(self._show_message)
         model.failed.connect(lambda error: messages.show_error(view, error))
         model.rows_changed.connect(lambda: view.show_empty(not model.rows))
+        # How far the first import has come is seen in the library.
+        session.import_progress.connect(lambda text, _: view.show_empty(not (model.rows or text)))
         # These come first: what may be typed must be known, and which row is shown, before others show it.
         self.inspector = InspectorPresenter(view.inspector, model, session)
         self.library = LibraryPresenter(view, model, session)
@@ -60,6 +64,10 @@ class CuratePresenter(QObject):
     def show_take(self, take: str) -> None:
         """Select a take and show it."""
         self.model.show_take(take)
+
+    def show_takes(self, takes: Collection[str]) -> None:
+        """Select takes in the library and bring them into sight."""
+        self.model.show_takes(takes)
 
     def deactivate(self) -> None:
         """Another tab is shown: be silent."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QTimer
 
 from studio.dataset import Dataset, edits
-from studio.dataset.suggest import Suggestion, WorstSpan, kept_worst, suggest
+from studio.dataset.suggest import Suggestion, WorstSpan, grouped, kept_worst, suggest, unused
 from studio.ipc.events import ChildEvent, MeasuredEvent, SuggestDone
 from studio.ui import messages
 from studio.ui.curate.checks import title
@@ -59,17 +59,21 @@ class SuggestionsPresenter(QObject):
             return
         takes = {take.id: take.info.duration for take in project.takes}
         reports = self._model.reports
-        found = suggest(project.dataset, takes, reports, self._errors, self._run)
+        found = grouped(suggest(project.dataset, takes, reports, self._errors, self._run))
+        notes = grouped(unused(project.dataset, project.takes))
         used = {s.take for s in project.dataset.selections if s.split and s.take in takes}
         # Buttons that change choices are off where choices cannot be written.
         self._list.set_editable(not project.read_only)
-        self._list.show_suggestions(found, len(used - reports.keys()))
+        self._list.show_suggestions(found, len(used - reports.keys()), notes)
         self._library.show_count(len(found))
 
-    def go(self, one: Suggestion) -> None:
-        """Show the take and the moment of a suggestion."""
-        self._target = one
-        self._library.reveal(one.selection)
+    def go(self, group: tuple[Suggestion, ...]) -> None:
+        """Show the take and the moment of a suggestion; of several the takes, all selected."""
+        if len(group) > 1:
+            self._library.show_takes([one.selection for one in group])
+            return
+        self._target = group[0]
+        self._library.reveal([group[0].selection])
         self._arrive()
 
     def _arrive(self) -> None:
@@ -83,14 +87,24 @@ class SuggestionsPresenter(QObject):
             severity = "bad" if one.weight >= 0.7 else "warn"
             self._model.go_to(Mark(start, end - start, severity, title(one.kind), one.what))
 
-    def _exclude(self, one: Suggestion) -> None:
+    def _exclude(self, group: tuple[Suggestion, ...]) -> None:
+        before, one = self._model.dataset, group[0]
+        ids = [each.selection for each in group]
+        # Locked ones stay, unless there is nothing else: then the sentence says why.
+        ids = [each for each in ids if not before[each].locked] or ids
+        who = one.selection if len(ids) == 1 else self.tr("{0} takes").format(len(ids))
+
         def change(data: Dataset) -> Dataset:
             if one.span is None:
-                return edits.set_split(data, [one.selection], "")
+                return edits.set_split(data, ids, "")
             return edits.exclude(data, one.selection, *one.span)
 
         words = self.tr("Exclude a span of {0}") if one.span else self.tr("Leave {0} out")
-        self._model.edit(words.format(one.selection), change)
+        if self._model.edit(words.format(who), change):
+            told = self.tr("A span of {0} is excluded.")
+            if one.span is None:
+                told = self.tr("{0} is not used.") if len(ids) == 1 else self.tr("{0} are not used.")
+            self._model.show_message(told.format(who), since=before)
 
     # -- a trained run -------------------------------------------------------------------------
 

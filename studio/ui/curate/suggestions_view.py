@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QCoreApplication, Qt, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -24,14 +24,20 @@ from studio.ui.widgets.timeline.time_view import clock
 
 MOST = 40
 """Rows built; what comes after them shows as these are dealt with."""
+NAMED = 6
+"""Takes of one row that are named in it."""
+
+Group = tuple[Suggestion, ...]
 
 
 class Suggestions(QWidget):
     """The list, the worst first, and the choice of a run to hold the takes against.
 
+    A row is one Suggestion, or several that are equal but for their takes.
+
     Signals:
-        chosen: the Suggestion to go to.
-        exclude_requested: the Suggestion whose span, or whole take, is to be left out.
+        chosen: the row's Suggestions, to go to.
+        exclude_requested: the row's Suggestions, whose span or whole takes are to be left out.
         compare_requested: id of the run whose errors are wanted.
     """
 
@@ -60,24 +66,25 @@ class Suggestions(QWidget):
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         column.addWidget(scroll, 1)
 
-    def show_suggestions(self, found: Sequence[Suggestion], waiting: int) -> None:
+    def show_suggestions(self, rows: Sequence[Group], waiting: int, notes: Sequence[Group] = ()) -> None:
         """Show what was found.
 
         Args:
-            found: the worst first.
+            rows: the worst first.
             waiting: takes whose check is still to come.
+            notes: what is no fault, below them.
         """
-        key = (tuple(found[:MOST]), len(found), waiting, self._editable)
+        key = (tuple(rows[:MOST]), len(rows), waiting, self._editable, tuple(notes))
         if key == self._shown:
             return
         self._shown = key
-        self._summary.setText(self._words(len(found), waiting))
+        self._summary.setText(self._words(len(rows), waiting))
         while (item := self._rows.takeAt(0)) is not None:
             if (widget := item.widget()) is not None:
                 widget.hide()
                 widget.deleteLater()
-        for number, one in enumerate(found[:MOST]):
-            self._rows.addWidget(self._row(one, number))
+        for number, group in enumerate((*rows[:MOST], *notes)):
+            self._rows.addWidget(self._row(group, number))
         self._rows.addStretch(1)
 
     def show_runs(self, runs: Sequence[str], busy: str = "") -> None:
@@ -128,7 +135,8 @@ class Suggestions(QWidget):
         row.addWidget(self.compare)
         return row
 
-    def _row(self, one: Suggestion, number: int) -> QWidget:
+    def _row(self, group: Group, number: int) -> QWidget:
+        one = group[0]
         row = QWidget()
         row.setObjectName(f"suggestion_{number}")
         across = QHBoxLayout(row)
@@ -140,24 +148,37 @@ class Suggestions(QWidget):
         across.addWidget(sign, 0, Qt.AlignmentFlag.AlignTop)
         column = QVBoxLayout()
         column.setSpacing(2)
-        for text, role in ((one.what, ""), (one.remedy, "caption")):
+        texts = [(one.what, ""), (one.remedy, "caption")]
+        if len(group) > 1:
+            texts = [(what_of(group), ""), (names_of(group, NAMED), "caption"), texts[1]]
+        for text, role in texts:
             words = label(text, role)
             words.setWordWrap(True)
             column.addWidget(words)
         across.addLayout(column, 1)
-        self._add_buttons(across, one, number)
+        self._add_go(across, group, number)
+        if one.weight > 0:
+            self._add_out(across, group, number)
         return row
 
-    def _add_buttons(self, across: QHBoxLayout, one: Suggestion, number: int) -> None:
-        place = clock(one.span[0]) if one.span else ""
+    def _add_go(self, across: QHBoxLayout, group: Group, number: int) -> None:
+        one = group[0]
         go = QToolButton()
-        go.setText(f"{one.selection}  {place}".strip())
-        go.setToolTip(self.tr("Go there"))
-        go.setAccessibleName(self.tr("Go to {0}").format(go.text()))
+        if len(group) > 1:
+            go.setText(self.tr("Show all {0}").format(len(group)))
+            go.setToolTip(self.tr("Show them in the library: {0}").format(names_of(group, MOST)))
+            go.setAccessibleName(self.tr("Show {0} takes in the library").format(len(group)))
+        else:
+            go.setText(f"{one.selection}  {clock(one.span[0]) if one.span else ''}".strip())
+            go.setToolTip(self.tr("Go there"))
+            go.setAccessibleName(self.tr("Go to {0}").format(go.text()))
         go.setObjectName(f"suggestion_{number}_go")
         theme.as_role(go, "chip")
-        go.clicked.connect(lambda: self.chosen.emit(one))
+        go.clicked.connect(lambda: self.chosen.emit(group))
         across.addWidget(go, 0, Qt.AlignmentFlag.AlignTop)
+
+    def _add_out(self, across: QHBoxLayout, group: Group, number: int) -> None:
+        one = group[0]
         is_moment = one.span is not None and one.span[1] <= one.span[0]
         out = QPushButton(self.tr("Exclude") if one.span else self.tr("Do not use"))
         out.setObjectName(f"suggestion_{number}_exclude")
@@ -165,13 +186,40 @@ class Suggestions(QWidget):
             self.tr("Leave this span out of training")
             if one.span
             else self.tr("Leave the whole take out of training")
+            if len(group) == 1
+            else self.tr("Leave all {0} takes out of training").format(len(group))
         )
         theme.as_role(out, "chip")
         out.setEnabled(self._editable and not is_moment)
         if is_moment:
             out.setToolTip(self.tr("This is a single moment: go there and drag across the part to leave out"))
-        out.clicked.connect(lambda: self.exclude_requested.emit(one))
+        out.clicked.connect(lambda: self.exclude_requested.emit(group))
         across.addWidget(out, 0, Qt.AlignmentFlag.AlignTop)
+
+
+def what_of(group: Group) -> str:
+    """One sentence for what several takes have in common."""
+    sentences = {
+        "no_motion": _tr("{0} takes have no motion."),
+        "no_sound": _tr("{0} takes have no sound."),
+        "short": _tr("{0} takes last less than a second."),
+        "leak": _tr("{0} parts test the training, but other parts of their takes are trained on."),
+        "unsure": _tr("In {0} takes mouth and voice may be out of sync."),
+        "unused": _tr("{0} takes are not used: training needs both sound and motion."),
+    }
+    sentence = sentences.get(group[0].kind, _tr("{0} takes like this: {1}"))
+    return sentence.format(len(group), group[0].what)
+
+
+def names_of(group: Group, most: int) -> str:
+    """The takes of a row by name, the first of them where there are many."""
+    names = [one.selection for one in group]
+    text = ", ".join(names[:most])
+    return _tr("{0} and {1} more").format(text, len(names) - most) if len(names) > most else text
+
+
+def _tr(text: str) -> str:
+    return QCoreApplication.translate("Suggestions", text)
 
 
 ICONS = {"muted": "mdi6.information-outline", "warn": "mdi6.alert", "bad": "mdi6.alert-circle"}

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QMenu,
-    QPushButton,
     QSplitter,
     QStackedLayout,
     QVBoxLayout,
@@ -24,7 +23,6 @@ from studio.ui.curate.inspector_view import Inspector
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.take_table import split_title
 from studio.ui.shortcuts import pressed
-from studio.ui.theme import set_icon
 from studio.ui.widgets.card import Card, EmptyState
 from studio.ui.widgets.figure.pane import Pane
 
@@ -226,11 +224,8 @@ class CurateView(QWidget):
         sentence = self.tr("Your takes will appear here, ready to trim, label and split for training.")
         empty = EmptyState("mdi6.playlist-edit", sentence, self.tr("Record a take"), "empty_record_button")
         empty.clicked.connect(self.record_requested)
-        other = QPushButton(self.tr("Import files"))
-        other.setObjectName("empty_import_button")
-        set_icon(other, "mdi6.tray-arrow-down")
+        other = self.library.build_import("empty_import_button")
         other.setIconSize(QSize(16, 16))
-        other.clicked.connect(self.library.import_requested)
         column = empty.layout()
         assert isinstance(column, QVBoxLayout)
         column.insertWidget(column.count() - 1, other, 0, Qt.AlignmentFlag.AlignHCenter)

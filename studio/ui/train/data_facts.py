@@ -83,6 +83,10 @@ def data_facts(dataset: Dataset, takes: Sequence[Take]) -> DataFacts:
         return SplitFacts(len(mine), sum(mine))
 
     training = [take for s, take in whole if s.split == "train"]
+    warnings = _warnings(used, of("train"), of("val"), training)
+    if takes and not used and not any(take.motion_path and take.audio_path for take in takes):
+        text = _tr("No take has both sound and motion, which training needs: record or import some.")
+        warnings = [DataWarning(text, stops=True)]
     shapes = {name for take in training for name in take.info.shape_names}
     bones = {name for take in training for name in take.info.bone_names}
     return DataFacts(
@@ -92,7 +96,7 @@ def data_facts(dataset: Dataset, takes: Sequence[Take]) -> DataFacts:
         len({s.performer for s, _ in used if s.performer}),
         len(shapes),
         len(bones),
-        tuple(_warnings(used, of("train"), of("val"), training)),
+        tuple(warnings),
     )
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import soundfile
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton, QToolButton
+from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 from pytestqt.qtbot import QtBot
 
+from studio.dataset import edits
 from studio.dataset.suggest import WorstSpan
 from studio.motion import Motion
 from studio.project import Project
@@ -19,6 +20,7 @@ from studio.take import TakeInfo
 from studio.ui.curate.presenter import CuratePresenter
 from studio.ui.curate.view import CurateView
 from studio.ui.session import Session
+from tests.formats.examples import a_sound
 
 LEFT = Qt.MouseButton.LeftButton
 LONG = 30_000
@@ -72,12 +74,12 @@ def room(qtbot: QtBot, tmp_path: Path) -> Iterator[Room]:
 
 def _gap(room: Room) -> int:
     """Which row of the list is the gap."""
-    from studio.dataset.suggest import suggest
+    from studio.dataset.suggest import grouped, suggest
 
     assert room.session.project is not None
     durations = {take.id: take.info.duration for take in room.session.project.takes}
-    found = suggest(room.presenter.model.dataset, durations, room.presenter.model.reports)
-    return [(one.selection, one.kind) for one in found].index(("gappy", "gap"))
+    found = grouped(suggest(room.presenter.model.dataset, durations, room.presenter.model.reports))
+    return [(row[0].selection, row[0].kind) for row in found].index(("gappy", "gap"))
 
 
 def test_one_click_goes_to_the_place_and_one_leaves_it_out(room: Room) -> None:
@@ -98,10 +100,45 @@ def test_one_click_goes_to_the_place_and_one_leaves_it_out(room: Room) -> None:
     assert room.presenter.model.dataset["gappy"].excluded == ()
 
 
+def test_equal_findings_are_one_row_with_one_action_and_one_step(qtbot: QtBot, tmp_path: Path) -> None:
+    project = Project.create(tmp_path / "P")
+    names = tuple(f"radio_{number}" for number in range(1, 9))
+    for name in names:
+        project.add_take(name, TakeInfo(name, source="imported"), None, a_sound(tmp_path / "a.wav", 2.0))
+    # As in projects of a time when every new take was marked so.
+    project.edit("Train", edits.set_split(project.dataset, names, "train"))
+    made = Room(qtbot, project)
+    room_list = made.view.library.suggestions
+    made.click("to_fix_button")
+    qtbot.waitUntil(lambda: len(made.presenter.model.reports) == len(names), timeout=LONG)
+    made.presenter.suggestions.show()
+
+    def shown() -> list[str]:
+        return [one.text() for one in room_list.findChildren(QLabel) if one.isVisible()]
+
+    qtbot.waitUntil(lambda: "8 takes have no motion." in shown())
+    assert "radio_1, radio_2, radio_3, radio_4, radio_5, radio_6 and 2 more" in shown()
+    rows = [one for one in room_list.findChildren(QPushButton) if one.text() == "Do not use"]
+    assert made.view.library.fix_button.text() == f"To fix ({sum(one.isVisible() for one in rows)})"
+    before = project.dataset
+    made.click("suggestion_0_exclude")
+    assert {s.split for s in project.dataset.selections} == {""}
+    assert project.undo_name == "Leave 8 takes out"
+    made.presenter.suggestions.show()
+    assert made.view.library.fix_button.text() == "To fix"
+    qtbot.waitUntil(lambda: "8 takes are not used: training needs both sound and motion." in shown())
+    made.click("suggestion_0_go")
+    assert made.view.library.table.isVisible()
+    assert made.view.library.chosen == names
+    made.session.undo()
+    assert project.dataset == before
+    made.presenter.close()
+
+
 def test_a_take_that_chips_hide_is_shown_all_the_same(room: Room) -> None:
     room.view.library.search.setText("fine")
     room.qtbot.waitUntil(lambda: room.view.library.filter.rowCount() == 1, timeout=LONG)
-    room.view.library.reveal("gappy")
+    room.view.library.reveal(["gappy"])
     assert room.view.library.current == "gappy"
     assert room.view.library.filter.rowCount() == 2
 

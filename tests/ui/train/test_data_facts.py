@@ -41,6 +41,13 @@ def test_nothing_to_train_on_stops_with_a_sentence() -> None:
     assert facts.warnings[0].text == "No take is chosen yet: record or import some."
 
 
+def test_sounds_alone_stop_with_a_sentence_that_says_what_is_missing() -> None:
+    facts = data_facts(_dataset(("a", "")), [_take("a", motion_file=None)])
+    assert not facts.can_train
+    text = "No take has both sound and motion, which training needs: record or import some."
+    assert [warning.text for warning in facts.warnings] == [text]
+
+
 def test_a_missing_validation_take_can_be_mended_with_one_click() -> None:
     facts = data_facts(_dataset(("a", "train"), ("b", "train")), [_take("a"), _take("b")])
     (warning,) = facts.warnings
