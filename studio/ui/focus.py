@@ -8,6 +8,9 @@ import shiboken6
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QWidget
 
+AGAIN_MS = 10
+"""How soon it is looked again whether a click is over."""
+
 
 class FocusKeeper(QObject):
     """Gives the keyboard back to the shown tab, where Space does what the tab says.
@@ -36,13 +39,19 @@ class FocusKeeper(QObject):
         elif new.window() is not self._window:
             return
         elif QApplication.mouseButtons():
-            # While a button of the mouse is down the focus moves for that click alone.
             chosen = isinstance(new, QComboBox) and not new.isEditable()
             if chosen or isinstance(new, QAbstractButton):
-                self._give_back()
+                self._after_click(new)
         # The old one is looked at now: later it may have been deleted.
         elif old is not None and old.window() is self._window and not (old.isVisible() and old.isEnabled()):
             QTimer.singleShot(0, self, lambda: self._follow(new))
+
+    def _after_click(self, new: QWidget) -> None:
+        """Give the focus back once the click is over: a button that lost it in between would not hear it."""
+        if QApplication.mouseButtons() or QApplication.activePopupWidget() is not None:
+            QTimer.singleShot(AGAIN_MS, self, lambda: self._after_click(new))
+        else:
+            self._follow(new)
 
     def _follow(self, new: QWidget) -> None:
         """Take the focus from what it fell to; whoever was given it since then is to keep it."""

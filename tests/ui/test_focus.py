@@ -76,7 +76,7 @@ class Transport:
 
     def answers(self) -> bool:
         """Whether Space, pressed where the keyboard is now, is heard by the tab and by nothing else."""
-        self._qtbot.wait(1)
+        self._qtbot.wait(40)
         before = self._heard
         self._qtbot.keyClick(QApplication.focusWidget() or self._window, KEY.Key_Space)
         opened = QApplication.activePopupWidget()
@@ -173,23 +173,6 @@ def test_a_widget_that_goes_leaves_the_keyboard_with_the_tab(
     qtbot.wait(10)
     assert not isinstance(QApplication.focusWidget(), QAbstractButton)
     assert transport.answers()
-
-
-def test_a_click_beside_a_field_ends_it_and_does_its_own(window: MainWindow, qtbot: QtBot) -> None:
-    """What was typed is not lost where the keyboard goes back to the tab at once."""
-    window.show_room("record")
-    bar = window.room("record")[0].slate_bar  # type: ignore[attr-defined]
-    edited: list[str] = []
-    bar.slate_edited.connect(edited.append)
-    bar.slate.setFocus()
-    bar.slate.clear()
-    qtbot.keyClicks(bar.slate, "Chat")
-    following = window.findChild(QPushButton, "prompt_next")
-    clicked: list[bool] = []
-    following.clicked.connect(clicked.append)
-    click(window, following)
-    assert edited == ["Chat"]
-    assert len(clicked) == 1
 
 
 def test_escape_goes_back_one_step_at_a_time(window: MainWindow, qtbot: QtBot) -> None:
