@@ -30,6 +30,7 @@ commands are verbs (what you do).
     render/         a performer as a picture: figure or avatar, off screen; the window and films share it
     formats/        importers and exporters, one file each
     export/         clip, range, options, queue: what the Export panel and the commands share
+    remote/         Live and the programs of a stream: Stream Deck and its like, OBS
     performer/      the practice performer: a voice and VMC motion without hardware
     cli/            parse, call, print; one file per verb, listed without importing
     ui/             the only Qt in the house

@@ -193,6 +193,9 @@ _ALL = (
     # -- Live
     _action("start_live", _tr("Go live"), at="live", needs="run",
             help=_tr("Move the avatar with your voice")),
+    _action("stop_live", _tr("Stop Live"), at="live", needs="live", help=_tr("End the performance")),
+    _action("keep_live", _tr("Keep the last 10 minutes"), at="live", needs="live",
+            help=_tr("Makes a take of your voice and the motion that was sent; it is not used for training")),
     _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("Your microphone is muted"),
             listed=_tr("Mute your microphone")),
     _action("freeze", _tr("Freeze"), "F", at="live", needs="live",

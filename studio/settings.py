@@ -21,6 +21,7 @@ FORMAT_VERSION = 1
 FILE = "settings.json"
 RECENT_KEPT = 10
 STEPS_KEPT = 60
+REMOTE_PORT = 39590
 NO_MICROPHONE = "none"
 """The value of `audio_device` for recording motion alone; "" is the system's own device."""
 
@@ -75,6 +76,17 @@ class Settings:
     live_voice: str = _setting(
         "", "", "Output that Live plays the delayed voice on; empty for none, default for the system's."
     )
+    remote: bool = _setting(
+        False, "Remote control", "Lets Stream Deck, Touch Portal and other programs here press Live's keys."
+    )
+    remote_port: int = _setting(
+        REMOTE_PORT, "Remote port", "Port on this computer for remote control, HTTP and OSC.",
+        low=1024, high=65535,
+    )  # fmt: skip
+    obs_address: str = _setting("", "", "Where OBS was last connected, as host:port.")
+    obs_input: str = _setting("", "", "Sound in OBS that carries the voice.")
+    obs_sync: bool = _setting(True, "", "Whether Live sets the Sync Offset of that sound.")
+    obs_start: bool = _setting(False, "", "Whether Live starts with the stream.")
     sample_rate: int = _setting(
         0, "Sample rate", "Rate to record at; 0 is the device's own.", low=0, high=192000, unit="Hz"
     )

@@ -54,6 +54,7 @@ MAY_USE: dict[str, set[str]] = {
     "playback": {"vmc", *RECORDED},
     "render": {"motion"},
     "formats": {"render", *RECORDED},
+    "remote": {"vmc"},
     "export": {"ipc", "formats", "playback", "render", "inference.offline", "project", "dataset", *RECORDED},
     "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
     "cli": {"*"},

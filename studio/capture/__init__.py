@@ -5,6 +5,7 @@ which hands it and the microphone's blocks to a `roll`; `recovery` makes a take 
 
 cut_off           Saves every roll that ended, and notices takes that ended early by a fault: how a lost
                   folder is noticed, the cause, and what could be saved
+device_names      Names of sound devices as people know them, and those of the list that are none
 health            Problems of a running capture as sentences, each with a remedy. Pure
 input_tests       Tests before a recording: the microphone's level, and the offset between voice and motion.
                   Pure

@@ -80,11 +80,11 @@ TRACKERS: tuple[Tracker, ...] = (
         TrackerStep("switch", _tr("In Settings, turn on motion sending with the VMC protocol (OSC).")),
         _FILL_IN, _MOVE), ("virtualmotioncapture",)),
     Tracker("live_link", "iPhone: Live Link Face", LIVE_LINK_PORT, _LIVE_LINK, (
-        TrackerStep("phone", _tr("Open Live Link Face in the same Wi-Fi and choose Live Link (ARKit).")),
+        TrackerStep("phone", _tr("Open Live Link Face on the same Wi-Fi and choose Live Link (ARKit).")),
         TrackerStep("phone_address", _tr("Add the target {address}, port {port} in its settings; tap LIVE.")),
         _FACE)),
     Tracker("ifacialmocap", "iPhone: iFacialMocap", IFACIALMOCAP_PORT, IFACIALMOCAP, (
-        TrackerStep("phone", _tr("Open iFacialMocap in the same Wi-Fi.")),
+        TrackerStep("phone", _tr("Open iFacialMocap on the same Wi-Fi.")),
         TrackerStep("phone_address", _tr("In its settings, set the destination to {address}, port {port}.")),
         _FACE)),
     Tracker("other", "Other VMC app", MARIONETTE_PORT, VMC, (

@@ -6,6 +6,7 @@ RequestError, and may give another exit code than 0.
 
 _export        What commands that write motion share: their arguments, how an export is reported, and the
                sentence where all failed
+_live_keep     Keeps the last minutes of a performance as a take, on a thread
 _live_targets  The VMC targets of a live performance: started, stopped and reported by name while it runs
 _measure       What `saia evaluate`, `compare` and `train` share: runs and simple guesses measured, and their
                table

@@ -204,7 +204,7 @@ def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:
 
     # The current folder's disk: no project is named, and most are made where people stand.
     free = shutil.disk_usage(Path.cwd()).free
-    room = f"{size_text(free)} are free here"
+    room = f"{size_text(free)} are free on this disk"
     if free < least_bytes:
         return SystemCheckEvent("disk", False, f"Only {room}.", "Free some space before recording.")
     return SystemCheckEvent("disk", True, f"{room}.")

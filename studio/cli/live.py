@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio import settings
+from studio.cli._live_keep import KeptTakes
 from studio.cli._live_targets import Targets
 from studio.cli._output import Output, address
 from studio.cli._project import check_sound
@@ -41,8 +42,6 @@ NOWHERE, DEFAULT = "none", "default"
 LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
 WORDS_S = 0.5
 FARTHEST_MS = 2000
-SETTLED_S = 8.0
-"""Until the latency is told once for all: the first seconds of a process take longer."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -103,20 +102,26 @@ def run(args: argparse.Namespace, out: Output) -> None:
         gain=not args.no_gain, suppress=args.suppress_noise, blinks=chosen.blinks,
     )  # fmt: skip
     live = make(chosen.folder, _sounds_of(project, chosen), options)
-    _Stage(args, out, live, addresses).run()
+    _Stage(args, out, live, addresses, project).run()
 
 
 class _Stage:
     """The performance with its targets, its requests and what is reported of it."""
 
     def __init__(
-        self, args: argparse.Namespace, out: Output, live: LivePerformance, addresses: list[str]
+        self,
+        args: argparse.Namespace,
+        out: Output,
+        live: LivePerformance,
+        addresses: list[str],
+        project: Project,
     ) -> None:
         self._args, self._out, self._live, self._addresses = args, out, live, addresses
+        self._kept = KeptTakes(live, project)
         self._targets = Targets(live.pose_source(), _usual(args))
         self._stopped, self._poses = False, bool(args.poses)
         self._reported_at = self._shown = 0.0
-        self._began, self._measured = time.monotonic(), False
+        self._measured = False
         self._voice: str | None = None
         self._commands: dict[str, Callable[[Command], None]] = {
             **dict.fromkeys(live.switches, self._switch),
@@ -129,6 +134,7 @@ class _Stage:
             "wave": lambda command: self._wave(command.argument),
             "poses": lambda command: self._show_poses(command.switched_to(self._poses)),
             "clip": lambda _: live.performance.reset_clip(),
+            "keep": lambda _: self._kept.keep(),
             "stop": lambda _: self._end(),
         }
 
@@ -154,6 +160,8 @@ class _Stage:
         finally:
             self._targets.stop()
             live.performance.stop()
+            self._kept.finish()
+        self._report_kept()
         self._report_done()
 
     def _seconds_to_next_report(self) -> float:
@@ -223,14 +231,16 @@ class _Stage:
         now = time.monotonic()
         for notice in (*self._live.performance.notices(), *self._targets.changes()):
             self._say(notice)
+        self._report_kept()
         if self._voice != self._live.voice_to:
             # The output went away, or came back.
             self._report_voice()
         if self._poses and now - self._shown >= SHOW_S:
             self._shown = now
             self._out.emit(PoseEvent(**self._live.pose_facts()))
-        late = self._live.performance.facts.latency_ms
-        if not self._measured and late > 0 and now - self._began > SETTLED_S:
+        facts = self._live.performance.facts
+        late = facts.latency_ms
+        if not self._measured and late > 0 and facts.settled:
             self._measured = True
             offset = self._live.facts()["sound_delay_ms"]
             text = f"The avatar moves {late:.0f} ms after your voice: in OBS, Sync Offset {offset} ms."
@@ -239,6 +249,13 @@ class _Stage:
             self._reported_at = now
             state = LiveStateEvent(**self._live.facts(), targets=self._targets.states())
             self._out.pass_by(state, self._live.words())
+
+    def _report_kept(self) -> None:
+        for outcome in self._kept.poll():
+            if isinstance(outcome, StudioError):
+                self._say(outcome)
+            else:
+                self._out.emit(outcome, f"Kept the last {outcome.seconds:.0f} s as {outcome.take}.")
 
     def _report_ready(self) -> None:
         live = self._live

@@ -40,7 +40,10 @@ WORTH = 0.02
 differ by about so much (.36 against .38 on the same takes)."""
 MOST_DOUBLINGS = 4
 """How far a curve of three points is followed; further it says nothing."""
+_LARGEST = 1e300
 _SHORTEST_SECONDS = 20.0
+_LONGEST_SECONDS = 1e7
+"""Nobody records so long: a file that says so is damaged."""
 
 
 @dataclass(frozen=True)
@@ -116,16 +119,25 @@ class LearningCurve:
 def follows(figures: Mapping[str, float | None]) -> float | None:
     """How well a motion follows the captured: r of the mouth, without a mouth that moves of everything."""
     for name in ("pearson_mouth", "pearson"):
-        value = figures.get(name)
-        if isinstance(value, int | float) and math.isfinite(value):
-            return float(value)
+        value = number_of(figures.get(name))
+        if value is not None:
+            return value
     return None
+
+
+def number_of(value: object) -> float | None:
+    """A figure as files have it; None where it is none, or as large as no figure is."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
+        return None
+    return float(value)
 
 
 def load_curve(project: Project) -> LearningCurve | None:
     """The curve measured last; None where none was, or its file is damaged."""
     with suppress(OSError, StudioError, msgspec.ValidationError):
-        return msgspec.convert(atomic.read_json(project.runs_folder / FILE), LearningCurve)
+        curve = msgspec.convert(atomic.read_json(project.runs_folder / FILE), LearningCurve)
+        if all(0 < one.seconds < _LONGEST_SECONDS and abs(one.follow or 0.0) < 1.5 for one in curve.points):
+            return curve
     return None
 
 

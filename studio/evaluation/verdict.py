@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import StudioError
-from studio.evaluation.learning_curve import LearningCurve, follows
+from studio.evaluation.learning_curve import LearningCurve, follows, number_of
 from studio.files import atomic
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Run, RunReport
@@ -138,12 +138,12 @@ def measured_of(folder: Path, report: RunReport) -> MeasuredRun | None:
 def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
     """Grade, a few words, and one or two sentences."""
     figures = measured.figures
-    r, motion = follows(figures), _number(figures.get("motion_ratio"))
+    r, motion = follows(figures), number_of(figures.get("motion_ratio"))
     if r is None and motion is None:
         return "", "", ""
     if motion is not None and motion < STILL_RATIO:
         return "poor", "barely moves", f"Barely moves: {motion:.0%} as much as you do."
-    mouth = _number(figures.get("pearson_mouth")) is not None
+    mouth = number_of(figures.get("pearson_mouth")) is not None
     how, follow_grade = _follow_words(r, "your mouth" if mouth else "you")
     much, motion_grade = _motion_words(motion)
     first = ", ".join(part for part in (how, much) if part)
@@ -180,13 +180,13 @@ def _motion_words(motion: float | None) -> tuple[str, str]:
 def _weakness(measured: MeasuredRun) -> str:
     """The gravest fault that the first sentence hides; "" for none."""
     figures, guess = measured.figures, measured.guess
-    error, simple = _number(figures.get("rmse")), _number(guess.get("rmse"))
+    error, simple = number_of(figures.get("rmse")), number_of(guess.get("rmse"))
     if error is not None and simple is not None and error > NO_NEARER * simple:
         return "It comes no closer to your motion than a simple guess from the sound."
-    body = _number(figures.get("motion_ratio_body"))
+    body = number_of(figures.get("motion_ratio_body"))
     if body is not None and body < STILL_RATIO:
         return "The body barely moves."
-    closes = _number(figures.get("closure_recall"))
+    closes = number_of(figures.get("closure_recall"))
     return "The lips rarely close." if closes is not None and closes < LIPS_CLOSE else ""
 
 
@@ -194,8 +194,8 @@ def _weakness(measured: MeasuredRun) -> str:
 
 
 def _help(measured: MeasuredRun, report: RunReport, curve: LearningCurve | None, kinds: Kinds) -> str:
-    minutes = _number(report.minutes)
-    motion = _number(measured.figures.get("motion_ratio"))
+    minutes = number_of(report.minutes)
+    motion = number_of(measured.figures.get("motion_ratio"))
     kind = _kind(measured, curve, kinds)
     if motion is not None and motion < STILL_RATIO and (minutes or 0.0) >= SHORT_MINUTES:
         return "Train longer, and check in Curate that sound and motion line up."
@@ -218,7 +218,7 @@ def _by_curve(curve: LearningCurve, kind: str) -> str:
     more = max(enough - curve.seconds / 60.0, 0.5)
     of = f" of {kind}" if kind else ""
     asked = _minutes(min(more, curve.seconds / 60.0))
-    return f"{asked}{of} would help most; some {_number_of(enough)} are enough."
+    return f"{asked}{of} would help most; some {_minutes_in_all(enough)} are enough."
 
 
 def curve_text(curve: LearningCurve) -> str:
@@ -234,7 +234,7 @@ def curve_text(curve: LearningCurve) -> str:
     if curve.is_enough:
         first = "Enough: more takes of the same kind would hardly help."
     else:
-        enough = _number_of((curve.enough_seconds or 0.0) / 60.0)
+        enough = _minutes_in_all((curve.enough_seconds or 0.0) / 60.0)
         gains = f"twice as much would bring about {gain:.2f}"
         first = f"More takes would help: {gains}, and some {enough} are enough."
     lacking = f" There is little {' and '.join(curve.missing[:2])} in your takes." if curve.missing else ""
@@ -243,10 +243,10 @@ def curve_text(curve: LearningCurve) -> str:
 
 def _kind(measured: MeasuredRun, curve: LearningCurve | None, kinds: Kinds) -> str:
     """The kind of speech that errs most or is missing, as it stands in a sentence; "" for none."""
-    whole = _number(measured.figures.get("rmse"))
+    whole = number_of(measured.figures.get("rmse"))
     sums: dict[str, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))
     for take, figures in measured.per_take.items():
-        error = _number(figures.get("rmse"))
+        error = number_of(figures.get("rmse"))
         for kind, seconds in kinds.get(take, {}).items() if error is not None else ():
             before = sums[kind]
             sums[kind] = before[0] + seconds * (error or 0.0), before[1] + seconds
@@ -282,14 +282,14 @@ def better_of(
         runs: figures by the run's id.
         per_take: the figures of each take, by the run's id; a lead that most takes do not share is chance.
     """
-    known = [(name, figures) for name, figures in runs.items() if _number(figures.get("rmse")) is not None]
+    known = [(name, figures) for name, figures in runs.items() if number_of(figures.get("rmse")) is not None]
     if len(known) < 2:
         return ""
     # Standing still is near the mean and far from alive: the error must never choose such a run.
-    known.sort(key=lambda one: (_is_dead(one[1]), _number(one[1].get("rmse"))))
+    known.sort(key=lambda one: (_is_dead(one[1]), number_of(one[1].get("rmse"))))
     (best, a), (other, b) = known[0], known[1]
     if _is_dead(b) and not _is_dead(a):
-        word = "barely moves" if (_number(b.get("motion_ratio")) or 0.0) < STILL_RATIO else "trembles"
+        word = "barely moves" if (number_of(b.get("motion_ratio")) or 0.0) < STILL_RATIO else "trembles"
         return f"{best} is better: {other} {word}."
     takes = per_take or {}
     leads = _leads(a, b, takes.get(best, {}), takes.get(other, {}))
@@ -323,7 +323,7 @@ def _leads(
 
 
 def _closer(a: Figures, b: Figures) -> float | None:
-    mine, other = _number(a.get("rmse")), _number(b.get("rmse"))
+    mine, other = number_of(a.get("rmse")), number_of(b.get("rmse"))
     return None if mine is None or other is None else (other - mine) / max(mine, other, 1e-9)
 
 
@@ -333,14 +333,14 @@ def _follows_better(a: Figures, b: Figures) -> float | None:
 
 
 def _moves_better(a: Figures, b: Figures) -> float | None:
-    mine, other = (_number(one.get("motion_ratio")) for one in (a, b))
+    mine, other = (number_of(one.get("motion_ratio")) for one in (a, b))
     if mine is None or other is None:
         return None
     return abs(math.log(max(other, 1e-3))) - abs(math.log(max(mine, 1e-3)))
 
 
 def _is_dead(figures: Figures) -> bool:
-    motion = _number(figures.get("motion_ratio"))
+    motion = number_of(figures.get("motion_ratio"))
     return motion is not None and not STILL_RATIO <= motion <= 2 * SHAKY
 
 
@@ -362,7 +362,7 @@ def _minutes(minutes: float) -> str:
     return f"{word} more minutes"
 
 
-def _number_of(minutes: float) -> str:
+def _minutes_in_all(minutes: float) -> str:
     whole = max(round(minutes), 1)
     word = _NUMBERS[whole] if whole < len(_NUMBERS) else str(whole)
     return f"{word} minute{'s' if whole != 1 else ''} in all"
@@ -370,9 +370,3 @@ def _number_of(minutes: float) -> str:
 
 def _length(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
-
-
-def _number(value: object) -> float | None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return None
-    return float(value)

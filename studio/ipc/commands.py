@@ -7,7 +7,19 @@ from typing import NamedTuple
 from studio.errors import RequestError
 
 SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
-LIVE_WORDS = (*SWITCHES, "look-ahead", "voice-to", "mood", "tune", "send", "unsend", "wave", "clip", "stop")
+LIVE_WORDS = (
+    *SWITCHES,
+    "look-ahead",
+    "voice-to",
+    "mood",
+    "tune",
+    "send",
+    "unsend",
+    "wave",
+    "clip",
+    "keep",
+    "stop",
+)
 
 
 class Command(NamedTuple):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
@@ -23,6 +23,7 @@ from torch import Tensor, nn
 from studio.model._captured_sound import (
     BANDS,
     LEAST_SECONDS,
+    LOW_SECONDS,
     contexts_of,
     key_of,
     loud_beats,
@@ -54,6 +55,8 @@ LIVELY, DIAL = 0.4, 0.5
 """How much moments that move more are sought: as learnt, and more at twice the liveliness."""
 POSE, SPEED = 6.0, 4.0
 """Weights of a jump in pose and of one in speed; what is heard has 2."""
+_LARGEST = 1e12
+"""No scale of a capture comes near to it."""
 _BEFORE_START = 1 << 20  # frames before the first have numbers too
 
 
@@ -88,6 +91,8 @@ class CapturedBody(nn.Module):
 
     Args:
         fps: frames a second.
+        features: numbers a row of sound has.
+        columns: numbers a pose of the body has.
     """
 
     poses: Tensor
@@ -97,11 +102,16 @@ class CapturedBody(nn.Module):
     bands: Tensor
     key: Tensor
     into: Tensor
-    NAMES = ("poses", "heard", "piece", "style", "bands", "key", "into")
+    KINDS: ClassVar = {
+        "poses": (torch.float16, 2), "heard": (torch.float16, 2), "piece": (torch.int32, 1),
+        "style": (torch.int32, 1), "bands": (torch.float32, 2), "key": (torch.float32, 2),
+        "into": (torch.float32, 2),
+    }  # fmt: skip
+    NAMES: ClassVar = tuple(KINDS)
 
-    def __init__(self, fps: float) -> None:
+    def __init__(self, fps: float, features: int, columns: int) -> None:
         super().__init__()
-        self.fps = fps
+        self.fps, self.features, self.columns = fps, features, columns
         for name in ("poses", "heard"):
             self.register_buffer(name, torch.zeros(0, 0, dtype=torch.float16))
         for name in ("piece", "style"):
@@ -164,13 +174,23 @@ class CapturedBody(nn.Module):
 
     def _check(self) -> None:
         """ValueError where the numbers do not belong together; a file can come from anybody."""
+        for name in self.NAMES:
+            values = getattr(self, name)
+            kind, dimensions = self.KINDS[name]
+            if values.dtype != kind or values.dim() != dimensions:
+                raise ValueError("captured values are of another kind")
+            if not torch.isfinite(values).all() or (values.abs() > _LARGEST).any():
+                raise ValueError("captured values are no numbers")
         frames, columns = self.poses.shape
         if {len(self.heard), len(self.piece), len(self.style)} != {frames} or len(self.into) != columns:
             raise ValueError("captured frames do not fit one another")
         if self.heard.shape[1] != self.key.shape[1]:
             raise ValueError("captured sound cannot be compared")
-        if any(not torch.isfinite(getattr(self, name)).all() for name in self.NAMES):
-            raise ValueError("captured values are no numbers")
+        if frames and (columns != self.columns or len(self.bands) != self.features):
+            raise ValueError("captured columns are not those of the network")
+        numbers = (1 + len(LOW_SECONDS)) * self.bands.shape[1] + 1
+        if frames and (len(self.key) != numbers or not self.key.shape[1]):
+            raise ValueError("captured sound cannot be compared")
 
     def table(self, style: int, ahead: int) -> CapturedTable:
         """What is searched for a style, heard so many frames ahead."""
@@ -344,10 +364,11 @@ class Matched(Network):
     """
 
     def __init__(self, inner: Network) -> None:
-        super().__init__(inner.sizes)
+        sizes = inner.sizes
+        super().__init__(sizes)
         self.inner = inner
         self.min_std, self.knows_moods = inner.min_std, inner.knows_moods
-        self.captured = CapturedBody(inner.sizes.fps)
+        self.captured = CapturedBody(sizes.fps, sizes.features, sizes.columns - sizes.faces)
         self._own()
 
     def _own(self) -> None:

@@ -447,7 +447,7 @@ class Project:
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
         new = [
-            Selection(take.id, take.id, performer=performer, split="train" if take.trains else "")
+            Selection(take.id, take.id, performer=performer, split="train" if _is_material(take) else "")
             for take in self._takes.values()
             if take.id not in self._seen
         ]
@@ -485,6 +485,11 @@ class Project:
             kept = atomic.set_aside(path)
             remedy = f"It was kept as {kept.name}, and the project continues without it."
         self.problems.append((error.what, remedy))
+
+
+def _is_material(take: Take) -> bool:
+    """Whether a new take is trained on: it has both parts, and no run made its motion."""
+    return take.trains and not take.info.predicted
 
 
 def _rewrite(history: History[Dataset], change: Callable[[Dataset], Dataset]) -> None:

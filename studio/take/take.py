@@ -37,6 +37,8 @@ class Finding:
 
 
 FORMAT_VERSION = 1
+PREDICTED = "predicted by "
+"""Begins the source of a take whose motion a run made; its name follows."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class TakeInfo:
         drift_ppm: how much faster the motion clock ran than the sound's.
         offset: seconds that the clock fit added to arrival times; the motion file has them in it already, and
             what a person moves is `Selection.offset`.
-        source: "recorded", "imported" or "performer", and what from.
+        source: "recorded", "imported" or "performer", and what from; or PREDICTED and a run.
         device: the sound device's name.
         notes: things noticed while recording or importing, one sentence each.
         extra: avatar title, VMC state and other facts kept as they came.
@@ -86,6 +88,11 @@ class TakeInfo:
     notes: tuple[str, ...] = ()
     extra: dict[str, str] = field(default_factory=dict)
     version: int = FORMAT_VERSION
+
+    @property
+    def predicted(self) -> bool:
+        """Whether a run made its motion: a network must not learn from its own guesses."""
+        return self.source.startswith(PREDICTED)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from studio.dataset import prompts
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
@@ -238,8 +239,8 @@ def _labelled(material: TrainingMaterial) -> Spans:
     return moods_of(material.selection, max(material.selection.in_point, 0.0) + material.duration)
 
 
-_NO_MOODS = frozenset({"sentence", "vowel", "problem"})
-"""Tiers that say what is spoken or what is wrong, and not how it is played."""
+_NO_MOODS = frozenset({"sentence", "vowel", "problem", prompts.TIER})
+"""Tiers that say what is spoken, asked for or wrong, and not how it is played."""
 
 
 def moods_of(selection: Selection, duration: float) -> Spans:

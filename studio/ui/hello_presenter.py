@@ -200,7 +200,7 @@ class HelloPresenter(QObject):
         self._player.seek(0.0)
         self._player.play()
         problem = self._player.problem
-        learnt = self.tr("That is the base voice, which knows nobody. Trained on you, it moves as you do.")
+        learnt = self.tr("The base voice has not met you yet. Train it on you, and it moves like you.")
         self._view.show_idle(problem.what if problem else learnt, "warn" if problem else "")
         self._frames.start()
 

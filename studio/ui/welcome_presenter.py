@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from platformdirs import user_data_path
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QStandardPaths, QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
 from studio.errors import StudioError
@@ -75,7 +75,7 @@ class StartPresenter(QObject):
     def choose_new(self) -> None:
         """Ask for a name and a place, and make a project there."""
         title = self.tr("New project: choose a name")
-        place = self._home() / self.tr("My project")
+        place = self._free_place(self.tr("My project"))
         chosen, _ = QFileDialog.getSaveFileName(
             self._window, title, str(place), self.tr("Project folder (*)")
         )
@@ -135,8 +135,18 @@ class StartPresenter(QObject):
         self._doctor.failed.connect(self._on_check_failed)
 
     def _home(self) -> Path:
-        recent = self._session.settings.recent_projects
-        return Path(recent[0]).parent if recent else Path.home()
+        # The sample lies where the studio keeps its own files: nobody looks for recordings there.
+        own = self._sample_place().parent
+        recent = [Path(one).parent for one in self._session.settings.recent_projects]
+        documents = Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation))
+        usual = documents if documents.is_dir() else Path.home()
+        return next((one for one in recent if one != own and one.is_dir()), usual)
+
+    def _free_place(self, name: str) -> Path:
+        """Where a new project may lie: its folder is not there yet, or a file dialog would go into it."""
+        home = self._home()
+        names = (name, *(f"{name} {number}" for number in range(2, 1000)))
+        return next((home / one for one in names if not (home / one).exists()), home / name)
 
     def _show_problems(self, project: Project) -> None:
         """One message for what was found while opening, and for what is recovered."""

@@ -148,7 +148,7 @@ class WelcomePage(QWidget):
         self.details.setEnabled(True)
         wrong = [check for check in checks if not check.ok]
         if wrong:
-            self._show_check("mdi6.alert", "warn", self.tr("Not everything is ready on this computer."))
+            self._show_check("mdi6.alert", "warn", self.tr("A few things need attention on this computer."))
         else:
             self._show_check("mdi6.check-circle", "good", self.tr("This computer is ready."))
         # What is wrong comes first: it is all that most people read.

@@ -19,6 +19,7 @@ from studio.cli import main
 from studio.errors import RequestError
 from studio.ipc.commands import Command, read_live
 from studio.project import Project
+from studio.take.check import check_take
 from tests.inference.live.runs import add_run
 from tests.inference.live.test_steps import speech
 from tests.patience import until
@@ -99,6 +100,9 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
         heard = listener.recv(65_536)
         assert b"/VMC/Ext/" in heard
         until(lambda: child.has("ready") and child.has("pose") and child.has("state"))
+        until(lambda: any(e.get("seconds", 0.0) > 2.0 for e in list(child.events)))
+        child.tell("keep")
+        until(lambda: child.has("kept"))
         for wish in (
             "mute on",
             "freeze",
@@ -114,6 +118,14 @@ def test_a_file_is_performed_for_a_program_that_listens_and_wishes_are_heeded(
         until(lambda: child.has("notice", what="The tuning was not understood."))
         child.tell("stop")
         assert child.end() == 0
+    assert project.refresh() == ("Live_001",)
+    take, selection = project.take("Live_001"), project.dataset["Live_001"]
+    assert (take.info.source, selection.split) == ("predicted by balanced_001", "")
+    assert take.info.duration > 1.0
+    assert take.info.audio_seconds == pytest.approx(take.info.duration, abs=0.1)
+    # What an untrained mouth does is no fault of the take.
+    findings = [one for one in check_take(take).findings if one.kind != "mouth"]
+    assert not [one for one in findings if one.severity in ("major", "fatal")]
     ready = next(e for e in child.events if e["event"] == "ready")
     assert ready["look_aheads"] == [0, 100, 200, 500]
     assert ready["look_ahead_ms"] == 100

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from studio.evaluation.learning_curve import CurvePoint, LearningCurve
+from studio.evaluation.learning_curve import FILE, CurvePoint, LearningCurve, load_curve
 from studio.evaluation.verdict import RunVerdict, better_of, curve_text, verdict
-from studio.project import Run, RunReport
+from studio.project import Project, Run, RunReport
 
 GOOD = {"rmse": 0.045, "pearson_mouth": 0.46, "motion_ratio": 0.7, "closure_recall": 0.5}
 
@@ -146,3 +146,15 @@ def test_a_lead_that_the_takes_do_not_share_is_chance() -> None:
         "b": {"C": b, "D": a, "E": a},
     }
     assert better_of({"a": a, "b": b}, takes).endswith("no larger than chance.")
+
+
+def test_figures_that_nothing_measured_are_passed_over(tmp_path: Path) -> None:
+    """Files come from anybody: numbers without end must not end the window."""
+    huge = 10**400
+    assert verdict(run_of(tmp_path, {}, {"metrics": {"pearson": huge, "motion_ratio": huge}})) == RunVerdict()
+    project = Project.create(tmp_path / "Toy")
+    project.runs_folder.mkdir(exist_ok=True)
+    for point in ('"seconds": 1e400, "follow": 0.4', '"seconds": NaN', '"seconds": 9, "follow": 1e308'):
+        (project.runs_folder / FILE).write_text(f'{{"points": [{{{point}}}]}}', encoding="utf-8")
+        assert load_curve(project) is None
+    project.close()

@@ -117,10 +117,21 @@ def test_what_was_captured_comes_back_from_a_file_and_a_damaged_one_is_refused()
     empty.load_state_dict(state, assign=True)
     rows = rows_for(network, 60)
     torch.testing.assert_close(*(played(one, rows, SamplingOptions(1)) for one in (network, empty)))
-    with pytest.raises(ValueError, match="captured"):
-        matched(seconds=4.0).load_state_dict(
-            {**state, "captured.piece": state["captured.piece"][:-1]}, assign=True
-        )
+    own = {name.removeprefix("captured."): value for name, value in state.items() if "captured." in name}
+    for spoilt in (
+        {"piece": own["piece"][:-1]},
+        {"piece": own["piece"][:, None]},
+        {"heard": own["heard"][:, 0]},
+        {"bands": own["bands"][:, :-1]},
+        {"key": own["key"][:-1]},
+        {"key": own["key"][:, :0], "heard": own["heard"][:, :0]},
+        {"poses": own["poses"][:, :-1], "into": own["into"][:-1]},
+        {"poses": own["poses"].bfloat16()},
+        {"key": own["key"] * 1e30},
+    ):
+        damaged = {**state, **{f"captured.{name}": value for name, value in spoilt.items()}}
+        with pytest.raises(ValueError, match="captured"):
+            matched(seconds=4.0).load_state_dict(damaged, assign=True)
 
 
 def test_a_style_moves_in_its_own_takes() -> None:

@@ -153,6 +153,7 @@ def test_labels_count_from_the_in_point_and_only_those_that_say_how_it_is_played
         Label(2.0, 5.0, "emotion", "happy"),
         Label(2.0, 5.0, "sentence", "Good morning"),
         Label(3.0, 0.0, "energy", "high"),
+        Label(2.0, 5.0, "prompt", "Tell me what you had for breakfast."),
     )
     spans = moods_of(Selection("a", "a", 3.0, 9.0, labels=labels, emotion="calm"), 20.0)
     assert spans == {"happy": [(0.0, 4.0)]}

@@ -104,7 +104,7 @@ def test_the_computer_is_one_line_unless_something_is_wrong(window: MainWindow, 
     page.show_checks(
         (fine, SystemCheckEvent(name="port", ok=False, what="The port is taken.", remedy="Free it."))
     )
-    assert line.text() == "Not everything is ready on this computer."
+    assert line.text() == "A few things need attention on this computer."
     qtbot.waitUntil(lambda: "The port is taken.\nFree it." in shown(page))
     assert "Sound works." not in shown(page), "what is fine is a detail"
 

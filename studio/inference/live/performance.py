@@ -16,6 +16,7 @@ from studio.errors import StudioError
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
+from studio.inference.live.last_minutes import LastMinutes
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
 from studio.inference.live.steps import LiveSteps, LookAhead, silent_pose
@@ -49,6 +50,7 @@ class Facts:
         speaking, voice: whether the gate is open, and how likely somebody speaks.
         gain_db: the automatic gain.
         latency_ms: how long after a sound its pose is sent.
+        settled: whether that has stayed the same for a while.
         late: poses that came too late to be shown at their moment.
         frames: poses made.
         seconds: sound heard.
@@ -64,6 +66,7 @@ class Facts:
     voice: float
     gain_db: float
     latency_ms: float
+    settled: bool
     late: int
     frames: int
     seconds: float
@@ -120,6 +123,9 @@ class Performance:
         self._next_look_ahead: LookAhead | None = None
         self._mood = self._next_mood = np.zeros(len(model.moods), dtype=np.float32)
         self._voice_output: DelayedVoiceOutput | None = None
+        rest = dict(zip(layers.bone_names, layers.rest.positions, strict=True))
+        self.last_minutes = LastMinutes(float(model.fps), rest)
+        """What can be kept as a take after the fact."""
 
     @property
     def look_ahead(self) -> LookAhead:
@@ -197,6 +203,7 @@ class Performance:
             sound.gate.speech_probability,
             sound.gain.db,
             1000.0 * self._delay.value,
+            self._delay.settled,
             self._late,
             self._frames,
             self._seconds_heard,
@@ -257,6 +264,7 @@ class Performance:
             self._steps.set_mood(self._mood)
         for block in self._fresh(self.source.blocks()):
             self._process(block)
+        self._note_pose()
         self._spend(time.thread_time() - began)
 
     def _fresh(self, blocks: list[AudioBlock]) -> list[AudioBlock]:
@@ -281,12 +289,19 @@ class Performance:
         self._meter.feed(block.samples)
         if (output := self._voice_output) is not None:
             output.feed(block, self.sound.muted)
+        self.last_minutes.add_sound(block, self.sound.muted)
         samples, gap = self.sound.process(block)
         self._seconds_heard += len(samples) / self.sound.rate
         if gap:
             self._delay.reset()
         for first, values in self._steps.feed(samples):
             self._keep(first, values)
+
+    def _note_pose(self) -> None:
+        """The pose that is sent now, for who wants to keep the last minutes."""
+        moment = self.position()
+        if self._frames and self.last_minutes.wants_pose(moment):
+            self.last_minutes.add_pose(moment, *self.named_pose_at(moment))
 
     def _keep(self, first: int, values: np.ndarray) -> None:
         fps = float(self.model.fps)

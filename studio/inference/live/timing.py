@@ -23,6 +23,9 @@ GUESSED = 0.5
 """Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in."""
 _NEARLY_ALL = 96
 """Per cent of the poses that are there in time; the others are shown a little late, not waited for."""
+STEADY_S, STEADY_WITHIN_S = 1.5 * REMEMBERED_S, 0.01
+"""A delay that stayed within so many seconds for so long has settled. Longer than it remembers, for the slow
+first poses of a process hold it up, perfectly steady, until they are out of that."""
 _QUICKER, _SLOWER = 0.04, 0.25
 """How fast the delay may fall and rise, seconds a second: motion runs that much faster or slower for it."""
 
@@ -89,6 +92,9 @@ class Delay:
         self._value: float | None = None
         self._invalidated = False
         self._set_at = 0.0
+        self._steady_at, self._steady_since = 0.0, 0.0
+        self.settled = False
+        """Whether it has stayed where it is for STEADY_S."""
 
     def add(self, now: float, lateness: float) -> None:
         """A pose was ready so many seconds after its moment."""
@@ -99,7 +105,11 @@ class Delay:
         # The first pose after a reset sets the delay at once; creeping there would take seconds.
         if self._value is None or self._invalidated:
             self._value, self._set_at, self._invalidated = self.target_delay, now, False
+            self._steady_at, self._steady_since = self._value, now
         self._move(now)
+        if abs(self._value - self._steady_at) > STEADY_WITHIN_S:
+            self._steady_at, self._steady_since = self._value, now
+        self.settled = now - self._steady_since >= STEADY_S
 
     @property
     def target_delay(self) -> float:
@@ -122,7 +132,7 @@ class Delay:
         The delay stays until the next pose says it anew: an avatar must not run ahead and back meanwhile.
         """
         self._seen.clear()
-        self._invalidated = True
+        self._invalidated, self.settled = True, False
 
     def _move(self, now: float) -> None:
         assert self._value is not None

@@ -97,6 +97,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
         speaking: whether somebody speaks.
         gain_db: the automatic gain.
         latency_ms: how long after a sound its pose is sent; 0 before it is known.
+        settled: whether that has stayed the same for a while.
         sound_delay_ms: how much to delay the sound to match.
         seen: "unseen", "seen" or "minded" by viewers.
         muted, frozen, neutral, gain_on, idles: the switches.
@@ -137,6 +138,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
     seconds: float = 0.0
     drift_ppm: float | None = None
     look_ahead_ms: int = 0
+    settled: bool = True
     mood: str = ""
 
 
@@ -186,6 +188,15 @@ class LatencyEvent(ChildEvent, frozen=True):
 
     latency_ms: float = 0.0
     sound_delay_ms: int = 0
+
+
+class KeptEvent(ChildEvent, frozen=True):
+    """The last minutes were kept as a take of so many seconds."""
+
+    NAME = "kept"
+
+    take: str
+    seconds: float = 0.0
 
 
 class SwitchEvent(ChildEvent, frozen=True):

@@ -40,7 +40,8 @@ class LatencyPresenter(QObject):
 
     def _on_state(self, state: LiveStateEvent) -> None:
         if state.latency_ms > 0:
-            self._card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms)
+            settled = state.settled
+            self._card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms, settled)
         elif self._model.file is not None:
             self._card.show_none(self.tr("A file is read ahead, so voice and lips are in sync."))
         else:

@@ -9,6 +9,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
+from studio.capture.device_names import listed, title_of
 from studio.ui import messages, theme
 from studio.ui.widgets.card import Card, label
 
@@ -90,9 +91,12 @@ class LatencyCard(Card):
         self.words.setText(why)
         self._show_expected()
 
-    def show_latency(self, latency_ms: float, seen: str, delay_ms: int) -> None:
-        """Show the latency measured, what viewers make of it, and the delay that makes up for it."""
-        self._show_delay(delay_ms)
+    def show_latency(self, latency_ms: float, seen: str, delay_ms: int, settled: bool = True) -> None:
+        """Show the latency measured, what viewers make of it, and the delay that makes up for it.
+
+        Until it has settled that delay is not offered: it would be typed into OBS and be wrong soon.
+        """
+        self._show_delay(delay_ms, settled)
         self._expected = False
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
         if self.voice.value != NOBODY:
@@ -106,15 +110,19 @@ class LatencyCard(Card):
             }.get(seen, "")
         )
 
-    def _show_delay(self, delay_ms: int) -> None:
+    def _show_delay(self, delay_ms: int, settled: bool = True) -> None:
         self._delay_ms = delay_ms
         handed_on = self.voice.value != NOBODY
         advice = self.tr("In OBS: Advanced Audio Properties, your microphone, Sync Offset {0} ms.")
         if handed_on:
             advice = self.tr("Your delayed voice already matches the lips; no Sync Offset needed.")
+        elif not settled:
+            advice = self.tr("Settling… The Sync Offset for OBS stands here in a moment.")
         self.advice.setText(advice.format(delay_ms))
         self.advice.setVisible(bool(delay_ms))
         self.copy.setVisible(bool(delay_ms) and not handed_on)
+        self.copy.setEnabled(settled)
+        self.copy.setText(self.tr("Copy") if settled else self.tr("Settling…"))
 
     def show_look_aheads(self, offered: Sequence[LookAheadOption], chosen_ms: int) -> None:
         """Show what the run offers and which one is used."""
@@ -214,7 +222,7 @@ class VoiceRow(QWidget):
     def show_outputs(self, names: Sequence[str], chosen: str) -> None:
         """List the outputs; one that was chosen and is not there is kept and named so."""
         entries = [(self.tr("Off"), NOBODY), (self.tr("Default output"), SYSTEM)]
-        entries += [(name, name) for name in names]
+        entries += [(title_of(name, entries[1][0]), name) for name in listed(names, chosen)]
         if chosen not in {value for _, value in entries}:
             entries.append((self.tr("{0} (not found)").format(chosen), chosen))
         with QSignalBlocker(self.outputs):

@@ -17,6 +17,7 @@ from studio.ipc.commands import Command, switch
 from studio.ipc.events import (
     ChannelsEvent,
     ChildEvent,
+    KeptEvent,
     LiveStateEvent,
     LiveTarget,
     LookAheadEvent,
@@ -62,6 +63,8 @@ class LiveModel(QObject):
         runs_changed: runs came or went; another may be chosen.
         run_chosen: another run is to perform.
         source_changed: `file` or `checking` is another now.
+        start_requested: another program asks for a performance.
+        kept: a KeptEvent: the last minutes are a take now.
     """
 
     about_to_start = Signal()
@@ -75,6 +78,8 @@ class LiveModel(QObject):
     runs_changed = Signal()
     run_chosen = Signal()
     source_changed = Signal()
+    start_requested = Signal()
+    kept = Signal(object)
 
     def __init__(
         self, session: Session, parent: QObject | None = None, child: ChildTask | None = None
@@ -193,6 +198,8 @@ class LiveModel(QObject):
                 self.ready = self.ready.of_channels(event)
             case VoiceEvent():
                 self.voice_changed.emit(event.to)
+            case KeptEvent():
+                self.kept.emit(event)
             case LookAheadEvent():
                 self.look_ahead_changed.emit(event.look_ahead_ms)
 

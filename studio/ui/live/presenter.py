@@ -8,9 +8,11 @@ from studio.ui import messages
 from studio.ui.avatar_store import Avatars
 from studio.ui.live.latency_presenter import DelayedVoicePresenter, LatencyPresenter
 from studio.ui.live.model import LiveModel
+from studio.ui.live.obs_presenter import ObsPresenter
 from studio.ui.live.send_presenter import LiveSendPresenter
 from studio.ui.live.source_presenter import LiveSourcePresenter, LiveTuningPresenter, MicrophonePresenter
 from studio.ui.live.stage_presenter import LiveStagePresenter, StatusPresenter
+from studio.ui.live.stream_presenter import RemotePresenter
 from studio.ui.live.view import LiveView
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -41,6 +43,8 @@ class LivePresenter(QObject):
         self.status = StatusPresenter(view, model)
         self.latency = LatencyPresenter(view.latency, model)
         self.voice = DelayedVoicePresenter(view.latency.voice, model, session)
+        self.obs = ObsPresenter(view.stream.obs, model, session)
+        self.remote = RemotePresenter(view.stream, model, session)
         self.avatars = Avatars(view.stage, session)
         model.about_to_start.connect(lambda: messages.dismiss_error(view))
         model.task.failed.connect(self._on_failed)
@@ -69,6 +73,8 @@ class LivePresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         self.status.close()
+        self.remote.close()
+        self.obs.close()
         self.model.task.close()
         self.targets.close()
         self._view.stage.figure.dispose()

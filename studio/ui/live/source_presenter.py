@@ -33,6 +33,7 @@ class LiveSourcePresenter(QObject):
         super().__init__(card)
         self._card, self._model, self._session = card, model, session
         card.start_toggled.connect(self.toggle)
+        model.start_requested.connect(self.start)
         card.run_chosen.connect(model.choose_run)
         card.clip_reset_requested.connect(lambda: model.task.tell(Command("clip")))
         card.option_changed.connect(self._on_option)
@@ -61,10 +62,15 @@ class LiveSourcePresenter(QObject):
 
     def toggle(self) -> None:
         """Go live, or end it."""
+        if self._model.task.running:
+            self._model.task.stop()
+        else:
+            self.start()
+
+    def start(self) -> None:
+        """Go live, where nothing is and a run is chosen."""
         project, run, task = self._session.project, self._model.run, self._model.task
-        if task.running:
-            task.stop()
-        elif project is not None and run is not None:
+        if not task.running and not self._model.checking and project is not None and run is not None:
             self._model.about_to_start.emit()
             # No target yet: the send card adds those that are switched on once the child is ready.
             task.start([str(project.folder), run.id, "--to", "none", "--poses", *self.args])
@@ -101,6 +107,7 @@ class MicrophonePresenter(QObject):
         super().__init__(card)
         self._card, self._model, self._session = card, model, session
         self._devices: tuple[AudioDevice, ...] | None = None
+        self._default = ""
         self._opening = tasks.LatestTask(self)
         card.refresh_requested.connect(self._on_refresh)
         card.file_requested.connect(self._on_file)
@@ -137,11 +144,16 @@ class MicrophonePresenter(QObject):
 
     def refresh(self, anew: bool = False) -> None:
         """List the microphones; anew, where something was plugged in since, which takes a moment."""
+        from studio.capture.device_names import default_title
         from studio.capture.microphone import input_devices
 
+        def found(listed: tuple[tuple[AudioDevice, ...], str]) -> None:
+            self._default = listed[1]
+            self.show_devices(listed[0])
+
         tasks.run(
-            lambda: input_devices(anew),
-            self.show_devices,
+            lambda: (input_devices(anew), default_title("source")),
+            found,
             # Record says what is wrong with the sound system.
             lambda _: self.show_devices(()),
             owner=self,
@@ -192,7 +204,8 @@ class MicrophonePresenter(QObject):
 
     def _show(self) -> None:
         names = [device.name for device in self._devices or ()]
-        self._card.show_devices(names, self._chosen, known=self._devices is not None)
+        known = self._devices is not None
+        self._card.show_devices(names, self._chosen, known=known, default=self._default)
 
     @property
     def _chosen(self) -> str:

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.capture.device_names import listed, title_of
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
@@ -96,23 +97,25 @@ class LiveSourceCard(Card):
         self.run.show_runs(choices, selection)
         self._show_style()
 
-    def show_devices(self, names: Sequence[str], chosen: str, known: bool = True) -> None:
+    def show_devices(self, names: Sequence[str], chosen: str, known: bool = True, default: str = "") -> None:
         """List microphones, and the file where one is chosen.
 
         Args:
             names: of the microphones there are.
             chosen: the one to listen to, "" for the system's own; it stays in the list when it is gone.
             known: whether somebody has looked yet which there are.
+            default: what the system's own is called, "" where nobody knows.
         """
         keep = self.file is not None
         with QSignalBlocker(self.source):
             self.source.clear()
-            self.source.addItem(self.tr("Default microphone"), "")
+            own = self.tr("Default microphone")
+            self.source.addItem(f"{own}: {default}" if default else own, "")
             if chosen and chosen not in names:
                 words = self.tr("{0} (not found)").format(chosen) if known else chosen
                 self.source.addItem(words, chosen)
-            for name in names:
-                self.source.addItem(name, name)
+            for name in listed(names, chosen):
+                self.source.addItem(title_of(name, own), name)
             if self._file is not None:
                 self.source.addItem(self.tr("File: {0}").format(self._file.name), FILE + str(self._file))
             self.source.addItem(self.tr("Perform a file…"), FILE)
@@ -163,7 +166,7 @@ class LiveSourceCard(Card):
         words, icon, tip = {
             "idle": (name_of("start_live"), "mdi6.account-voice", tip_of("start_live")),
             "starting": (self.tr("Starting…"), "mdi6.timer-sand", self.tr("Press again to go back")),
-            "live": (self.tr("Stop"), "mdi6.stop", self.tr("End the performance")),
+            "live": (self.tr("Stop"), "mdi6.stop", tip_of("stop_live")),
             "stopping": (self.tr("Ending…"), "mdi6.timer-sand", ""),
         }[state]
         self.start.setText(words)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer
 
+from studio.capture.device_names import title_of
 from studio.ipc.events import LiveStateEvent, PoseEvent
 from studio.render.world_pose import WorldPose
 from studio.ui.live.model import LiveModel
@@ -114,7 +115,8 @@ class StatusPresenter(QObject):
             return self.tr("Ending…"), ""
         if phase == Phase.STARTING or ready is None or state is None:
             return self.tr("Getting ready…"), ""
-        return self._live_text(ready.source, state)
+        source = title_of(ready.source, self.tr("your default microphone"))
+        return self._live_text(source, state)
 
     def _live_text(self, source: str, state: LiveStateEvent) -> tuple[str, str]:
         mute, freeze, neutral = (sequence(one).toString() for one in ("mute", "freeze", "neutral"))

@@ -12,6 +12,8 @@ from studio.ui.tasks import ChildTask
 
 FORCE_MS = 5_000
 """How long a performance may take to end before it is ended."""
+KEEPING_MS = 30_000
+"""The same while it makes a take of its last minutes, which would be lost with it."""
 SILENT_MS = 4_000
 """How long a performance may say nothing, which sends its state ten times a second."""
 
@@ -51,6 +53,8 @@ class LiveTask(QObject):
     def __init__(self, parent: QObject, child: ChildTask | None = None) -> None:
         super().__init__(parent)
         self.phase = Phase.IDLE
+        self.keeping = False
+        """Whether it was asked to make a take, and has not said yet that there is one."""
         self._child = child or ChildTask(self)
         self._child.told.connect(self._on_event)
         self._child.failed.connect(self.failed)
@@ -76,6 +80,7 @@ class LiveTask(QObject):
 
     def start(self, args: list[str]) -> None:
         """Begin `saia live ARGS`."""
+        self.keeping = False
         self._enter(Phase.STARTING)
         self._child.start(["live", *args])
 
@@ -96,7 +101,7 @@ class LiveTask(QObject):
         else:
             # The avatar fades to its rest pose.
             self._child.stop()
-            self._force.start()
+            self._force.start(KEEPING_MS if self.keeping else FORCE_MS)
 
     def force(self) -> None:
         """End a child that does not answer."""

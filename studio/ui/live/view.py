@@ -9,6 +9,7 @@ from studio.ui import theme
 from studio.ui.live.latency_view import LatencyCard
 from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.stage_view import Controls, LiveStage
+from studio.ui.live.stream_view import StreamCard
 from studio.ui.widgets.card import Card, Picture, columns, label, rows
 from studio.ui.widgets.meters import ShapeMeters
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
@@ -39,7 +40,7 @@ class LiveView(QWidget):
             self.controls.claim_keys_of(box)
 
     def _left(self) -> QWidget:
-        self.source, self.latency = LiveSourceCard(), LatencyCard()
+        self.source, self.latency, self.stream = LiveSourceCard(), LatencyCard(), StreamCard()
         inner = QWidget()
         inner.setObjectName("scrolled")
         column = QVBoxLayout(inner)
@@ -47,6 +48,7 @@ class LiveView(QWidget):
         column.setSpacing(theme.INSIDE + theme.TIGHT)
         column.addWidget(self.source)
         column.addWidget(self.latency)
+        column.addWidget(self.stream)
         column.addStretch(1)
         scroll = QScrollArea()
         scroll.setWidgetResizable(True)

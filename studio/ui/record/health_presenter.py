@@ -89,7 +89,7 @@ def strip_motion(snap: Snapshot) -> tuple[str, str]:
     """The motion's fact in the status strip."""
     if snap.motion_alive:
         return _tr("VMC {0}/s").format(f"{snap.frames_per_s:.1f}"), "good"
-    return (_tr("no motion"), "") if snap.port else (_tr("motion not open"), "warn")
+    return (_tr("no motion"), "") if snap.port else (_tr("motion port in use"), "warn")
 
 
 def strip_sound(snap: Snapshot) -> tuple[str, str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio import clock
-from studio.capture.snapshot import Snapshot
+from studio.capture.snapshot import RecorderState, Snapshot
 from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
@@ -80,6 +80,9 @@ class InputsPresenter(QObject):
         model.recorder_changed.connect(self._on_recorder)
         model.practice_changed.connect(self._show_practice)
         model.finding_changed.connect(self._open_motion)
+        # What was chosen while a take rolled is opened after it.
+        for ended in (model.saved, model.failed):
+            ended.connect(lambda _: self._open_motion())
         model.polled.connect(self.follow_phone)
         model.text_due.connect(self._show_text)
         model.frame_due.connect(self._show_level)
@@ -107,7 +110,7 @@ class InputsPresenter(QObject):
         card.motion_text.setToolTip(" ".join((snap.avatar, *snap.senders)).strip())
         card.show_sources(*source_texts(snap))
         card.show_sound(sound_health(snap, model.problems))
-        card.lock(self._session.rolling or bool(model.busy))
+        card.lock(self._session.rolling or bool(model.busy) or model.countdown.running)
         self._show_practice()
 
     def _show_practice(self) -> None:
@@ -228,6 +231,8 @@ class InputsPresenter(QObject):
         finding = self._model.finding
 
         def work() -> None:
+            if recorder.snapshot().state == RecorderState.ROLLING:
+                return  # a take never loses its motion to other ports
             try:
                 if finding:
                     # Let go of what is open, or it would be taken for another program's.

@@ -134,8 +134,7 @@ class RecordModel(QObject):
 
     def deactivate(self) -> None:
         """Another tab is shown: inputs and a recording go on, only the pictures rest."""
-        self.finding = False
-        """Whether all ports that trackers are known by are listened on, to find one."""
+        self.set_finding(False)
         self.active = False
         self.player.stop()
         self._timer.setInterval(HIDDEN_MS)
@@ -318,7 +317,8 @@ class RecordModel(QObject):
 
     def set_finding(self, on: bool) -> None:
         """Listen on all known ports, or on those chosen again; nothing is done while a take rolls."""
-        if on != self.finding and not (on and (self._session.rolling or self.busy)):
+        begun = self._session.rolling or self.busy or self.countdown.running
+        if on != self.finding and not (on and begun):
             self.finding = on
             self.finding_changed.emit()
 

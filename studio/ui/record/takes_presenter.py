@@ -143,6 +143,7 @@ class TakesPresenter(QObject):
             proof=" ".join(filter(None, (proof.what, proof.remedy))) if proof else "",
             proven=proof.good if proof else True,
             details=proof.details if proof else "",
+            recorded=not take.info.source.startswith("imported"),
         )
 
     def _check(self, take: Take) -> None:

@@ -29,6 +29,7 @@ class TakeLine:
         playing: it is heard right now.
         proof: whether the files hold all of it, in a sentence; "" while they are read again.
         proven: whether that is good. details: what was counted.
+        recorded: in this studio, so that it can be recorded again.
     """
 
     id: str
@@ -41,6 +42,7 @@ class TakeLine:
     proof: str = ""
     proven: bool = True
     details: str = ""
+    recorded: bool = True
 
 
 class SavedTakeRow(QFrame):
@@ -94,6 +96,8 @@ class SavedTakeRow(QFrame):
             return
         self._line = line
         self.duration.setText(line.duration)
+        # What was made elsewhere cannot be made again here, and one wrong click would put it away.
+        self.redo.setVisible(line.recorded)
         self.grade.setText(line.grade or "…")
         theme.as_role(
             self.grade, {"A": "good", "B": "good", "C": "warn", "D": "bad"}.get(line.grade, "muted")

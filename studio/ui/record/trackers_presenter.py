@@ -41,7 +41,7 @@ class TrackersPresenter(QObject):
         model.text_due.connect(self._show_heard)
 
     def _on_requested(self) -> None:
-        if not self._session.rolling and not self._model.busy:
+        if not (self._session.rolling or self._model.busy or self._model.countdown.running):
             self._page.open_page()
 
     def _on_opened(self) -> None:

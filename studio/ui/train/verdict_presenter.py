@@ -51,9 +51,9 @@ class VerdictPresenter(QObject):
         run = self._model.shown_run
         found = self._model.verdict_on(run) if run is not None else RunVerdict()
         if self._model.shows_training:
-            nothing = self.tr("How good it is, is said here once it is trained.")
+            nothing = self.tr("The verdict appears here when training has finished.")
         elif run is None:
-            nothing = self.tr("Choose a run to read how good it is.")
+            nothing = self.tr("Select a run to see its verdict.")
         else:
             nothing = self.tr("Nothing was measured of this run. Compare measures it.")
         self._view.show_verdict(RunVerdict() if self._model.shows_training else found, nothing)

@@ -74,3 +74,17 @@ def test_after_forgetting_the_next_poses_say_it_anew() -> None:
     assert delay.value == before  # until then an avatar must not run ahead
     delay.add(1.0, 0.1)
     assert delay.value < 0.2
+
+
+def test_the_delay_has_settled_once_the_slow_first_poses_are_out_of_it() -> None:
+    """What is typed into OBS in the first seconds would be wrong a minute later."""
+    delay, settled = Delay(1 / 30), []
+    for i in range(900):
+        delay.add(i / 30, 0.22 if i < 60 else 0.14)
+        settled.append((i / 30, delay.settled, delay.value))
+    first = next(t for t, on, _ in settled if on)
+    offered = next(value for _, on, value in settled if on)
+    assert first > 10.0
+    assert offered == pytest.approx(settled[-1][2], abs=0.01)
+    delay.reset()
+    assert not delay.settled

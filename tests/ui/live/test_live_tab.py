@@ -73,6 +73,10 @@ def test_the_latency_is_said_in_words_and_as_what_to_type_into_obs(qtbot: QtBot)
     assert card.figure.text() == "141 ms"
     assert card.words.text() == "Viewers will notice this delay. Delay your voice to match."
     assert card.advice.text() == "In OBS: Advanced Audio Properties, your microphone, Sync Offset 140 ms."
+    card.show_latency(220.0, "minded", 220, settled=False)
+    assert card.advice.text() == "Settling… The Sync Offset for OBS stands here in a moment."
+    assert (card.copy.text(), card.copy.isEnabled()) == ("Settling…", False)
+    card.show_latency(141.2, "minded", 140)
     card.copy.click()
     assert QGuiApplication.clipboard().text() == "140"
     card.show_latency(40.0, "unseen", 0)
@@ -154,8 +158,13 @@ def test_going_live_moves_the_figure_sends_and_heeds_the_panic_key(
         presenter.deactivate()  # another tab is shown: it goes on
         qtbot.waitUntil(lambda: _received(listener))
         presenter.activate()
+        qtbot.waitUntil(lambda: presenter.model.state is not None and presenter.model.state.seconds > 2.0)
+        view.stream.keep.click()
+        qtbot.waitUntil(lambda: "Live_001" in toy_project.dataset)
+        assert toy_project.dataset["Live_001"].split == ""  # a guess is nothing to learn from
         view.source.start.click()
         qtbot.waitUntil(lambda: not presenter.model.task.running)
+    assert not view.stream.keep.isEnabled()
     assert view.source.start.text() == "Go live"
     assert view.status.text() == "Not live. Press Go live and speak."
     assert facts[-1] == ("live", "", "")

@@ -78,7 +78,7 @@ def test_the_systems_own_stays_chosen_where_it_was_chosen(
     made.show_devices(microphones("Webcam", "Studio mic"))
     choose(card, "Default microphone")
     made.show_devices(microphones("Webcam", "Studio mic"))
-    assert card.source.currentText() == "Default microphone"
+    assert card.source.currentText().startswith("Default microphone")
     assert args_of(card, session) == []
     assert session.settings.live_device == ("",)
     again, _, _ = sounds(audio_device="Studio mic", live_device=("",))
@@ -89,7 +89,7 @@ def test_live_listens_to_the_systems_own_where_record_has_no_microphone(
     sounds: Callable[..., tuple[LiveSourceCard, MicrophonePresenter, Session]],
 ) -> None:
     card, _, _ = sounds(audio_device=NO_MICROPHONE)
-    assert card.source.currentText() == "Default microphone"
+    assert card.source.currentText().startswith("Default microphone")
     card, _, _ = sounds(audio_device=NO_MICROPHONE, live_device=("Studio mic",))
     assert card.device == "Studio mic"
 
@@ -181,7 +181,7 @@ def test_a_microphone_chosen_meanwhile_stays_chosen(live: Room, tmp_path: Path) 
     tasks.wait()
     QCoreApplication.processEvents()  # only now the file turns out to be a sound
     assert card.file is None
-    assert card.source.currentText() == "Default microphone"
+    assert card.source.currentText().startswith("Default microphone")
 
 
 def test_dropped_sounds_are_performed_next(live: Room, tmp_path: Path, qtbot: QtBot) -> None:

@@ -51,7 +51,7 @@ def test_the_strip_says_what_is_so() -> None:
     silent = _snapshot(hold_dbfs=-90.0, problems=(("No sound from default.", ""),), troubled=SILENT)
     assert strip_sound(silent) == ("Mic silent", "warn")
     closed = _snapshot(port=None, motion_alive=False)
-    assert strip_motion(closed) == ("motion not open", "warn")
+    assert strip_motion(closed) == ("motion port in use", "warn")
     assert motion_text(closed) == ("not open", "warn")
 
 

@@ -107,6 +107,28 @@ def test_a_vmc_program_on_the_port_in_use_is_heard_and_closing_listens_as_before
     assert session.settings.vmc_port == port
 
 
+def test_a_take_keeps_its_motion_when_the_page_closes_in_its_midst(tab, qtbot) -> None:
+    view, presenter, session = tab
+    model, port = presenter.model, session.settings.vmc_port
+    session.change_settings(countdown=3.0)
+    model.toggle()
+    model.trackers_requested.emit()
+    assert not view.trackers.isVisible(), "not in a countdown: its ports would be in the take"
+    model.toggle()
+    session.change_settings(countdown=0.0)
+    view.inputs.trackers.click()
+    qtbot.waitUntil(lambda: len(model.recorder.snapshot().ports) > 1)
+    model.toggle()
+    qtbot.waitUntil(lambda: session.rolling)
+    view.trackers.reject()
+    done: list[object] = []
+    model.in_order(lambda: None, done.append)
+    qtbot.waitUntil(lambda: bool(done))
+    assert port in model.recorder.snapshot().ports
+    model.toggle()
+    qtbot.waitUntil(lambda: model.recorder.snapshot().ports == (port,))
+
+
 def test_a_program_is_known_by_its_process() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as mine:
         mine.bind(("127.0.0.1", 0))
