@@ -117,6 +117,8 @@ _ALL = (
             help=_tr("Go to the end"), listed=WITH),
     _action("loop", _tr("Loop"), "L", at="curate review", needs="take",
             help=_tr("Repeat the selected span, or everything")),
+    _action("go_back", _tr("Go back"), "Esc", at="curate review", needs="project",
+            help=_tr("Leave what is open: a question, the list to fix, a search, a blind vote")),
     # -- Curate
     _action("in_point", _tr("In point"), "I", at="curate", needs="take", listed=_tr("In point, out point")),
     _action("out_point", _tr("Out point"), "O", at="curate", needs="take", listed=WITH),

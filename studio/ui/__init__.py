@@ -9,6 +9,7 @@ child_process      One child process of the window: what it says and is told, an
 command_palette    Every action, setting, take and run, found by typing: Ctrl+K
 desktop            Word from the desktop while the window is not in front: a notification of what ended
                    meanwhile
+focus              Where the keyboard is: with the shown tab, whatever was clicked or taken away
 generate_task      The motion a run makes of a sound: from the cache, else from a child process, piece by
                    piece
 hello_presenter    What "Say something" does: a phrase, a sound file or a sentence moves the figure, by the
@@ -19,8 +20,8 @@ imports            Files that come in or go out: dropped and chosen ones importe
 live/              The Live tab: the microphone or a file moves the avatar, now
 main_window        The frame around the five tabs: tabs, status, menus, keys, drag and drop
 menus              The menus and their keys
-messages           The only place that shows an error: a sentence and what to do, over the strip beside the
-                   tabs
+messages           The only place that shows an error: a sentence and what to do, beside the tabs or in
+                   the lower corner
 next_steps_presenter  What is done of the way from the first take to going live, read from the project
 next_steps_view    The strip under the tabs: the five steps, each with its one button
 record/            The Record tab: capture, meters, health, takes of today

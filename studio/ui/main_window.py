@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QEvent, QSettings, QSize, Qt, QTimer, QUrl
+from PySide6.QtCore import QByteArray, QEvent, QPoint, QRect, QSettings, QSize, Qt, QTimer, QUrl
 from PySide6.QtGui import (
     QCloseEvent,
     QDesktopServices,
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QMainWindow,
+    QSizePolicy,
     QSplitter,
     QStackedWidget,
     QTabBar,
@@ -32,6 +33,7 @@ from studio.errors import StudioError
 from studio.paths import resource
 from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
+from studio.ui.focus import FocusKeeper
 from studio.ui.imports import Importer, PackTask, sort_drop
 from studio.ui.menus import Menus
 from studio.ui.next_steps_presenter import StepsPresenter
@@ -45,7 +47,11 @@ from studio.ui.welcome_presenter import StartPresenter
 from studio.ui.welcome_view import WelcomePage
 
 FIRST_SIZE = QSize(1440, 900)
-LEAST_SIZE = QSize(1040, 640)
+FIRST_SHARE = 0.9
+"""At most this much of the screen is taken at the first start."""
+LEAST_SIZE = QSize(1024, 640)
+"""The smallest window in which nothing is cut; a smaller screen takes what it has."""
+BAR_PX = 52
 BUILD_AHEAD_MS = 400
 """Rooms not yet seen are built one by one in this rhythm, while nothing is recorded."""
 
@@ -61,7 +67,8 @@ class MainWindow(QMainWindow):
         self._active = ""
         self.setWindowTitle("Saia Studio")
         self.setWindowIcon(QIcon(str(resource("icons", "saia.svg"))))
-        self.setMinimumSize(LEAST_SIZE)
+        screen = self.screen().availableGeometry()
+        self.setMinimumSize(LEAST_SIZE.boundedTo(screen.size()))
         self.setAcceptDrops(True)
         self.welcome = WelcomePage()
         self.stack = QStackedWidget()
@@ -73,11 +80,12 @@ class MainWindow(QMainWindow):
         self.steps = StepsPresenter(StepStrip(), session, self._on_step)
         self._build_frame()
         self._connect()
+        FocusKeeper(self, lambda: self.rooms[self._active][0] if self._active else None)
         self._build_ahead = QTimer(self)
         self._build_ahead.setInterval(BUILD_AHEAD_MS)
         self._build_ahead.timeout.connect(self._on_build_ahead)
         if not restore_window(self):
-            self.resize(FIRST_SIZE)
+            self.setGeometry(first_place(screen))
         self._on_project_opened()
 
     def room(self, name: str) -> tuple[QWidget, Presenter]:
@@ -261,7 +269,7 @@ class MainWindow(QMainWindow):
     def _build_frame(self) -> None:
         bar = QFrame()
         theme.as_role(bar, "bar")
-        bar.setFixedHeight(52)
+        bar.setFixedHeight(BAR_PX)
         row = QHBoxLayout(bar)
         row.setContentsMargins(theme.BETWEEN, 0, theme.INSIDE, 0)
         row.setSpacing(theme.INSIDE)
@@ -278,6 +286,8 @@ class MainWindow(QMainWindow):
         self.menus.recent.setLayoutDirection(Qt.LayoutDirection.LeftToRight)
         self.project_button.setMenu(self.menus.file)
         self.project_button.setMaximumWidth(260)
+        # With a click's focus Space would open this menu again, and not do what the tab says.
+        self.project_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         theme.as_role(self.project_button, "quiet")
         row.addWidget(self.project_button)
         row.addSpacing(theme.BETWEEN)
@@ -294,7 +304,9 @@ class MainWindow(QMainWindow):
         self._style_tabs()
         row.addWidget(self.tabs)
         self.status = StatusStrip()
-        row.addWidget(self._build_place(), 1)
+        place = self._build_place()
+        row.addWidget(place, 1)
+        tabs.Folding(self.tabs, self.status, place)
         row.addSpacing(theme.INSIDE)
         row.addWidget(self._build_menu_button())
         column = QVBoxLayout()
@@ -311,6 +323,8 @@ class MainWindow(QMainWindow):
     def _build_place(self) -> QWidget:
         """The room between the tabs and the menu: facts at its right, and messages over it for a while."""
         place = QWidget()
+        # What it holds folds to the room there is; it asks for none, so that the tabs keep theirs.
+        place.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         messages.Toast(self, place)
         row = QHBoxLayout(place)
         row.setContentsMargins(0, 0, 0, 0)
@@ -454,6 +468,14 @@ class MainWindow(QMainWindow):
         }  # fmt: skip
         if key in home:
             self.show_room(home[key])
+
+
+def first_place(screen: QRect) -> QRect:
+    """Where the window stands at its first start: in the middle of what a screen leaves free."""
+    most = (screen.size() * FIRST_SHARE).expandedTo(LEAST_SIZE).boundedTo(screen.size())
+    place = QRect(QPoint(), FIRST_SIZE.boundedTo(most))
+    place.moveCenter(screen.center())
+    return place
 
 
 def _store() -> QSettings:

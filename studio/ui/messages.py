@@ -1,4 +1,4 @@
-"""The only place that shows an error: a sentence and what to do, over the strip beside the tabs."""
+"""The only place that shows an error: a sentence and what to do, beside the tabs or in the lower corner."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ NOTE_MS = 6_000
 ERROR_MS = 20_000
 TOAST_WIDTH = 480
 LEAST_WIDTH = 420
+"""Where the window's place for messages is narrower, they lie in its lower right corner."""
 TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
 
@@ -107,8 +108,10 @@ class Toast(QFrame):
         self._on_action: Callable[[], None] | None = None
         self._until: SignalInstance | None = None
         self.action.clicked.connect(self._run_action)
-        for watched in (window, self.text, self.remedy, self.action, close):
+        for watched in (place or window, self.text, self.remedy, self.action, close):
             watched.installEventFilter(self)
+        if place is not None:
+            window.installEventFilter(self)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.hide()
 
@@ -161,7 +164,8 @@ class Toast(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
-        if watched is self._window:
+        if watched in (self._window, self._over):
+            # The place is laid out after the window.
             if kind == QEvent.Type.Resize and self.isVisible():
                 self._place()
         elif kind == QEvent.Type.FocusIn:
@@ -213,10 +217,15 @@ class Toast(QFrame):
             self._on_action()
 
     def _place(self) -> None:
-        """Lie over the window's place for messages, from its right edge; deeper with more to say."""
+        """Lie over the window's place for messages, from its right edge; deeper with more to say.
+
+        Where that is too narrow, in the window's lower right corner, so that the tabs are never covered.
+        """
         window, place = self._window, self._over
-        most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
-        width = most if place is None else min(max(place.width(), LEAST_WIDTH), most)
+        width = most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
+        beside = place is not None and place.width() >= LEAST_WIDTH
+        if place is not None:
+            width = min(place.width() if beside else LEAST_WIDTH, most)
         self.setFixedWidth(width)
         layout = self.layout()
         assert layout is not None
@@ -225,6 +234,8 @@ class Toast(QFrame):
         self.setFixedHeight(max(height + 2, 44))
         if place is None:
             self.move((window.width() - width) // 2, min(TOP, window.height() // 10))
+        elif not beside:
+            self.move(window.width() - width - theme.PAGE, window.height() - self.height() - theme.PAGE)
         else:
             corner = place.mapTo(window, place.rect().topRight())
             self.move(corner.x() - width + 1, theme.TIGHT)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtWidgets import QLabel, QTabBar, QWidget
 
 from studio.actions import TABS
 from studio.ui import theme
 from studio.ui.session import Session
+from studio.ui.status_strip import BRIEF, SYMBOLS, WHOLE, StatusStrip
 from studio.ui.undo import UndoScope
 
 NAMES = TABS
@@ -24,6 +25,8 @@ ICONS = {
 
 
 DOT_PX = 8
+ICON_GAP_PX = 4
+"""Between a tab's icon and its words."""
 
 
 class NewsDots(QObject):
@@ -63,6 +66,58 @@ class NewsDots(QObject):
             return
         self._bar.setTabButton(index, QTabBar.ButtonPosition.RightSide, dot)
         self._bar.setTabToolTip(index, what)
+
+
+class Folding(QObject):
+    """Lets tabs and facts share one row: the facts fold to symbols first, then the tabs to their icons.
+
+    Args:
+        bar: the tabs, in the order of NAMES.
+        status: the facts.
+        place: what lies between the tabs and the row's end, with the facts in it.
+    """
+
+    def __init__(self, bar: QTabBar, status: StatusStrip, place: QWidget) -> None:
+        super().__init__(bar)
+        self._bar, self._status, self._place = bar, status, place
+        self._words = [bar.tabText(index) for index in range(bar.count())]
+        for watched in (bar, place):
+            watched.installEventFilter(self)
+        status.changed.connect(self.fit)
+        bar.currentChanged.connect(self.fit)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.LayoutRequest):
+            self.fit()
+        return False
+
+    def fit(self) -> None:
+        """Show as many words as there is room for."""
+        bar, status = self._bar, self._status
+        room = self._place.geometry().right() - bar.x() - theme.INSIDE
+        icons = bar.isVisible() and self._width(whole=True) + status.width_at(SYMBOLS) > room
+        left = room - self._width(whole=not icons)
+        status.fold(next((one for one in (WHOLE, BRIEF) if status.width_at(one) <= left), SYMBOLS))
+        for index, words in enumerate(self._words):
+            text = "" if icons and index != bar.currentIndex() else words
+            if text != bar.tabText(index):
+                bar.setTabText(index, text)
+                bar.setAccessibleTabName(index, words)
+                bar.setTabToolTip(index, bar.tabToolTip(index) or ("" if text else words))
+
+    def _width(self, whole: bool) -> int:
+        """Pixels of the tabs with all their words, or with the shown one's alone."""
+        bar = self._bar
+        if not bar.isVisible():
+            return 0
+        width = bar.sizeHint().width()
+        for index, words in enumerate(self._words):
+            wanted = words if whole or index == bar.currentIndex() else ""
+            shown = bar.tabText(index)
+            if wanted != shown:
+                room = bar.fontMetrics().horizontalAdvance(words) + ICON_GAP_PX
+                width += room if wanted else -room
+        return width
 
 
 class Presenter(Protocol):

@@ -51,13 +51,17 @@ def test_a_message_takes_no_keyboard_and_stays_inside(window, qtbot) -> None:
 
 def test_a_message_lies_over_the_window_s_place_for_it(window) -> None:
     place = QWidget(window)
-    place.setGeometry(500, 0, 380, 52)
+    place.setGeometry(460, 0, 430, 52)
     place.show()
     toast = Toast(window, place)
     messages.show_note(window, "Saved.")
     assert toast_of(window) is toast
     assert toast.geometry().right() == place.geometry().right()
     assert toast.geometry().bottom() <= place.geometry().bottom()
+    # Where the tabs leave too little room, it lies in the corner: it covers no tab.
+    place.setGeometry(600, 0, 280, 52)
+    assert toast.geometry().bottom() > window.height() - 20
+    assert window.rect().contains(toast.geometry())
 
 
 def test_a_click_takes_a_message_away(window, qtbot) -> None:

@@ -97,6 +97,7 @@ def test_a_key_of_curate_asks_for_what_it_says(qtbot: QtBot, action: str, key: s
     bench.exclude.setEnabled(True)
     bench.picture.setEnabled(True)
     bench.loop.setEnabled(True)
+    view.library.fix_button.setChecked(action == "go_back")
     bench.timeline.set_duration(10.0)
     bench.timeline.show_span(4.0, 5.0)  # where there is room to go closer and wider
     asked: list[object] = []
@@ -105,6 +106,7 @@ def test_a_key_of_curate_asks_for_what_it_says(qtbot: QtBot, action: str, key: s
         "first_frame": view.edge_requested, "last_frame": view.edge_requested, "loop": bench.loop.clicked,
         "in_point": view.mark_requested, "out_point": view.mark_requested, "exclude": bench.exclude.clicked,
         "remove_marked": view.delete_requested, "sound_picture": bench.picture.clicked,
+        "go_back": view.library.fix_button.toggled,
         "compare_cleaning": bench.clean.compared, "zoom_in": bench.timeline.view_changed,
         "zoom_out": bench.timeline.view_changed, "zoom_fit": bench.timeline.view_changed,
         **{f"label_{n}": view.word_pressed for n in range(1, 10)},
@@ -124,11 +126,14 @@ def test_a_key_of_review_asks_for_what_it_says(qtbot: QtBot, action: str, key: s
     view.bar.show_two(True)
     view.bar.vote.show()
     view.bar.vote.sides[0].setEnabled(True)
+    if action == "go_back":
+        view.bar.begin_vote((1, 0))
     asked: list[object] = []
     signals = {
         "play": view.play_toggled, "step_back": view.step_requested, "step_forward": view.step_requested,
         "first_frame": view.seek_requested, "last_frame": view.seek_requested, "loop": view.loop_toggled,
         "ghost": view.bar.ghost_toggled, "other_run": view.bar.vote.front_requested,
+        "go_back": view.bar.vote.cancelled,
     }  # fmt: skip
     signals[action].connect(counting(asked))
     view.setFocus()

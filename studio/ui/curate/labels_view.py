@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QCoreApplication, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from studio.dataset.dataset import Dataset
@@ -59,7 +60,7 @@ class WordBar(QWidget):
         self.new.setFixedWidth(104)
         self.new.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.new.returnPressed.connect(self._on_new)
-        row = QHBoxLayout(self)
+        row = self._all = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.TIGHT)
         row.addWidget(label(self.tr("Label as"), "muted"))
@@ -111,6 +112,23 @@ class WordBar(QWidget):
             theme.as_role(chip, "chip")
             chip.clicked.connect(lambda _=False, w=word: self.word_clicked.emit(w))
             self._row.addWidget(chip)
+        self._fold()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fold()
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _fold(self) -> None:
+        """Where the words need all the room, a new one comes by way of "Add label"."""
+        row = self._all
+        parts = [part for i in range(row.count()) if (part := row.itemAt(i)) is not None]
+        needs = sum(part.sizeHint().width() + theme.TIGHT for part in parts)
+        if self.new.isHidden():
+            needs += self.new.width() + theme.TIGHT
+        self.new.setVisible(needs <= self.width())
 
     def word(self, number: int) -> str:
         """The word on a key 1..9, "" where there is none."""

@@ -51,7 +51,7 @@ class CleanButton(QPushButton):
         menu.addSeparator()
         self._compare = self._action(menu, self.tr("Before and after") + f"\t{compare_key}", "clean_compare")
         self._compare.triggered.connect(lambda: self.compared.emit())
-        self._stop = self._action(menu, self.tr("Stop"), "clean_stop")
+        self._stop = self._action(menu, self.tr("Cancel"), "clean_stop")
         self._stop.triggered.connect(lambda: self.stopped.emit())
         self.setMenu(menu)
         self.show_way("", False)

@@ -73,6 +73,7 @@ class CurateView(QWidget):
             "compare_cleaning": bench.clean.compared.emit,
             "sound_picture": bench.picture.click,
             "zoom_fit": bench.timeline.fit,
+            "go_back": self._go_back,
         }
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._stack = QStackedLayout(self)
@@ -169,6 +170,17 @@ class CurateView(QWidget):
         else:
             return False
         return True
+
+    def _go_back(self) -> None:
+        """Leave what was opened last, one at each press: a question, the list to fix, a search."""
+        library, question = self.library, self.bench.question
+        if question.isVisible():
+            question.dropped.emit()
+        elif library.fix_button.isChecked():
+            library.fix_button.setChecked(False)
+        else:
+            library.search.clear()
+        self.setFocus()
 
     def _offer(self, menu: QMenu, text: str, what: str, value: object) -> None:
         action = menu.addAction(text)

@@ -68,7 +68,7 @@ class LivePresenter(QObject):
         if not self.model.task.running:
             return True
         question, details = self.tr("You are live."), self.tr("The avatar stops when the window closes.")
-        return messages.ask(self._view, question, details, self.tr("End and close"), self.tr("Stay live"))
+        return messages.ask(self._view, question, details, self.tr("End and close"))
 
     def close(self) -> None:
         """The window closes."""

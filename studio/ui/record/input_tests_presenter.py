@@ -151,7 +151,8 @@ class SyncTestPresenter(QObject):
         if found.ms is None or not snap.device or not sender:
             messages.show_note(self._card, *_why_not()[found.why_not or "unsure"])
             return
-        pairs = input_tests.with_pair(self._session.settings.sync_offsets, snap.device, sender, found.ms)
+        before = self._session.settings.sync_offsets
+        pairs = input_tests.with_pair(before, snap.device, sender, found.ms)
         self._session.change_settings(sync_offsets=pairs)
         what = _tr("mouth") if found.by == "mouth" else _tr("hands")
         side = _tr("after") if found.ms >= 0 else _tr("before")
@@ -161,7 +162,9 @@ class SyncTestPresenter(QObject):
             else _tr("The {0} moves {1} ms {2} the sound.")
         )
         text = text.format(what, f"{abs(found.ms):.0f}", side)
-        messages.show_note(self._card, text, _tr("New takes with {0} are moved by it.").format(sender))
+        remedy = _tr("New takes with {0} are moved by it.").format(sender)
+        back = (_tr("Undo"), lambda: self._session.change_settings(sync_offsets=before))
+        messages.show_note(self._card, text, remedy, back)
 
 
 def sync_text(snap: Snapshot) -> tuple[str, str]:

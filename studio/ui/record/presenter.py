@@ -69,9 +69,7 @@ class RecordPresenter(QObject):
             return True
         question = self.tr("A recording is running.")
         details = self.tr("It is saved before the window closes.")
-        if not messages.ask(
-            self._view, question, details, self.tr("Stop and save"), self.tr("Go on recording")
-        ):
+        if not messages.ask(self._view, question, details, self.tr("Stop and save")):
             return False
         try:
             # Nothing where it was stopped while the question was shown.

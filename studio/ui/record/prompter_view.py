@@ -149,6 +149,12 @@ class PrompterCard(Card):
         self.toggle.setToolTip(words)
         self.toggle.setAccessibleName(words)
 
+    def show_brief(self, brief: bool) -> None:
+        """Smaller, and with what is missing in the ring's tip alone, where the window is low."""
+        self.text.setFont(theme.ui_font(15 if brief else 18, semibold=True))
+        self.text.setMinimumHeight(40 if brief else 50)
+        self.missing.setVisible(not brief)
+
     def _lay_out(self) -> None:
         words = QVBoxLayout()
         words.setSpacing(2)

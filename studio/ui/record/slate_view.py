@@ -121,10 +121,10 @@ class SlateBar(Card):
         self.record.setObjectName("record_button")
         self.record.setCheckable(True)
         self.record.setIconSize(theme.icon_size(big=True))
-        self.record.setMinimumWidth(190)
+        self.record.setMinimumWidth(160)
         for box in (self.countdown, self.pre_roll):
-            # In the smallest window they would lie over the button.
-            box.setMinimumWidth(110)
+            # In the smallest window they would lie over the button, or lose their words.
+            box.setMinimumWidth(126)
         theme.as_role(self.record, "record")
         self.record.clicked.connect(self._on_clicked)
         self.countdown.setObjectName("countdown")

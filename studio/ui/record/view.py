@@ -32,6 +32,10 @@ from studio.ui.widgets.figure.sketch import DrawnFace
 from studio.ui.widgets.meters import ShapeMeters
 
 FACE = QSize(116, 116)
+LEAST_LEFT, LEAST_MIDDLE, LEAST_RIGHT = 250, 452, 244
+"""Pixels of the columns in the smallest window; in the middle Record has a chooser at either side."""
+LOW = 640
+"""Pixels of height under which the teleprompter says less, so that the figure keeps its room."""
 
 
 class RecordView(QWidget):
@@ -80,6 +84,10 @@ class RecordView(QWidget):
             self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
         return False
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.prompter.show_brief(event.size().height() < LOW)
+
     def show_stage(self, problem: str, practising: bool) -> None:
         """Say on the empty stage why no motion comes, and what its button does.
 
@@ -100,6 +108,8 @@ class RecordView(QWidget):
 
     def follow_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         """Leave the space bar to a control that has the focus and a use for it."""
+        if QApplication.focusWidget() not in (new, None):
+            return  # it was given on at once, which has been heard already
         uses_space = (QLineEdit, QTextEdit, QPlainTextEdit, QComboBox, QAbstractSpinBox, QAbstractButton)
         self._space.setEnabled(not isinstance(new, uses_space) or new is self.slate_bar.record)
 
@@ -115,8 +125,9 @@ class RecordView(QWidget):
         scroll.setWidgetResizable(True)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setWidget(side)
-        scroll.setMinimumWidth(side.minimumSizeHint().width() + 2)
+        scroll.setMinimumWidth(LEAST_LEFT)
         middle = QWidget()
+        middle.setMinimumWidth(LEAST_MIDDLE)
         column = QVBoxLayout(middle)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(theme.INSIDE + theme.TIGHT)
@@ -130,7 +141,7 @@ class RecordView(QWidget):
         right.addWidget(meters)
         right.addWidget(self.takes)
         right.setSizes([440, 260])
-        right.setMinimumWidth(280)
+        right.setMinimumWidth(LEAST_RIGHT)
         columns = QSplitter(Qt.Orientation.Horizontal)
         columns.setObjectName("record_columns")
         for splitter in (right, columns):

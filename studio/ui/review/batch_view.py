@@ -186,7 +186,7 @@ class BatchDialog(QDialog):
     # -- Qt ----------------------------------------------------------------------------------------
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """A batch under way goes on behind a closed dialog; "Batch..." brings it back."""
+        """A batch under way goes on behind a closed dialog; "Batch…" brings it back."""
         event.accept()
 
     # -- parts -------------------------------------------------------------------------------------

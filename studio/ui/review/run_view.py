@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
@@ -22,6 +23,9 @@ from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser
+
+FOLDED_BELOW = 850
+"""Pixels of the bar's width under which the camera's button beside Play alone has the views."""
 
 
 class VoteBar(QWidget):
@@ -225,7 +229,7 @@ class RunBar(QWidget):
         self.second = RunChooser("B", "_b", self.tr("Choose a run"))
         self.first.chosen.connect(lambda selection: self.chosen.emit(0, selection))
         self.second.chosen.connect(lambda selection: self.chosen.emit(1, selection))
-        self._busy = self._can_two = self._can_show_style = False
+        self._busy = self._can_two = self._can_show_style = self._has_views = False
         self.vote = VoteBar()
         self.vote.front_requested.connect(self.front_requested)
         column = QVBoxLayout(self)
@@ -283,13 +287,18 @@ class RunBar(QWidget):
     def show_ghost_choice(self, possible: bool, bones: bool) -> None:
         """Offer the ghost where both motions have bones, the views where any has."""
         self.ghost.setVisible(possible)
-        for button in self._views:
-            button.setVisible(bones)
+        self._has_views = bones
+        self._arrange()
 
     def show_style_choice(self, possible: bool) -> None:
         """Offer to show the run a style: there is a run, and a take that it can look at."""
         self._can_show_style = possible
         self._arrange()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if (event.size().width() < FOLDED_BELOW) != (event.oldSize().width() < FOLDED_BELOW):
+            self._arrange()
 
     def begin_vote(self, order: tuple[int, int]) -> None:
         """Hide which run is which."""
@@ -303,14 +312,19 @@ class RunBar(QWidget):
 
     def _arrange(self) -> None:
         two, blind = self.two.isChecked(), self.vote.running
-        self.first.caption.setText("A" if two else self.tr("Run"))
+        folded = self.width() < FOLDED_BELOW
+        for button in self._views:
+            button.setVisible(self._has_views and not folded)
+        self.ghost.setText("" if folded else name_of("ghost"))
+        self.two.setText("" if folded else self.tr("A/B"))
+        self.first.caption.setText("A" if two else "" if folded else self.tr("Run"))
         # While motion is made the row belongs to its progress: there is no room for both in a small window.
         self.vote.setVisible(two and not self._busy)
         self.second.setVisible(two and not blind)
         self.first.setEnabled(not blind)
         # In a blind vote nothing tells which run is which: no name, and nothing that only one of them has.
         self.first.run.setVisible(not blind)
-        self.first.caption.setVisible(not blind)
+        self.first.caption.setVisible(not blind and bool(self.first.caption.text()))
         self.first.styles.setVisible(not blind and self.first.styles.count() > 1)
         for widget in (self.first.another, self.first.liveliness):
             widget.setVisible(not blind and self.first.draws)
@@ -323,7 +337,8 @@ class RunBar(QWidget):
         self._no_runs.setObjectName("review_go_train")
         theme.as_role(self._no_runs, "quiet")
         self._no_runs.clicked.connect(self.train_requested)
-        self.two = QPushButton(self.tr("A/B"))
+        self.two = QPushButton()
+        self.two.setAccessibleName(self.tr("A/B"))
         self.two.setObjectName("review_two")
         self.two.setCheckable(True)
         self.two.setToolTip(self.tr("Compare with a second run or style on the same sound"))
@@ -341,6 +356,7 @@ class RunBar(QWidget):
         self.move_like_this.clicked.connect(self.style_requested)
         self.ghost = QPushButton(name_of("ghost"))
         self.ghost.setObjectName("ghost_button")
+        self.ghost.setAccessibleName(name_of("ghost"))
         self.ghost.setCheckable(True)
         theme.set_icon(self.ghost, "mdi6.layers-outline", "muted")
         self.ghost.setToolTip(tip_of("ghost"))
@@ -376,7 +392,7 @@ class RunBar(QWidget):
         buttons = []
         for name, text, tip in (
             ("front", self.tr("Front"), self.tr("Look from the front")),
-            ("three_quarter", "3/4", self.tr("Look from between front and side")),
+            ("three_quarter", self.tr("Three-quarter"), self.tr("Look from between front and side")),
             ("side", self.tr("Side"), self.tr("Look from the side")),
         ):
             button = QToolButton()

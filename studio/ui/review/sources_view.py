@@ -51,7 +51,7 @@ class ReviewListCard(Card):
         theme.set_icon(add, "mdi6.plus", "muted")
         add.clicked.connect(self.add_requested)
         self.body.addWidget(add)
-        batch = QPushButton(self.tr("Batch..."))
+        batch = QPushButton(self.tr("Batch…"))
         batch.setObjectName("batch_button")
         batch.setToolTip(self.tr("Make motion of a whole folder of sounds, or export all takes"))
         theme.set_icon(batch, "mdi6.playlist-play", "muted")

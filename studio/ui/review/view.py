@@ -150,6 +150,10 @@ class ReviewView(QWidget):
             self.bar.ghost.toggle()
         elif action == "other_run":
             self.bar.vote.other()
+        elif action == "go_back":
+            if self.bar.vote.running:
+                self.bar.vote.cancelled.emit()
+            self.setFocus()
         else:
             super().keyPressEvent(event)
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.train.data_facts import DataFacts, DataWarning, SplitFacts
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutLabel, label
 from studio.ui.widgets.timeline.time_view import minutes
 
 MOST_WARNINGS = 3
@@ -42,7 +42,7 @@ class DataCard(Card):
         self._locked = ""
         self._data_total = label("", "", "data_total")
         self._data_total.setFont(theme.figures_font(theme.TITLE_PX, semibold=True))
-        self._channels = label("", "caption", "data_channels")
+        self._channels = CutLabel("caption", "data_channels")
         top = QHBoxLayout()
         top.addWidget(self._data_total)
         top.addStretch(1)

@@ -45,7 +45,7 @@ class RunChooser(QWidget):
         self.liveliness.setMenu(self._liveliness_menu())
         for box in (self.run, self.styles):  # as wide as its names, narrower where there is no room
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-            box.setMinimumWidth(130 if box is self.run else 100)
+            box.setMinimumWidth(130 if box is self.run else 116)
             box.setMaximumWidth(240)
         self.another = QToolButton()
         self.another.setObjectName(f"review_another{name}")

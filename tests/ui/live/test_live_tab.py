@@ -238,7 +238,7 @@ def test_closing_asks_while_it_is_live(
 
     def stay(box: QMessageBox) -> int:
         asked.append(box.text())
-        next(button for button in box.buttons() if button.text() == "Stay live").click()
+        next(button for button in box.buttons() if button.text() == "Cancel").click()
         return 0
 
     monkeypatch.setattr(QMessageBox, "exec", stay)

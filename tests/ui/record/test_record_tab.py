@@ -477,7 +477,7 @@ def test_closing_while_rolling_asks_and_saves(room: Room, sender: Sender, qtbot,
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: room.session.rolling, timeout=30_000)
     qtbot.waitUntil(lambda: recorded(room), timeout=30_000)
-    answers = iter(["Go on recording", "Stop and save"])
+    answers = iter(["Cancel", "Stop and save"])
 
     def answer(box: QMessageBox) -> int:
         words = next(answers)
