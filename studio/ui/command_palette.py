@@ -56,12 +56,13 @@ class Window(Protocol):
 
 @dataclass(frozen=True)
 class PaletteEntry:
-    """One line: what it is called, where it belongs, its key, and what choosing it does."""
+    """One line: what it is called, where it belongs, its key, what choosing it does, and what tells of it."""
 
     title: str
     place: str
     key: str
     choose: Callable[[], object]
+    about: str = ""
 
 
 class CommandPalette(QDialog):
@@ -131,9 +132,13 @@ class CommandPalette(QDialog):
 
 
 def matching(found: list[PaletteEntry], typed: str) -> list[PaletteEntry]:
-    """Entries that hold every word typed, those that begin with it first."""
+    """Entries that hold every word typed, or are told of with it; those whose name begins with it first."""
     words = typed.casefold().split()
-    hit = [one for one in found if all(word in f"{one.title} {one.place}".casefold() for word in words)]
+    hit = [
+        one
+        for one in found
+        if all(word in f"{one.title} {one.place} {one.about}".casefold() for word in words)
+    ]
     first = typed.casefold().strip()
     return sorted(hit, key=lambda one: not one.title.casefold().startswith(first)) if first else hit
 
@@ -145,21 +150,22 @@ def entries(window: Window) -> Iterator[PaletteEntry]:
         if action.id == "open_palette":
             continue
         name = translated(action.name).rstrip("…")
-        key = action.keys[0] if action.keys else ""
+        key, told = action.keys[0] if action.keys else "", translated(action.help or action.listed)
         in_menu = window.findChild(QAction, f"action_{action.id}")
         if in_menu is not None:
             if in_menu.isEnabled():
-                yield PaletteEntry(name, _tr("Menu"), key, in_menu.trigger)
+                yield PaletteEntry(name, _tr("Menu"), key, in_menu.trigger, told)
             continue
         place = next((one for one in action.places if one in tabs.NAMES), "")
-        if place and is_open and "{" not in name:
+        # A gesture is no name of anything, and a label's number says nothing here.
+        if place and is_open and not action.gesture and "{" not in name:
             # The tab that is shown, where it is one of those the action works in.
             place = window.shown_room if window.shown_room in action.places else place
-            yield PaletteEntry(name, name_of(f"show_{place}"), key, partial(_do, window, place, action.id))
+            do = partial(_do, window, place, action.id)
+            yield PaletteEntry(name, name_of(f"show_{place}"), key, do, told)
     for setting, about in Settings.shown().items():
-        yield PaletteEntry(
-            translated(about.title), _tr("Setting"), "", partial(window.show_settings, setting)
-        )
+        show = partial(window.show_settings, setting)
+        yield PaletteEntry(translated(about.title), _tr("Setting"), "", show, translated(about.help))
     if window.session.project is None:
         return
     for take in window.session.project.takes:
