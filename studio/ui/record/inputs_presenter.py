@@ -74,6 +74,7 @@ class InputsPresenter(QObject):
         card.device_chosen.connect(lambda name: session.change_settings(audio_device=name))
         card.refresh_requested.connect(self.refresh)
         card.practice_toggled.connect(model.set_practising)
+        model.practice_moved.connect(self._on_practice_moved)
         card.trackers_requested.connect(model.trackers_requested)
         card.clip_reset_requested.connect(model.clear_clip)
         session.microphones_requested.connect(self._on_requested)
@@ -209,6 +210,11 @@ class InputsPresenter(QObject):
         settings = self._session.settings
         self._card.show_choices(settings.vmc_port, settings.vmc_host)
         self._card.show_more_ports([int(text) for text in settings.more_ports if text.isdigit()])
+
+    def _on_practice_moved(self, taken: int, used: int) -> None:
+        what = self.tr("Another program uses port {0}, so motion is received on port {1} now.")
+        remedy = self.tr("Choose {0} again under Motion when you record with your own tracker.")
+        messages.show_note(self._card, what.format(taken, used), remedy.format(taken))
 
     def _on_settings(self, changed: frozenset[str]) -> None:
         """Chosen here or in the dialog: what is listened to follows."""

@@ -37,6 +37,8 @@ CLOSING_MS = 5_000
 GRACE_S = 1.0
 """How long inputs that were just opened may take before anything is said of them."""
 PRACTICE_SENDER = "the practice performer"
+PORTS_TRIED = 5
+"""Other ports that are looked at for the practice performer."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class RecordModel(QObject):
         about_to_roll: a take is about to begin; what is typed counts now.
         slate_changed: the next take is called otherwise; read `slate` and `number`.
         practice_changed: the practice performer was started or stopped.
+        practice_moved: another program holds the port of motion: that one, and the one used instead.
         trackers_requested: show how a tracker is connected.
         finding_changed: all known ports are to be listened on now, or those chosen again.
         saved: a SavedTake is in the open project.
@@ -80,6 +83,7 @@ class RecordModel(QObject):
     about_to_roll = Signal()
     slate_changed = Signal()
     practice_changed = Signal()
+    practice_moved = Signal(int, int)
     trackers_requested = Signal()
     finding_changed = Signal()
     saved = Signal(object)
@@ -305,10 +309,26 @@ class RecordModel(QObject):
     # -- the practice performer ------------------------------------------------------------------
 
     def set_practising(self, on: bool) -> None:
-        """Start or stop the practice performer."""
+        """Start or stop the practice performer; one that could not be seen is given a port that is free."""
+        if on and not self._session.rolling:
+            self._use_a_free_port()
         settings = self._session.settings
         self.practice.set_on(on, settings.vmc_port, settings.audio_output)
         self.practice_changed.emit()
+
+    def _use_a_free_port(self) -> None:
+        from studio.capture.trackers import free_ports
+
+        taken, host = self._session.settings.vmc_port, self._session.settings.vmc_host
+        opened = self.recorder is not None and self.recorder.snapshot().port
+        # Not open yet is not taken: right after a project was opened its port is still being asked for.
+        if opened or free_ports([taken], host):
+            return
+        # Every other one: the next is where avatar programs listen.
+        free = free_ports(range(taken + 2, taken + 2 + 2 * PORTS_TRIED, 2), host)
+        if free:
+            self._session.change_settings(vmc_port=free[0])
+            self.practice_moved.emit(taken, free[0])
 
     def redirect_practice(self, port: int) -> None:
         """Whoever performs here performs for the port that is listened to."""

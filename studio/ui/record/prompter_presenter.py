@@ -51,6 +51,7 @@ class PrompterPresenter(QObject):
         card.shown_chosen.connect(lambda on: session.change_settings(prompter=on))
         model.frame_due.connect(self._follow)
         model.saved.connect(self._on_saved)
+        model.practice_changed.connect(self._show_prompt)
         session.rolling_changed.connect(self._on_rolling)
         session.settings_changed.connect(self._on_settings)
         session.project_opened.connect(self._on_project)
@@ -225,6 +226,14 @@ class PrompterPresenter(QObject):
             return
         wanted = self._coverage.wanted if self._coverage is not None else ()
         self._prompt = prompts.next_prompt(every, self._said, wanted, last)
+        self._show_prompt()
+
+    def _show_prompt(self) -> None:
+        if self._model.practice.on:
+            # Two sentences on one page, and nobody would know who says which.
+            words = self.tr("It speaks its own lines. Stop it to read prompts yourself.")
+            self._card.show_prompt(words, self.tr("Practice performer"))
+            return
         kinds = {
             "sentence": self.tr("Say"), "question": self.tr("Ask"), "happy": self.tr("Happily"),
             "sounds": self.tr("Sounds and faces"), "loud": self.tr("Loudly"), "quiet": self.tr("Quietly"),

@@ -153,3 +153,20 @@ def test_it_can_be_hidden_and_speaks_other_languages_and_ones_own_text(tab: Tab,
     card.next.click()
     assert card.text.text() == "Two."
     assert card.missing.text().startswith("Next: 2 min (a first look). Still missing: loud speech")
+
+
+def test_the_practice_performer_is_seen_where_another_program_has_the_port(tab: Tab, qtbot) -> None:
+    view, presenter, session = tab
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        taken = int(other.getsockname()[1])
+        session.change_settings(vmc_port=taken)
+        model = presenter.model
+        assert model.recorder is not None
+        qtbot.waitUntil(lambda: model.recorder.snapshot().port is None)
+        model.set_practising(True)
+        assert session.settings.vmc_port != taken
+        assert "its own lines" in view.prompter.text.text()
+        qtbot.waitUntil(lambda: model.recorder.snapshot().frames > 10)
+        model.set_practising(False)
+        assert view.prompter.text.text() in {one.text for one in prompts.prompts_of("en")}
