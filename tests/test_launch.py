@@ -81,6 +81,12 @@ def microphones() -> None:
     has_microphone()
 
 
+def titles() -> None:
+    from studio.capture.device_names import default_title
+
+    default_title("source")
+
+
 def screen() -> None:
     if not virtual_devices.screen_available():
         pytest.skip("there is no Xvfb here")
@@ -101,6 +107,7 @@ OURS: dict[str, tuple[Callable[[], None], ...]] = {
     "performer.espeak": (speech,),
     "cli.doctor": (doctor,),
     "cli.tour": (microphones,),
+    "capture.device_names": (titles,),
     "virtual_devices": (screen, sound),
 }
 """Each module that starts programs, and its ways of doing so."""

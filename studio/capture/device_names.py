@@ -6,7 +6,6 @@ off. A choice is kept by that name; only what is shown of it differs.
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 from collections.abc import Sequence
@@ -92,7 +91,7 @@ def _told(command: list[str]) -> str:
             errors="replace",
             timeout=_PATIENCE_S,
             check=True,
-            env={**os.environ, "LC_ALL": "C.UTF-8"},
+            env=launch.environment() | {"LC_ALL": "C.UTF-8"},
             stdin=subprocess.DEVNULL,
         )
     except (OSError, subprocess.SubprocessError):

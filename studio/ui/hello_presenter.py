@@ -173,7 +173,7 @@ class HelloPresenter(QObject):
 
     def _on_sound(self, said: tuple[Project, Path]) -> None:
         project, self.sound = said
-        self._view.show_busy(self.tr("The base voice listens. This takes a few seconds…"))
+        self._view.show_busy(self.tr("The base voice is listening. A few seconds, longer the first time…"))
         self._task.request(project, base_voice(), self.sound)
 
     def _on_motion(self, motion: Motion) -> None:

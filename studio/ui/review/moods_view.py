@@ -101,7 +101,7 @@ class MoodsBar(QWidget):
         """
         moods, styles = (run.moods, run.styles) if run is not None else ((), ())
         self._hint.setVisible(hint and not moods)
-        tip = self.tr("Label moods in Curate, train again, and paint them here.")
+        tip = self.tr("Want moods? Label them in Curate, train again, then paint them here.")
         self._hint.setText(tip)
         self._hint.setToolTip(tip)
         several = styles if len(styles) > 1 else ()

@@ -77,8 +77,8 @@ class VerdictRow(QWidget):
         self._icon.setVisible(bool(name))
         if name:
             self._icon.setPixmap(theme.icon(name, token).pixmap(theme.icon_size(big=True)))
-        self.text.setText(verdict.text or nothing)
-        self.text.setToolTip(verdict.basis)
+        # With what it was measured on: the charts beside it are of validation, and may say otherwise.
+        self.text.setText(f"{verdict.text} {verdict.basis}" if verdict.text else nothing)
 
     def show_curve(self, ready: bool, why_not: str, learnt: str) -> None:
         """Offer to measure what more takes would bring.

@@ -114,7 +114,7 @@ def test_a_run_without_moods_shows_where_they_come_from(qtbot: QtBot, tab: Tab) 
     made(qtbot, presenter)
     view.moods.show_run(None, hint=True)
     assert view.moods.findChild(object, "moods_hint").text() == (  # type: ignore[attr-defined]
-        "Label moods in Curate, train again, and paint them here."
+        "Want moods? Label them in Curate, train again, then paint them here."
     )
     assert not view.moods.mix.isVisible()
     chosen: list[str] = []
