@@ -33,7 +33,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         relink.put_back(project.folder, one, source)
         out.emit(FoundEvent(one.take, str(one.path), str(source)), f"{one.path} is {source}.")
     for one in search.unclear:
-        text = f"Several different files fit {one.path}; name the right one like the take."
+        text = f"Several files could be {one.path}. Rename the right one to match the take."
         out.emit(UnclearEvent(one.take, str(one.path)), text)
     # Without a find no step of undo is made.
     if search.found:

@@ -28,7 +28,7 @@ _FIGURES = (
     ("pearson_mouth", "Mouth follows (Pearson r)", 2),
     ("motion_ratio", "Motion (1 moves as much as the performer)", 2),
     ("std_ratio", "Reach (1 is as wide as the performer)", 2),
-    ("jerk_ratio", "Jerk (1 is as calm as the performer)", 2),
+    ("jerk_ratio", "Jitter (1 is as smooth as the performer)", 2),
     ("closure_recall", "Lips that close while speaking", 2),
     ("closure_precision", "Of its closed lips, closed rightly", 2),
     ("sync_match", "Fits its own sound better than another (0.5 is chance)", 2),

@@ -160,7 +160,7 @@ class StartPresenter(QObject):
             messages.show_note(
                 self._window,
                 self._session.locked_reason,
-                self.tr("You can look at everything and change nothing."),
+                self.tr("This project is read-only: you can browse it but not change it."),
             )
 
     def _on_forget(self, folder: Path) -> None:

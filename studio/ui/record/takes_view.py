@@ -190,7 +190,7 @@ class TakesCard(Card):
         go_on.clicked.connect(self.curate_requested)
         self._go_on = go_on
         self.head.addWidget(go_on)
-        self._empty = label(self.tr("No takes yet today. Press F1 and speak."), "muted")
+        self._empty = label(self.tr("No takes today yet."), "muted")
         self._empty.setWordWrap(True)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         inner = QWidget()
