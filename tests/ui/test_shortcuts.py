@@ -191,7 +191,7 @@ def test_every_shortcut_of_the_window_comes_from_the_table(window: MainWindow, t
 
 
 def test_a_button_says_what_the_table_says(qtbot: QtBot) -> None:
-    assert tip_of("mute") == "Your microphone is muted (M)"
+    assert tip_of("mute") == "Mute your microphone (M)"
     assert tip_of("play") == "Play and pause (Space)"
     assert tip_of("split_takes") == ACTIONS["split_takes"].help
     assert tip_of("delete_run") == ""

@@ -98,7 +98,7 @@ class Bench(Card):
         metrics = self.undo.fontMetrics()
         for button, word, name in ((self.undo, name_of("undo"), undo), (self.redo, name_of("redo"), redo)):
             text = f"{word}: {name}" if name else word
-            button.setText(metrics.elidedText(text, Qt.TextElideMode.ElideRight, 110))
+            button.setText(metrics.elidedText(text, Qt.TextElideMode.ElideRight, 160))
             button.setToolTip(text)
             button.setAccessibleName(text)
             button.setEnabled(bool(name))

@@ -660,7 +660,7 @@ def test_labels_go_to_praat_and_come_back_as_one_step_of_undo(room: Room, tmp_pa
     room.show("toy_002")
     room.presenter.labels.read(tmp_path / "声.TextGrid")
     assert room.labels("toy_002") == labels
-    assert room.view.bench.undo.text() == "Undo: Import labels of toy_002"
+    assert room.view.bench.undo.toolTip() == "Undo: Import labels of toy_002"
     room.presenter.labels.read(tmp_path / "声.TextGrid")
     assert room.labels("toy_002") == labels, "reading twice doubles nothing"
     room.click("undo_button")
