@@ -84,7 +84,7 @@ def proof_of(take: Take, report: Report) -> Proof:
     """What a check of a take says of its recording alone; how well it was performed is its grade."""
     info = take.info
     details = (
-        f"Read again from the disk: {counted_frames(info.frames)} of motion, {info.audio_seconds:.1f} s of "
+        f"Read again from the disk: {counted(info.frames, 'frame')} of motion, {info.audio_seconds:.1f} s of "
         f"sound, clocks {info.drift_ppm:+.0f} ppm apart and corrected."
     )
     for finding in report.findings:
@@ -98,14 +98,9 @@ def proof_of(take: Take, report: Report) -> Proof:
     if info.source == "recorded" and info.notes:
         # The recorder notes nothing but trouble: sound that was lost, a microphone that went, a full disk.
         return Proof(False, info.notes[0], "Listen to that place, or record it again.", details)
-    loss = f"{counted_frames(info.frames_lost)} lost" if info.frames_lost else "nothing lost"
+    loss = f"{counted(info.frames_lost, 'frame')} lost" if info.frames_lost else "nothing lost"
     parts = [f"{info.duration:.1f} s", *([f"{report.fps:.0f} fps"] if report.fps else []), loss]
     return Proof(True, f"Verified: {', '.join(parts)}.", "", details)
-
-
-def counted_frames(number: int) -> str:
-    """So many frames, in words."""
-    return "1 frame" if number == 1 else f"{number} frames"
 
 
 def check_take(take: Take) -> Report:

@@ -61,11 +61,8 @@ class StepPicture(QWidget):
 
     def _fields(self, painter: QPainter) -> None:
         _window(painter, QRectF(14, 8, 132, 84))
-        for y, words in ((34, self._address or "127.0.0.1"), (62, str(self._port))):
-            painter.setPen(_pen("accent", 1.5))
-            painter.setBrush(theme.colour("ground"))
-            painter.drawRoundedRect(QRectF(26, y, 108, 21), 4, 4)
-            _words(painter, QRectF(32, y, 98, 21), words, "text", 12, semibold=True)
+        _field(painter, QRectF(26, 34, 108, 21), self._address or "127.0.0.1")
+        _field(painter, QRectF(26, 62, 108, 21), str(self._port))
 
     def _move(self, painter: QPainter) -> None:
         _face(painter, QPointF(40, 48), 25)
@@ -86,11 +83,8 @@ class StepPicture(QWidget):
 
     def _phone_fields(self, painter: QPainter) -> None:
         _phone(painter, QRectF(10, 4, 140, 92))
-        for y, words in ((24, self._address or "…"), (54, str(self._port))):
-            painter.setPen(_pen("accent", 1.5))
-            painter.setBrush(theme.colour("ground"))
-            painter.drawRoundedRect(QRectF(24, y, 112, 22), 4, 4)
-            _words(painter, QRectF(30, y, 102, 22), words, "text", 12, semibold=True)
+        _field(painter, QRectF(24, 24, 112, 22), self._address or "…")
+        _field(painter, QRectF(24, 54, 112, 22), str(self._port))
 
     def _phone_face(self, painter: QPainter) -> None:
         _face(painter, QPointF(36, 50), 25)
@@ -205,6 +199,14 @@ def _bar(painter: QPainter, x: float, y: float, width: float) -> None:
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(theme.colour("line"))
     painter.drawRoundedRect(QRectF(x, y, width, 5), 2.5, 2.5)
+
+
+def _field(painter: QPainter, place: QRectF, words: str) -> None:
+    """A field that is filled in."""
+    painter.setPen(_pen("accent", 1.5))
+    painter.setBrush(theme.colour("ground"))
+    painter.drawRoundedRect(place, 4, 4)
+    _words(painter, place.adjusted(6, 0, -4, 0), words, "text", 12, semibold=True)
 
 
 def _words(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +11,11 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion
-from studio.settings import Settings
+from studio.project import Project
 from studio.training.styles import RunChoice
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
-from studio.ui.session import Session
 from studio.ui.widgets.timeline.timeline import Timeline
 from tests import toys
 from tests.training.loop.test_train import tiny, trained
@@ -34,17 +32,13 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, taught: Path, tmp_path: Path) -> Iterator[Tab]:
-    session = Session(Settings())
-    session.project = toys.copied(taught, tmp_path)
-    view = ReviewView()
-    presenter = ReviewPresenter(view, session)
-    qtbot.addWidget(view)
-    view.resize(1280, 754)
-    view.show()
-    presenter.activate()
-    yield view, presenter
-    presenter.close()
+def toy_project(taught: Path, tmp_path: Path) -> Project:
+    return toys.copied(taught, tmp_path)
+
+
+@pytest.fixture
+def tab(opened: Tab) -> Tab:
+    return opened
 
 
 def made(qtbot: QtBot, presenter: ReviewPresenter) -> Motion:
