@@ -61,7 +61,7 @@ def test_what_is_spoken_is_heard_up_to_the_pause(virtual_audio: str, window: Mai
     voice = Player(clip)
     voice.play()
     # Nobody presses Stop: the pause behind the sentence ends it.
-    qtbot.waitUntil(lambda: "base voice listens" in status(window).text())
+    qtbot.waitUntil(lambda: "base voice is listening" in status(window).text())
     voice.close()
     assert speak.text() == "Speak"
     sound, rate = soundfile.read(window.start.hello.sound)

@@ -736,7 +736,7 @@ def test_cleaned_sound_is_a_choice_heard_before_and_after_with_one_key(talk_room
     assert cleaned.parent.name == ".cache"
     assert room.model.playing.position == pytest.approx(2.0)
     assert room.view.bench.clean.text() == "Voice only"
-    assert room.view.bench.undo.text() == "Undo: Clean the sound of talk"
+    assert room.view.bench.undo.toolTip() == "Undo: Clean the sound of talk"
     room.qtbot.waitUntil(lambda: room.timeline.grab().toImage() != before, timeout=LONG)
     room.key(Qt.Key.Key_B)
     assert _player_sound(room) == recorded
