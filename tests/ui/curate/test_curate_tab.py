@@ -751,7 +751,7 @@ def test_cleaned_sound_is_a_choice_heard_before_and_after_with_one_key(talk_room
     assert _player_sound(room) == cleaned
     _choose_clean(room, "off")
     assert "clean" not in room.saved("talk")
-    assert room.view.bench.undo.text() == "Undo: Use talk as recorded"
+    assert room.view.bench.undo.toolTip() == "Undo: Use talk as recorded"
 
 
 def test_b_says_what_to_do_where_nothing_is_cleaned(room: Room) -> None:
