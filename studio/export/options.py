@@ -72,12 +72,16 @@ class RenderOptions:
 
 @dataclass(frozen=True)
 class FormatChoice:
-    """A format that can be written: its name, what a menu calls it, its ending, and what it leaves out."""
+    """A format that can be written: its name, what a menu calls it, its ending, and what it leaves out.
+
+    With `bones_only` it holds nothing of a face.
+    """
 
     name: str
     title: str
     suffix: str
     note: str
+    bones_only: bool = False
 
 
 # What avatar programs and animation programs read, then tables, then pictures; the rest by title.
@@ -89,7 +93,7 @@ def format_choices() -> list[FormatChoice]:
     from studio import formats
 
     found = [
-        FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE)
+        FormatChoice(name, m.TITLE, formats.written_suffix(m), m.NOTE, bool(getattr(m, "BONES_ONLY", False)))
         for name, m in formats.writers().items()
     ]
     rank = {name: number for number, name in enumerate(_FIRST)}

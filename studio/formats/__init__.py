@@ -16,6 +16,7 @@ FPS: float                                  its one frame rate, where it has onl
 WEARS: bool                                 it writes a body, an avatar's where one is given
 DRAWS: bool                                 it draws, and tells the drawing how far it is
 BONES_KEPT: frozenset[str]                  the bones it keeps, where it does not keep all
+BONES_ONLY: bool                            it holds nothing of a face
 
 _any_skeleton  Any program's skeleton made a humanoid: its unit, its axes and its rest pose guessed, and
                said

@@ -24,6 +24,7 @@ from studio.motion.avatar import MIRROR, MIRROR_TURN
 
 TITLE = "BVH"
 SUFFIX = ".bvh"
+BONES_ONLY = True
 NOTE = (
     "Body only: no blend shapes, no sound. Frame 1 is the first moment of the sound. Blender, UniVRM and "
     "three.js read it; for FBX or a Unity .anim go through Blender or Unity."

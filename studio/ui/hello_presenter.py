@@ -114,6 +114,7 @@ class HelloPresenter(QObject):
         view.sentence_entered.connect(self._on_sentence)
         view.play_requested.connect(self._play)
         self._task.predicted.connect(self._on_motion)
+        self._task.progressed.connect(self._on_progress)
         self._task.failed.connect(self._on_failed)
         self._session.project_opened.connect(self._on_project)
 
@@ -175,6 +176,10 @@ class HelloPresenter(QObject):
         project, self.sound = said
         self._view.show_busy(self.tr("The base voice is listening. A few seconds, longer the first time…"))
         self._task.request(project, base_voice(), self.sound)
+
+    def _on_progress(self, text: str, fraction: float | None) -> None:
+        if fraction is not None and fraction >= 0.0:
+            self._view.show_busy(self.tr("The base voice makes the motion: {0}").format(text), fraction)
 
     def _on_motion(self, motion: Motion) -> None:
         sound, device = self.sound, self._session.settings.audio_output or None

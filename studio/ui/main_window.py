@@ -195,7 +195,6 @@ class MainWindow(QMainWindow):
         save_window(self)
         for _, presenter in self.rooms.values():
             presenter.close()
-        self.steps.close()
         self.start.close()
         self.importer.close()
         self.packing.close()

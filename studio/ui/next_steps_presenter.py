@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 
 from studio.ui.next_steps_view import STEPS, StepStrip
 from studio.ui.session import Session
 
 if TYPE_CHECKING:
-    from studio.project import Project, Run
+    from studio.project import Project
 
 RECORD_SECONDS = 120.0
-WATCHING_MS = 1500
-"""How often Review is looked at for a run that moves something: no file or signal tells of it at once."""
 
 _WHERE = {
     "record": ("record", "record_button"),
@@ -39,28 +37,19 @@ class StepsPresenter(QObject):
     def __init__(self, strip: StepStrip, session: Session, go: Callable[[str, str], None]) -> None:
         super().__init__(strip)
         self.strip, self._session, self._go = strip, session, go
-        self._tab = ""
-        self._watching = QTimer(self)
-        self._watching.setInterval(WATCHING_MS)
-        self._watching.timeout.connect(self._on_watching)
         strip.step_requested.connect(lambda step: self._go(*_WHERE[step]))
         strip.dismissed.connect(lambda: session.change_settings(next_steps=False))
         for changed in (session.project_opened, session.takes_changed, session.runs_changed):
             changed.connect(self.refresh)
         session.settings_changed.connect(self._on_settings)
-        session.status_changed.connect(self._on_status)
+        session.step_done.connect(self._keep)
         self.refresh()
 
     def show_tab(self, name: str) -> None:
         """Another tab is shown, "" for the welcome page."""
-        self._tab = name
         project = self._session.project
         if name == "curate" and project is not None and project.takes:
             self._keep("check")
-        if name == "review":
-            self._watching.start()
-        else:
-            self._watching.stop()
         self.refresh()
 
     def refresh(self) -> None:
@@ -71,10 +60,6 @@ class StepsPresenter(QObject):
             done = steps_done(project, self._kept(project))
             self.strip.show_steps(done, next((step for step in STEPS if step not in done), ""))
 
-    def close(self) -> None:
-        """The window closes."""
-        self._watching.stop()
-
     def _kept(self, project: Project) -> tuple[str, ...]:
         return tuple(step for step in STEPS if self._session.settings.has_step(step, project.folder))
 
@@ -84,17 +69,6 @@ class StepsPresenter(QObject):
         if project is not None and not settings.has_step(step, project.folder):
             self._session.change_settings(steps_done=settings.with_step(step, project.folder).steps_done)
             self.refresh()
-
-    def _on_watching(self) -> None:
-        project = self._session.project
-        if project is None or self._session.settings.has_step("watch", project.folder):
-            self._watching.stop()
-        elif any(_has_moved(project, run) for run in trained_runs(project)):
-            self._keep("watch")
-
-    def _on_status(self, key: str, text: str, _health: str) -> None:
-        if key == "live" and text:
-            self._keep("live")
 
     def _on_settings(self, changed: frozenset[str]) -> None:
         if "next_steps" in changed:
@@ -111,19 +85,6 @@ def steps_done(project: Project, kept: tuple[str, ...]) -> tuple[str, ...]:
     found = set(kept)
     if sum(take.info.duration for take in project.takes) >= RECORD_SECONDS:
         found.add("record")
-    if trained_runs(project):
+    if any(run.has_weights for run in project.runs):
         found.add("train")
     return tuple(step for step in STEPS if step in found)
-
-
-def trained_runs(project: Project) -> list[Run]:
-    """The project's own runs that can make motion."""
-    return [run for run in project.runs if run.has_weights]
-
-
-def _has_moved(project: Project, run: Run) -> bool:
-    """Whether a run's motion of some sound is there: Review makes it when the run is shown."""
-    from studio.project.run import generated_folder
-
-    folder = generated_folder(project.folder, run.id)
-    return folder.is_dir() and any(folder.iterdir())

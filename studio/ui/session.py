@@ -58,6 +58,7 @@ class Session(QObject):
         watch_requested: the same, and play it from the start.
         news_changed: (tab, what is new there and not seen yet; "" for nothing).
         take_requested: show a take in Curate, by its id.
+        step_done: a step on the way to going live that no file tells of ("check", "watch", "live").
     """
 
     project_opened = Signal()
@@ -83,6 +84,7 @@ class Session(QObject):
     watch_requested = Signal(str)
     news_changed = Signal(str, str)
     take_requested = Signal(str)
+    step_done = Signal(str)
 
     def __init__(self, settings: Settings | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -47,7 +47,11 @@ def test_mixed_arithmetic_learns_through_the_same_loop(make_toy_project: MakePro
     for precision in ("32", "bf16"):
         events: list[Event] = []
         recipe = load_recipe(name).with_overrides([*small, *shared, f"precision={precision}"])
-        run = train(project, recipe, on_event=events.append)
+        try:
+            run = train(project, recipe, on_event=events.append)
+        except RequestError as error:
+            assert "This processor cannot train this recipe with training.precision=bf16." in str(error)
+            pytest.skip("this processor has no mixed arithmetic for recurrent layers")
         told[precision] = [event for event in events if isinstance(event, EpochEvent)]
         kept = load_file(run.folder / "best.safetensors")
         # What was captured is kept small, and not learnt.

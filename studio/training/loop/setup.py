@@ -116,6 +116,25 @@ def precision_for(precision: str, accelerator: str) -> Literal["32-true", "bf16-
     return "32-true" if precision == "32" else "bf16-mixed" if precision == "bf16" else "16-mixed"
 
 
+def check_precision(network: torch.nn.Module, settings: TrainingSettings, device: torch.device) -> None:
+    """Refuse mixed arithmetic where a processor cannot compute a recurrent layer in it: older ones cannot.
+
+    Raises:
+        RequestError: this one cannot.
+    """
+    kinds = {"bf16": torch.bfloat16, "fp16": torch.float16}
+    recurrent = any(isinstance(module, torch.nn.RNNBase) for module in network.modules())
+    if device.type != "cpu" or not recurrent or settings.precision not in kinds:
+        return
+    layer = torch.nn.LSTM(8, 8)
+    try:
+        with torch.autocast("cpu", kinds[settings.precision]):
+            layer(torch.zeros(2, 1, 8))[0].sum().backward()
+    except RuntimeError as error:
+        what = f"This processor cannot train this recipe with training.precision={settings.precision}."
+        raise RequestError(what, "Choose training.precision=auto.") from error
+
+
 def is_first_process() -> bool:
     """Whether this process speaks and writes for all that train together; known once Fabric was made."""
     return int(getattr(rank_zero_only, "rank", 0)) == 0  # typed as a bare function

@@ -37,6 +37,7 @@ from studio.training.gather import gather
 from studio.training.loop import run_folder
 from studio.training.loop.run_folder import Progress, RunFolder, is_due, save_progress, saved_state
 from studio.training.loop.setup import (
+    check_precision,
     fresh_model,
     is_out_of_memory,
     leave_together,
@@ -143,6 +144,7 @@ class _Training:
         # Right before the weights are drawn, so that runs repeat whatever gathering did.
         torch.manual_seed(recipe.training.seed)
         self.model = fresh_model(self.data, recipe)
+        check_precision(self.model.network, recipe.training, fabric.device)
         loss = make_loss(self.data, recipe, fabric.device)
         self.steps = TrainingSteps(fabric, self.data, self.model, loss, state)
         self.check = Validation(self.data, self.model, loss, fabric.device)

@@ -55,6 +55,8 @@ class LiveStagePresenter(QObject):
         held = held or (self.tr("Live, muted") if state.muted else "")
         health = "warn" if held or state.lost else "good"
         self._session.status_changed.emit("live", held or self.tr("Live"), health)
+        if state.speaking and not held:
+            self._session.step_done.emit("live")
 
     def _on_phase(self) -> None:
         self._view.controls.show_live(self._model.task.phase == Phase.LIVE)

@@ -28,9 +28,10 @@ class HealthPresenter(QObject):
         model.text_due.connect(self._show_card)
 
     def _show_strip(self, snap: Snapshot) -> None:
-        settling = self._model.settling
-        self._session.status_changed.emit("motion", *(("", "") if settling else strip_motion(snap)))
-        self._session.status_changed.emit("sound", *(("", "") if settling else strip_sound(snap)))
+        # In the other tabs nobody waits for a tracker or a microphone, unless a take is being recorded.
+        wanted = (self._model.active or self._session.rolling) and not self._model.settling
+        self._session.status_changed.emit("motion", *(strip_motion(snap) if wanted else ("", "")))
+        self._session.status_changed.emit("sound", *(strip_sound(snap) if wanted else ("", "")))
 
     def _show_card(self, snap: Snapshot) -> None:
         problems, microphone = dict(self._model.problems), self._session.settings.audio_device

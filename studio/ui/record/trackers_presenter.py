@@ -56,19 +56,21 @@ class TrackersPresenter(QObject):
         self._show(_BY_ID[tracker])
 
     def _show(self, tracker: Tracker) -> None:
-        self._shown = tracker
+        self._shown, port = tracker, self._port(tracker)
         address = self._address if tracker.phone else trackers.LOOPBACK
         missing = self.tr("This computer is in no network; connect it to the phone's Wi-Fi.")
         second = self.tr("On another computer, use {0} instead.").format(self._address)
         note = (missing if not self._address else "") if tracker.phone else (second if self._address else "")
         steps = tuple(
-            (step.picture, self._translated(step.text).format(address=address or "…", port=tracker.port))
+            (step.picture, self._translated(step.text).format(address=address or "…", port=port))
             for step in tracker.steps
         )
         title = self._translated(tracker.title)
-        self._page.show_card(
-            TrackerCard(tracker.id, title, steps, address, tracker.port, tracker.phone, note)
-        )
+        self._page.show_card(TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note))
+
+    def _port(self, tracker: Tracker) -> int:
+        """Where it is to send: a program to the port that is listened to when this page is closed, too."""
+        return tracker.port if tracker.phone else self._session.settings.vmc_port
 
     # -- who is heard ----------------------------------------------------------------------------
 
@@ -91,16 +93,16 @@ class TrackersPresenter(QObject):
         return next((one for one in self._senders if one.kind == self._shown.kind), None)
 
     def _sentence(self, heard: Sender | None, snap: Snapshot) -> str:
+        port = self._port(self._shown)
         if heard is not None:
             bones = counted(len(heard.bones), self.tr("1 bone"), self.tr("{0} bones"))
             shapes = counted(len(heard.shapes), self.tr("1 shape"), self.tr("{0} shapes"))
             text = self.tr("I hear it on port {0}: {1}, {2}.")
-            return text.format(heard.port or self._shown.port, bones, shapes)
-        if self._shown.port not in snap.ports:
-            return self.tr("Port {0} is used by another program; close it, or use another port.").format(
-                self._shown.port
-            )
-        return self.tr("Listening on port {0}…").format(self._shown.port)
+            return text.format(heard.port or port, bones, shapes)
+        if port not in snap.ports:
+            text = self.tr("Port {0} is used by another program; close it, or use another port.")
+            return text.format(port)
+        return self.tr("Listening on port {0}…").format(port)
 
     def _look_up(self, sender: Sender) -> None:
         if sender.sender in self._programs:
@@ -120,7 +122,7 @@ class TrackersPresenter(QObject):
         heard = self._heard()
         if heard is None:
             return
-        settings, port = self._session.settings, heard.port or self._shown.port
+        settings, port = self._session.settings, heard.port or self._port(self._shown)
         if self._shown.phone:
             # Beside the port of the body, which another program may send.
             choice: dict[str, object] = {

@@ -3,8 +3,9 @@
 batch_presenter      Presenter of the batch dialog: one batch in a child process, followed through its queue
 batch_view           The batch dialog: which sounds or takes, by which run, as which formats, and the queue
 clip                 What can be reviewed: how an item is read, and its motions tuned. No widgets
+export_options_view  What an export asks besides formats and name: part, span, frame rate, pictures
 export_presenter     Presenter of the Export panel: writes what is shown through a child process
-export_view          The Export panel: which formats, which part, at which rate, where to, and the outcome
+export_view          The Export panel: which formats, where to, and the outcome
 model                State of the tab: what can be reviewed and what is on the stage, with signals of its
                      changes
 moods_presenter      Presenter of the moods: paints them over the sound, and has the motion made anew

@@ -17,7 +17,8 @@ from studio.motion import Motion
 from studio.motion.motion import only_part
 from studio.take.motion_file import write_motion
 from studio.ui import messages, theme
-from studio.ui.review.export_view import ExportOptions, ExportRequest
+from studio.ui.review.export_options_view import ExportOptions
+from studio.ui.review.export_view import ExportRequest
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
-    QCheckBox,
     QComboBox,
     QFileDialog,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QMenu,
     QProgressBar,
@@ -29,33 +27,12 @@ from studio import formats
 from studio.export.options import FormatChoice
 from studio.files.atomic import safe_name
 from studio.ui import theme
-from studio.ui.review.tune_controls import Fold
+from studio.ui.review.export_options_view import ExportOptions, OptionsForm, caption
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
-SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
-LABELS_PX = 52
 DRAWN = frozenset({"mp4", "png"})
 """Formats that are pictures."""
-
-
-@dataclass(frozen=True)
-class ExportOptions:
-    """What was chosen.
-
-    Args:
-        part: "all", "face" or "body".
-        selection: only what is selected on the timeline.
-        tuned: with the sliders of Tune.
-        size: pixels of a film or still.
-        clear: a still without the room.
-    """
-
-    part: str = "all"
-    selection: bool = False
-    tuned: bool = True
-    size: tuple[int, int] = SIZES[0]
-    clear: bool = False
 
 
 class MoreFormats(QToolButton):
@@ -92,135 +69,6 @@ class MoreFormats(QToolButton):
     def chosen(self, besides: str) -> tuple[str, ...]:
         """The names that are ticked, without the one that is exported anyway."""
         return tuple(name for name, one in self._actions.items() if one.isChecked() and name != besides)
-
-
-class OptionsForm(QWidget):
-    """What matters for this export alone, and `fold` with the rest, closed until it is opened.
-
-    Signals:
-        changed: something was chosen.
-
-    Attributes:
-        fold: part, frames and sliders; its head names what is not as it comes.
-    """
-
-    changed = Signal()
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._build_boxes()
-        self._span_words, self._size_words = caption(self.tr("Span")), caption(self.tr("Picture"))
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(theme.INSIDE)
-        grid.setColumnStretch(1, 1)
-        for row, (text, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
-            grid.addWidget(text, 2 * row, 0)
-            grid.addWidget(box, 2 * row, 1)
-        grid.addWidget(self.clear_room, 1, 0, 1, 2)
-        self.fold = Fold("export", self.tr("Options"), is_open=False)
-        for row, (title, box) in enumerate(((self.tr("Part"), self.part), (self.tr("Frames"), self.fps))):
-            self.fold.grid.addWidget(caption(title), row, 0)
-            self.fold.grid.addWidget(box, row, 1)
-        self.fold.grid.addWidget(self.tuned, 2, 0, 1, 2)
-        self.fold.reset_requested.connect(self._on_reset)
-        self.changed.connect(self._show_changed)
-        self.show_selection(None)
-        self.show_drawn(film=False, still=False)
-
-    @property
-    def options(self) -> ExportOptions:
-        """What is chosen."""
-        return ExportOptions(
-            str(self.part.currentData()),
-            bool(self.span.currentData()) and self.span.isEnabled(),
-            self.tuned.isChecked(),
-            tuple(self.picture.currentData()),
-            self.clear_room.isChecked(),
-        )
-
-    def show_selection(self, span: tuple[float, float] | None) -> None:
-        """Offer what is selected on the timeline; where nothing is, all of it is exported."""
-        self._selected = span is not None
-        self.span.setEnabled(span is not None)
-        self.span.setVisible(span is not None)
-        self._span_words.setVisible(span is not None)
-        text = (
-            self.tr("Selection, {0} s").format(f"{span[1] - span[0]:.1f}") if span else self.tr("Selection")
-        )
-        with QSignalBlocker(self.span):
-            self.span.setItemText(1, text)
-            if span is None:
-                self.span.setCurrentIndex(0)
-        self._fit()
-
-    def show_drawn(self, film: bool, still: bool) -> None:
-        """Ask for the size of pictures where some are drawn."""
-        self._drawn = film or still
-        self.picture.setVisible(film or still)
-        self._size_words.setVisible(film or still)
-        self.clear_room.setVisible(still)
-        self._fit()
-
-    def _fit(self) -> None:
-        # An empty row would leave a gap.
-        self.setVisible(self._selected or self._drawn)
-
-    def _on_reset(self) -> None:
-        self.part.setCurrentIndex(0)
-        self.fps.setCurrentIndex(0)
-        self.tuned.setChecked(True)
-
-    def _show_changed(self) -> None:
-        """What is chosen is read on a closed fold, too."""
-        text = [self.part.currentText().lower()] if self.part.currentIndex() else []
-        text += [self.fps.currentText()] if self.fps.currentIndex() else []
-        text += [] if self.tuned.isChecked() else [self.tr("without Tune settings")]
-        summary = self.tr("Options: {0}").format(", ".join(text)) if text else self.tr("Options")
-        self.fold.head.setText(summary)
-        self.fold.head.setToolTip(summary if text else "")
-        self.fold.show_changed(bool(text))
-
-    def _build_boxes(self) -> None:
-        self._selected = self._drawn = False
-        self.part = self._box("export_part", self.tr("Part"))
-        for text, name in (
-            (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
-        ):  # fmt: skip
-            self.part.addItem(text, name)
-        self.fps = self._box("export_fps", self.tr("Frames"))
-        self.fps.addItem(self.tr("As they are"), 0.0)
-        for fps in (24, 30, 60, 120):
-            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
-        self.span = self._box("export_span", self.tr("Span"))
-        self.span.addItem(self.tr("All of it"), False)
-        self.span.addItem(self.tr("Selection"), True)
-        self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
-        self.picture = self._box("export_size", self.tr("Picture"))
-        for wide, high in SIZES:
-            self.picture.addItem(f"{wide} x {high}", (wide, high))
-        self.tuned = QCheckBox(self.tr("With Tune settings"))
-        self.tuned.setObjectName("export_tuned")
-        self.tuned.setChecked(True)
-        self.tuned.toggled.connect(lambda _: self.changed.emit())
-        self.clear_room = QCheckBox(self.tr("Still on a transparent background"))
-        self.clear_room.setObjectName("export_clear")
-
-    def _box(self, name: str, text: str) -> QComboBox:
-        box = QComboBox()
-        box.setObjectName(name)
-        box.setAccessibleName(text)
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        box.setMinimumContentsLength(12)
-        box.currentIndexChanged.connect(lambda _: self.changed.emit())
-        return box
-
-
-def caption(text: str) -> QLabel:
-    """What stands before a field; all are as wide, so that the fields stand in one line."""
-    made = label(text, "muted")
-    made.setMinimumWidth(LABELS_PX)
-    return made
 
 
 SIDES_PX, RIGHT_PX = 12, 4
@@ -336,8 +184,7 @@ class ExportPanel(QWidget):
             self.folder.setText(self._proposed)
         self._ready = ready
         self.what.setVisible(ready and bool(self.what.text()))
-        self.export.setEnabled(ready and not self._busy)
-        self.export.setToolTip("" if ready else self.tr("There is no motion to export yet"))
+        self._show_note()
 
     def show_what(self, predicted: bool) -> None:
         """Which motion is exported: the one a run predicted, or the captured one."""
@@ -348,7 +195,7 @@ class ExportPanel(QWidget):
     def show_busy(self, fraction: float | None) -> None:
         """Show progress 0..1; negative only moves; None where nothing is under way."""
         self._busy = fraction is not None
-        self.export.setEnabled(self._ready and not self._busy)
+        self._show_possible()
         self.cancel.setVisible(self._busy)
         self.bar.setVisible(self._busy)
         if fraction is not None:
@@ -374,11 +221,29 @@ class ExportPanel(QWidget):
         text = choice.note if choice else ""
         if also:
             text = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
-        self.note.setText(text)
+        empty = self._empty()
+        self.note.setText(empty or text)
+        theme.as_role(self.note, "warn" if empty else "caption")
+        self._show_possible()
         names = {one.name for one in (choice, *also) if one is not None}
         self.options.show_drawn(bool(names & DRAWN), "png" in names)
         self.note.show()
         self._fit_note()
+
+    def _empty(self) -> str:
+        """What is chosen that would hold nothing of this motion, as a sentence; "" where all would."""
+        chosen = (self._chosen(), *self._also())
+        titles = [one.title for one in chosen if one is not None and one.bones_only]
+        if not (self._ready and titles) or self._body:
+            return ""
+        return self.tr("{0} holds a body alone, and this motion is a face. Choose another format.").format(
+            titles[0]
+        )
+
+    def _show_possible(self) -> None:
+        why = self._empty() if self._ready else self.tr("There is no motion to export yet")
+        self.export.setEnabled(self._ready and not self._busy and not why)
+        self.export.setToolTip(why)
 
     def _fit_note(self) -> None:
         # A tab's page does not pass on that wrapped text grows with less width. What a label needs is never
@@ -386,7 +251,7 @@ class ExportPanel(QWidget):
         self.note.setMinimumHeight(0)
         bar = self._scroll.verticalScrollBar()
         margins = 2 * SIDES_PX + RIGHT_PX + (bar.sizeHint().width() if bar.maximum() > 0 else 0)
-        self.note.setMinimumHeight(self.note.heightForWidth(max(self.width() - margins, 100)))
+        self.note.setMinimumHeight(max(self.note.heightForWidth(max(self.width() - margins, 100)), 0))
 
     def _chosen(self) -> FormatChoice | None:
         name = self.format.currentData(Qt.ItemDataRole.UserRole)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer
 
+from studio.project.run import BASE_VOICE
 from studio.ui import messages
 from studio.ui.review.batch_presenter import BatchPresenter
 from studio.ui.review.export_presenter import ExportPresenter
@@ -49,6 +50,7 @@ class ReviewPresenter(QObject):
         self.batch = BatchPresenter(view, model, session)
         scopes = (self.moods.steps, view.tune.undo_scope, self.presets.steps, self.sources.steps)
         self.undo_scope = JointUndo(scopes, self)
+        self.transport.played.connect(self._on_played)
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         model.open()
 
@@ -79,6 +81,10 @@ class ReviewPresenter(QObject):
             card.close()
         self.model.close()
         self._view.stage.dispose()
+
+    def _on_played(self) -> None:
+        if self.model.side.selection.run != BASE_VOICE:
+            self._session.step_done.emit("watch")
 
     def _warm_up(self) -> None:
         # It takes a core for a moment, which a recording under way may need.

@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer
 
 from studio.errors import StudioError
+from studio.evaluation.verdict import in_words
 from studio.metrics.comparison import MotionComparison
 from studio.render.world_pose import WorldPose
 from studio.ui.avatar_store import Avatars
@@ -187,6 +188,8 @@ class StagePresenter(QObject):
     def _metrics(self, c: MotionComparison | None) -> tuple[str, str]:
         if c is None:
             return "", ""
+        # People read the words; who wants the figures behind them finds them in the tip.
+        words = in_words(c.pearson, c.motion_ratio)
         parts = []
         if c.rmse is not None:
             parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))
@@ -203,4 +206,4 @@ class StagePresenter(QObject):
             "motion: how much the face moves; 1 is as much as the performer\n"
             "bones: how far the bones are turned wrong, in degrees; less is better"
         )
-        return "  ".join(parts), tip
+        return f"{words[:1].upper()}{words[1:]}", "\n\n".join(("  ".join(parts), tip))

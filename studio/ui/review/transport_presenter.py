@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
@@ -18,7 +18,12 @@ class TransportPresenter(QObject):
     Args:
         view: the tab.
         model: what is on the stage; its player leads.
+
+    Signals:
+        played: somebody watches what a network made.
     """
+
+    played = Signal()
 
     def __init__(self, view: ReviewView, model: ReviewModel) -> None:
         super().__init__(view)
@@ -107,6 +112,8 @@ class TransportPresenter(QObject):
             self._last = player.position
             player.toggle()
             self._view.show_notice(player.problem.what if player.problem else "")
+            if player.playing and self._model.predicted is not None:
+                self.played.emit()
 
     def _on_step(self, frames: int) -> None:
         if self._model.player is not None:

@@ -114,7 +114,7 @@ class ReviewView(QWidget):
         self.curve.setVisible(bool(names))
 
     def show_metrics(self, text: str, tip: str) -> None:
-        """The figures of what is on screen."""
+        """How what is on screen stands to what was captured, and the figures behind it."""
         self._metrics.setText(text)
         # In a small window the figures are cut; the tip has them whole, and says what they mean.
         self._metrics.setToolTip(f"{text}\n\n{tip}" if text else "")

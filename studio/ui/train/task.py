@@ -139,7 +139,7 @@ def run_text(facts: RunFacts, eta: float | None = None) -> str:
 def _joined(first: str, facts: RunFacts, eta: float | None) -> str:
     parts = [first]
     if facts.best is not None:
-        parts.append(_tr("best {0}").format(facts.best))
+        parts.append(_tr("epoch {0} kept").format(facts.best))
     if facts.seconds is not None:
         parts.append(_tr("{0} s each").format(f"{facts.seconds:.1f}"))
     if eta is not None:

@@ -101,7 +101,7 @@ def test_a_vmc_program_on_the_port_in_use_is_heard_and_closing_listens_as_before
 
         qtbot.waitUntil(heard)
     assert page.heard.text() == f"I hear it on port {port}: 54 bones, 1 shape."
-    assert page.address.text() == "127.0.0.1  port 39539"
+    assert page.address.text() == f"127.0.0.1  port {port}", "where it will be listened to afterwards"
     page.reject()
     qtbot.waitUntil(lambda: presenter.model.recorder.snapshot().ports == (port,))
     assert session.settings.vmc_port == port

@@ -8,7 +8,8 @@ from pytestqt.qtbot import QtBot
 
 from studio.export.options import FormatChoice, format_choices
 from studio.ui import theme
-from studio.ui.review.export_view import ExportOptions, ExportPanel
+from studio.ui.review.export_options_view import ExportOptions
+from studio.ui.review.export_view import ExportPanel
 
 
 @pytest.fixture
@@ -69,3 +70,16 @@ def test_a_closed_fold_says_what_is_not_as_it_comes(panel: ExportPanel) -> None:
     fold.reset.click()
     assert (fold.head.text(), fold.reset.isHidden()) == ("Options", True)
     assert options.options == ExportOptions()
+
+
+def test_a_face_alone_is_not_exported_as_bones(panel: ExportPanel, tmp_path: Path) -> None:
+    panel.show_formats(format_choices())
+    panel.show_target("Hello_001", tmp_path, ready=True, body=False)
+    assert panel.format.currentData() == "saia_csv"
+    assert panel.export.isEnabled()
+    panel.format.setCurrentIndex(panel.format.findData("bvh"))
+    assert panel.note.text() == "BVH holds a body alone, and this motion is a face. Choose another format."
+    assert not panel.export.isEnabled()
+    panel.show_target("Hello_002", tmp_path, ready=True, body=True)
+    assert panel.export.isEnabled()
+    assert panel.export.toolTip() == ""

@@ -1,0 +1,163 @@
+"""What an export asks besides formats and name: part, span, frame rate, pictures, with Tune or without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QWidget
+
+from studio.ui import theme
+from studio.ui.review.tune_controls import Fold
+from studio.ui.widgets.card import label
+
+SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
+LABELS_PX = 52
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What was chosen.
+
+    Args:
+        part: "all", "face" or "body".
+        selection: only what is selected on the timeline.
+        tuned: with the sliders of Tune.
+        size: pixels of a film or still.
+        clear: a still without the room.
+    """
+
+    part: str = "all"
+    selection: bool = False
+    tuned: bool = True
+    size: tuple[int, int] = SIZES[0]
+    clear: bool = False
+
+
+class OptionsForm(QWidget):
+    """What matters for this export alone, and `fold` with the rest, closed until it is opened.
+
+    Signals:
+        changed: something was chosen.
+
+    Attributes:
+        fold: part, frames and sliders; its head names what is not as it comes.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._build_boxes()
+        self._span_words, self._size_words = caption(self.tr("Span")), caption(self.tr("Picture"))
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(theme.INSIDE)
+        grid.setColumnStretch(1, 1)
+        for row, (text, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
+            grid.addWidget(text, 2 * row, 0)
+            grid.addWidget(box, 2 * row, 1)
+        grid.addWidget(self.clear_room, 1, 0, 1, 2)
+        self.fold = Fold("export", self.tr("Options"), is_open=False)
+        for row, (title, box) in enumerate(((self.tr("Part"), self.part), (self.tr("Frames"), self.fps))):
+            self.fold.grid.addWidget(caption(title), row, 0)
+            self.fold.grid.addWidget(box, row, 1)
+        self.fold.grid.addWidget(self.tuned, 2, 0, 1, 2)
+        self.fold.reset_requested.connect(self._on_reset)
+        self.changed.connect(self._show_changed)
+        self.show_selection(None)
+        self.show_drawn(film=False, still=False)
+
+    @property
+    def options(self) -> ExportOptions:
+        """What is chosen."""
+        return ExportOptions(
+            str(self.part.currentData()),
+            bool(self.span.currentData()) and self.span.isEnabled(),
+            self.tuned.isChecked(),
+            tuple(self.picture.currentData()),
+            self.clear_room.isChecked(),
+        )
+
+    def show_selection(self, span: tuple[float, float] | None) -> None:
+        """Offer what is selected on the timeline; where nothing is, all of it is exported."""
+        self._selected = span is not None
+        self.span.setEnabled(span is not None)
+        self.span.setVisible(span is not None)
+        self._span_words.setVisible(span is not None)
+        text = (
+            self.tr("Selection, {0} s").format(f"{span[1] - span[0]:.1f}") if span else self.tr("Selection")
+        )
+        with QSignalBlocker(self.span):
+            self.span.setItemText(1, text)
+            if span is None:
+                self.span.setCurrentIndex(0)
+        self._fit()
+
+    def show_drawn(self, film: bool, still: bool) -> None:
+        """Ask for the size of pictures where some are drawn."""
+        self._drawn = film or still
+        self.picture.setVisible(film or still)
+        self._size_words.setVisible(film or still)
+        self.clear_room.setVisible(still)
+        self._fit()
+
+    def _fit(self) -> None:
+        # An empty row would leave a gap.
+        self.setVisible(self._selected or self._drawn)
+
+    def _on_reset(self) -> None:
+        self.part.setCurrentIndex(0)
+        self.fps.setCurrentIndex(0)
+        self.tuned.setChecked(True)
+
+    def _show_changed(self) -> None:
+        """What is chosen is read on a closed fold, too."""
+        text = [self.part.currentText().lower()] if self.part.currentIndex() else []
+        text += [self.fps.currentText()] if self.fps.currentIndex() else []
+        text += [] if self.tuned.isChecked() else [self.tr("without Tune settings")]
+        summary = self.tr("Options: {0}").format(", ".join(text)) if text else self.tr("Options")
+        self.fold.head.setText(summary)
+        self.fold.head.setToolTip(summary if text else "")
+        self.fold.show_changed(bool(text))
+
+    def _build_boxes(self) -> None:
+        self._selected = self._drawn = False
+        self.part = self._box("export_part", self.tr("Part"))
+        for text, name in (
+            (self.tr("Face and body"), "all"), (self.tr("Face"), "face"), (self.tr("Body"), "body")
+        ):  # fmt: skip
+            self.part.addItem(text, name)
+        self.fps = self._box("export_fps", self.tr("Frames"))
+        self.fps.addItem(self.tr("As they are"), 0.0)
+        for fps in (24, 30, 60, 120):
+            self.fps.addItem(self.tr("{0} frames/s").format(fps), float(fps))
+        self.span = self._box("export_span", self.tr("Span"))
+        self.span.addItem(self.tr("All of it"), False)
+        self.span.addItem(self.tr("Selection"), True)
+        self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
+        self.picture = self._box("export_size", self.tr("Picture"))
+        for wide, high in SIZES:
+            self.picture.addItem(f"{wide} x {high}", (wide, high))
+        self.tuned = QCheckBox(self.tr("With Tune settings"))
+        self.tuned.setObjectName("export_tuned")
+        self.tuned.setChecked(True)
+        self.tuned.toggled.connect(lambda _: self.changed.emit())
+        self.clear_room = QCheckBox(self.tr("Still on a transparent background"))
+        self.clear_room.setObjectName("export_clear")
+
+    def _box(self, name: str, text: str) -> QComboBox:
+        box = QComboBox()
+        box.setObjectName(name)
+        box.setAccessibleName(text)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setMinimumContentsLength(12)
+        box.currentIndexChanged.connect(lambda _: self.changed.emit())
+        return box
+
+
+def caption(text: str) -> QLabel:
+    """What stands before a field; all are as wide, so that the fields stand in one line."""
+    made = label(text, "muted")
+    made.setMinimumWidth(LABELS_PX)
+    return made
