@@ -155,16 +155,17 @@ def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
     return grade, short, f"{first[:1].upper()}{first[1:]}." + (f" {weak}" if weak else "")
 
 
-def in_words(r: float | None, motion: float | None) -> str:
+def in_words(r: float | None, motion: float | None, whom: str = "you") -> str:
     """How motion on screen stands to what was captured, in a few words.
 
     Args:
         r: whether it moves at the same moments, Pearson; None where nothing moves.
         motion: how much it moves, as a share of the captured.
+        whom: what it follows.
     """
     if motion is not None and motion < STILL_RATIO:
         return "barely moves"
-    return ", ".join(part for part in (_follow_words(r, "you")[0], _motion_words(motion)[0]) if part)
+    return ", ".join(part for part in (_follow_words(r, whom)[0], _motion_words(motion)[0]) if part)
 
 
 def _follow_words(r: float | None, whom: str) -> tuple[str, str]:

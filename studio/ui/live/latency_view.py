@@ -10,6 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
 from studio.capture.device_names import listed, title_of
+from studio.evaluation.verdict import in_words
 from studio.ui import messages, theme
 from studio.ui.widgets.card import Card, label
 
@@ -179,13 +180,16 @@ class LatencyCard(Card):
         if one is None:
             self.quality.setText("")
             return
-        words = self.tr("Hears {0} ms ahead.").format(f"{max(one.reach_ms, 0):.0f}")
+        words = self.tr("Waits for {0} ms of your voice.").format(f"{max(one.reach_ms, 0):.0f}")
+        tip = ""
         if one.rmse is not None:
-            words += " " + self.tr("Error on takes it had not heard: {0}").format(f"{one.rmse:.4f}")
-            if one.pearson_mouth is not None:
-                words += self.tr(", mouth follows {0} of 1").format(f"{one.pearson_mouth:.2f}")
-            words += "."
+            tip = self.tr("On takes it had not heard: error {0}").format(f"{one.rmse:.4f}")
+        if one.pearson_mouth is not None:
+            how = in_words(one.pearson_mouth, None, "your mouth")
+            words += " " + self.tr("On takes it had not heard, it {0}.").format(how)
+            tip += self.tr(", mouth follows {0} of 1").format(f"{one.pearson_mouth:.2f}")
         self.quality.setText(words)
+        self.quality.setToolTip(tip)
 
 
 class VoiceRow(QWidget):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio import clock
+from studio.capture.device_names import listed, title_of
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
@@ -201,10 +202,12 @@ class InputsPresenter(QObject):
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
         self._card.device.setToolTip(self.tr("The system's own is {0}.").format(default) if default else "")
-        names = [("", self.tr("Default microphone"))]
-        names += [(device.name, device.name) for device in self._devices]
+        own, chosen = self.tr("Default microphone"), self._session.settings.audio_device
+        names = [("", own)]
+        known = [device.name for device in self._devices]
+        names += [(name, title_of(name, own)) for name in listed(known, chosen)]
         names.append((NO_MICROPHONE, self.tr("No microphone")))
-        self._card.show_devices(names, self._session.settings.audio_device)
+        self._card.show_devices(names, chosen)
 
     def _show_motion_choices(self) -> None:
         settings = self._session.settings

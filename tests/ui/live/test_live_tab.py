@@ -54,10 +54,11 @@ def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quali
     assert view.latency.slider.maximum() == 2
     assert view.latency.chosen == LookAheadOption(100, 91.7, 0.04, 0.8)
     assert view.latency.quality.text() == (
-        "Hears 92 ms ahead. Error on takes it had not heard: 0.0400, mouth follows 0.80 of 1."
+        "Waits for 92 ms of your voice. On takes it had not heard, it follows your mouth closely."
     )
     view.latency.slider.setValue(2)
-    assert view.latency.quality.text() == "Hears 492 ms ahead. Error on takes it had not heard: 0.0390."
+    assert view.latency.quality.text() == "Waits for 492 ms of your voice."
+    assert view.latency.quality.toolTip() == "On takes it had not heard: error 0.0390"
 
 
 def test_a_report_that_makes_no_sense_offers_nothing(toy_project: Project) -> None:
