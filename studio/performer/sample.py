@@ -69,6 +69,10 @@ def make_sample(
         project.close()
 
 
+_MOODS = {"Joy": "happy", "Fun": "excited", "Sorrow": "sad"}
+"""Shapes of VRM 0 that the vocabulary of moods calls otherwise."""
+
+
 def sentence_labels(performance: ScriptedPerformance) -> tuple[Label, ...]:
     """Where each sentence is spoken, and the mood of those that have one."""
     found: list[Label] = []
@@ -76,7 +80,8 @@ def sentence_labels(performance: ScriptedPerformance) -> tuple[Label, ...]:
         length = line.speech.duration
         found.append(Label(round(line.voice_start, 3), round(length, 3), "sentence", line.text))
         if line.speech.sentence.mood != "Neutral":
-            mood = line.speech.sentence.mood.lower()
+            shape = line.speech.sentence.mood
+            mood = _MOODS.get(shape, shape.lower())
             found.append(Label(round(line.voice_start, 3), round(length, 3), "emotion", mood))
     return tuple(found)
 
