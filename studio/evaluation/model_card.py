@@ -5,7 +5,9 @@ No torch. One HTML file in the run's folder, plain enough for the window's own r
 
 from __future__ import annotations
 
+import json
 import math
+import struct
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from html import escape
@@ -13,15 +15,17 @@ from pathlib import Path
 from typing import Any
 
 from studio import __version__
-from studio.errors import StudioError
+from studio.errors import StudioError, counted
 from studio.evaluation.verdict import verdict
 from studio.files import atomic
 from studio.project import Run, RunReport
-from studio.project.run import EVALUATION_FILE, LICENCE_FILE
+from studio.project.run import EVALUATION_FILE, LICENCE_FILE, WEIGHTS_FILE
 
 CARD_FILE = "card.html"
 NO_LICENCE = "Nobody has said yet what may be done with this model, and whether the performers agreed."
-LONGEST_LICENCE = 20_000
+CAPTURED = "captured.poses"
+"""The weights of a network that moves with captured motion: a row for each frame of it."""
+LONGEST_LICENCE, LONGEST_TABLE = 20_000, 1_000_000
 _FIGURES = (
     ("rmse", "Error (RMSE, smaller is nearer)", 4),
     ("pearson", "Follows the captured motion (Pearson r, 1 is perfect)", 2),
@@ -87,7 +91,7 @@ def card_html(run: Path) -> str:
         "<h2>Learnt from</h2>" + _table(_data(report)),
         "<h2>Made by</h2>" + _table(_recipe(report)),
         _figures(report, evaluation),
-        _notes(report.notes),
+        _notes((*_carried(run, report), *report.notes)),
         f"<h2>Licence and consent</h2>{paragraphs}",
         f"<p><small>Written by Saia Studio {escape(__version__)}.</small></p>",
     ]
@@ -160,6 +164,25 @@ def _figures(report: RunReport, evaluation: Mapping[str, Any]) -> str:
     note = "<p>The validation takes also chose the epoch that is kept, so they flatter it a little.</p>"
     measured_on = note if report.best_val is not None else ""
     return f"<h2>Figures</h2><table>{head}{''.join(rows)}</table>{measured_on}"
+
+
+def _carried(run: Path, report: RunReport) -> Sequence[str]:
+    """What of the performer lies within the run itself: whoever gets it gets that, too."""
+    fps, frames = _number(report.fps), 0
+    # Without its weights, or with some that no program reads, it carries nothing.
+    with (
+        suppress(OSError, ValueError, KeyError, TypeError, struct.error),
+        (run / WEIGHTS_FILE).open("rb") as file,
+    ):
+        # A safetensors file begins with a table of what is in it: its length, then as JSON.
+        table = json.loads(file.read(min(struct.unpack("<Q", file.read(8))[0], LONGEST_TABLE)))
+        frames = max((int(table[name]["shape"][0]) for name in table if CAPTURED in name), default=0)
+    if not frames or not fps:
+        return ()
+    return (
+        f"It carries {counted(round(frames / fps), 'second')} of the body's motion as it was "
+        "captured, and moves with it. Share it only where the performer agrees.",
+    )
 
 
 def _notes(notes: Sequence[str]) -> str:

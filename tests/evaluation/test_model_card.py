@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+from safetensors.numpy import save_file
+
 from studio.evaluation.model_card import NO_LICENCE, card_html, keep_licence, licence_of
 
 REPORT = {
@@ -56,3 +59,16 @@ def test_a_run_nothing_is_known_of_has_a_card_all_the_same(tmp_path: Path) -> No
     card = card_html(tmp_path)
     assert "<h2>Learnt from</h2><table><tr><th>Performers</th><th>not named</th></tr></table>" in card
     assert "<h2>Figures</h2>" not in card
+
+
+def test_it_says_that_captured_motion_goes_along(tmp_path: Path) -> None:
+    run = tmp_path / "balanced_001"
+    run.mkdir()
+    (run / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
+    weights = {"core.head.bias": np.zeros(3, np.float32)}
+    save_file(weights, run / "best.safetensors")
+    assert "It carries" not in card_html(run)
+    save_file(weights | {"captured.poses": np.zeros((1350, 6), np.float16)}, run / "best.safetensors")
+    assert "It carries 45 seconds of the body&#x27;s motion as it was captured" in card_html(run)
+    (run / "best.safetensors").write_bytes(b"no weights")
+    assert "It carries" not in card_html(run)

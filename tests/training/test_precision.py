@@ -50,7 +50,8 @@ def test_mixed_arithmetic_learns_through_the_same_loop(make_toy_project: MakePro
         try:
             run = train(project, recipe, on_event=events.append)
         except RequestError as error:
-            assert "This processor cannot train this recipe with training.precision=bf16." in str(error)
+            if "This processor cannot train this recipe with training.precision=bf16." not in str(error):
+                raise
             pytest.skip("this processor has no mixed arithmetic for recurrent layers")
         told[precision] = [event for event in events if isinstance(event, EpochEvent)]
         kept = load_file(run.folder / "best.safetensors")
