@@ -21,7 +21,8 @@ from studio.formats._table import check_suffix
 from studio.formats._writing import DEFAULT_FPS, checked, grounded_body, on_grid
 from studio.formats.vrma import rest_skeleton
 from studio.motion import Motion, Skeleton, rotation
-from studio.motion.avatar import MIRROR, MIRROR_TURN, Avatar, Floats, Surface, SurfaceMaterial
+from studio.motion.avatar import MIRROR, MIRROR_TURN, Avatar, Floats, Surface
+from studio.motion.material import SurfaceMaterial
 from studio.render.face import fitted
 from studio.render.mannequin import mannequin
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
+from studio.motion.material import SurfaceMaterial
 from studio.motion.skeleton import Skeleton
 
 Floats = NDArray[np.float32]
@@ -34,25 +35,6 @@ class Morph:
 
     rows: NDArray[np.int32]
     offsets: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceMaterial:
-    """How a surface looks.
-
-    Args:
-        colour: red, green, blue, alpha, 0..1, linear as in glTF.
-        picture: its texture (H, W, 4) uint8, first row at the top, or None.
-        mode: "OPAQUE", "MASK" or "BLEND".
-        cutoff: with MASK, alphas below it are not drawn.
-        two_sided: whether its back is seen too.
-    """
-
-    colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
-    picture: NDArray[np.uint8] | None = None
-    mode: str = "OPAQUE"
-    cutoff: float = 0.5
-    two_sided: bool = False
 
 
 @dataclass(frozen=True, eq=False)

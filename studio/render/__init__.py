@@ -9,5 +9,6 @@ mannequin   A plain body for any skeleton, with a face that every blend shape mo
             mesh
 palette     The colours of a picture, and "#RRGGBB" in numbers
 scene       The scene in VTK: an off-screen pyvista plotter that renders a world pose to pixels
+toon        The shader of an avatar's surfaces: plain, unlit and MToon, in VTK's own OpenGL mapper
 world_pose  World-space joints, rotations and blend shapes of one pose, ready to draw
 """

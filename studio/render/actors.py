@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion.avatar import Avatar, Floats, Skin, Surface, SurfaceMaterial
+from studio.motion.avatar import Avatar, Floats, Skin, Surface
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
+from studio.render.toon import SurfaceShader, Textures
 from studio.render.world_pose import WorldPose
 
 EYE = "#20242C"
@@ -92,15 +93,10 @@ def _capsules_mesh(kind: str, count: int) -> Any:
     return mesh
 
 
-AMBIENT, DIFFUSE = 0.4, 0.5
-"""Avatars are painted to be seen in an even light: a white stays just below white where the light is full."""
-BODY_BONES = 8
-"""Surfaces that hang from fewer bones are no body: the stick figure is drawn with them."""
+BODY_SHARE = 0.3
+"""Surfaces that reach over less of an avatar's height are no body, but things that hang from one."""
 SKULL = 1.12
 """The top of the built-in figure's head over the height of its head bone."""
-_CUT = """//VTK::TCoord::Impl
-  if (fragOutput0.a < {cutoff:.3f}) discard;
-"""
 
 
 class AvatarActor:
@@ -116,21 +112,45 @@ class AvatarActor:
     def __init__(self, plotter: Any, avatar: Avatar, palette: Palette, ghost: bool) -> None:
         self.avatar = avatar
         self._plotter = plotter
-        # Opaque surfaces before masked and blended ones, which show what is behind them.
-        order = sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i))
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
-        textures: dict[int, Any] = {}
-        for i in order:
-            surface = avatar.surfaces[i]
+        self._shaders: list[SurfaceShader] = []
+        textures = Textures()
+        # Opaque surfaces before masked and blended ones, which show what is behind them.
+        for i in sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i)):
+            surface, material = avatar.surfaces[i], avatar.materials[avatar.surfaces[i].material]
             mesh = _surface_mesh(surface)
-            look = (
-                {"color": palette.ghost, "opacity": 0.55} if ghost else _appearance(avatar, surface, textures)
-            )
-            actor = plotter.add_mesh(mesh, smooth_shading=False, ambient=AMBIENT, diffuse=DIFFUSE, **look)
-            self._finish(actor, avatar.materials[surface.material], ghost)
             self._parts.append((i, avatar.skins[i], mesh))
-            self._actors.append(actor)
+            if ghost:
+                self._add(mesh, color=palette.ghost, opacity=0.55, culling="back")
+                continue
+            outlined = material.toon is not None and material.toon.outline is not None
+            for outline in (False, True)[: 1 + outlined]:
+                actor = self._add(mesh)
+                textured = surface.uv is not None
+                self._shaders.append(SurfaceShader(actor, material, textures, textured, outline))
+                if outline or not material.two_sided:
+                    actor.prop.culling = "front" if outline else "back"
+
+    def _add(self, mesh: Any, **look: Any) -> Any:
+        import pyvista as pv
+        from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+
+        mapper: Any = vtkPolyDataMapper()
+        mapper.SetInputData(mesh)
+        mapper.ScalarVisibilityOff()
+        # As it is: an outline's width is in metres.
+        mapper.SetVBOShiftScaleMethod(0)
+        actor: Any = pv.Actor()
+        actor.SetMapper(mapper)
+        for name, value in {"ambient": 0.4, "diffuse": 0.5, "interpolation": "Gouraud", **look}.items():
+            setattr(actor.prop, name, value)
+        # What is see-through is drawn last, over what is there: VTK's own pass for it sorts nothing by depth
+        # here and costs twice the time.
+        actor.ForceOpaqueOn()
+        self._plotter.add_actor(actor, reset_camera=False, render=False)
+        self._actors.append(actor)
+        return actor
 
     def move(self, pose: WorldPose) -> None:
         """Stand as a stance that this avatar wears has it."""
@@ -139,6 +159,14 @@ class AvatarActor:
         weights = self.avatar.morph_weights(fitted(self.avatar, pose.shapes))
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))
+        for shader in self._shaders:
+            if shader.moves:
+                shader.set_time(pose.t)
+
+    def set_aspect(self, aspect: float) -> None:
+        """Width of the picture over its height: outlines may be as wide wherever they are."""
+        for shader in self._shaders:
+            shader.set_aspect(aspect)
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all of it."""
@@ -149,40 +177,35 @@ class AvatarActor:
         """Leave the stage."""
         for actor in self._actors:
             self._plotter.remove_actor(actor, render=False)
-        self._actors, self._parts = [], []
-
-    def _finish(self, actor: Any, material: SurfaceMaterial, ghost: bool) -> None:
-        actor.prop.interpolation = "Gouraud"
-        if not material.two_sided or ghost:
-            actor.prop.culling = "back"
-        # What is see-through is drawn last, over what is there: VTK's own pass for it sorts nothing by depth
-        # here and costs twice the time.
-        actor.ForceOpaqueOn()
-        if material.picture is not None and material.mode != "OPAQUE" and not ghost:
-            cutoff = material.cutoff if material.mode == "MASK" else 0.02
-            actor.GetShaderProperty().AddFragmentShaderReplacement(
-                "//VTK::TCoord::Impl", False, _CUT.format(cutoff=cutoff), False
-            )
+        self._actors, self._parts, self._shaders = [], [], []
 
 
 def has_body(avatar: Avatar) -> bool:
     """Whether its surfaces are a body, or only things that hang from it."""
-    owners = [surface.owners[np.unique(surface.joints)] for surface in avatar.surfaces]
-    return len({int(owner) for part in owners for owner in part if owner >= 0}) >= BODY_BONES
+    low, high = _reach(avatar)
+    return high - low > BODY_SHARE * max(_skull(avatar), 0.05)
 
 
 def height_of(avatar: Avatar) -> float:
     """Metres from the ground to the top of an avatar at rest, by its skull where it has no body to see."""
-    if not has_body(avatar):
-        head = avatar.skeleton.bone_names.index("Head") if "Head" in avatar.skeleton.bone_names else 0
-        return float(avatar.rest_joints[head, 1]) * SKULL
+    return _reach(avatar)[1] if has_body(avatar) else _skull(avatar)
+
+
+def _skull(avatar: Avatar) -> float:
+    names = avatar.skeleton.bone_names
+    return float(avatar.rest_joints[names.index("Head") if "Head" in names else 0, 1]) * SKULL
+
+
+def _reach(avatar: Avatar) -> tuple[float, float]:
+    """The lowest and the highest point of an avatar's surfaces at rest, metres; 0, 0 without any."""
     rest = avatar.skeleton.forward(avatar.skeleton.rest_positions, avatar.skeleton.rest_rotations)
     placements = avatar.placements(*rest)
-    tops = []
-    for surface, skin in zip(avatar.surfaces, avatar.skins, strict=True):
-        vertices, _ = skin.pose(placements, np.zeros(len(surface.morphs), np.float32))
-        tops.append(float(vertices[:, 1].max()))
-    return max(tops)
+    heights = [
+        skin.pose(placements, np.zeros(len(surface.morphs), np.float32))[0][:, 1]
+        for surface, skin in zip(avatar.surfaces, avatar.skins, strict=True)
+    ]
+    ends = [(float(y.min()), float(y.max())) for y in heights if len(y)]
+    return (min(low for low, _ in ends), max(high for _, high in ends)) if ends else (0.0, 0.0)
 
 
 def _from_below(uv: Floats) -> NDArray[np.float64]:
@@ -190,8 +213,9 @@ def _from_below(uv: Floats) -> NDArray[np.float64]:
     return np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]).astype(np.float64)
 
 
-def _late(avatar: Avatar, surface: int) -> int:
-    return ("OPAQUE", "MASK", "BLEND").index(avatar.materials[avatar.surfaces[surface].material].mode)
+def _late(avatar: Avatar, surface: int) -> tuple[int, int]:
+    material = avatar.materials[avatar.surfaces[surface].material]
+    return ("OPAQUE", "MASK", "BLEND").index(material.mode), material.order
 
 
 def _surface_mesh(surface: Surface) -> Any:
@@ -203,27 +227,3 @@ def _surface_mesh(surface: Surface) -> Any:
     if surface.uv is not None:
         mesh.active_texture_coordinates = _from_below(surface.uv)
     return mesh
-
-
-def _appearance(avatar: Avatar, surface: Surface, textures: dict[int, Any]) -> dict[str, Any]:
-    """Colour and texture as pyvista takes them; textures are shared between surfaces."""
-    import pyvista as pv
-
-    material = avatar.materials[surface.material]
-    linear = np.array(material.colour[:3])
-    colour = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    look: dict[str, Any] = {"color": tuple(colour.tolist())}
-    if material.mode == "BLEND" and material.colour[3] < 1.0:
-        look["opacity"] = material.colour[3]
-    if material.picture is not None and surface.uv is not None:
-        if surface.material not in textures:
-            textures[surface.material] = pv.Texture(_pixels(material))  # type: ignore[no-untyped-call]
-        look["texture"] = textures[surface.material]
-    return look
-
-
-def _pixels(material: SurfaceMaterial) -> NDArray[np.uint8]:
-    assert material.picture is not None
-    # Without alpha where the material says it is opaque: some textures carry nonsense in it.
-    pixels = material.picture[:, :, :3] if material.mode == "OPAQUE" else material.picture
-    return np.ascontiguousarray(pixels)

@@ -200,6 +200,8 @@ class RenderScene:
         if (width, height) != self._size:
             self._plotter.render_window.SetSize(width, height)
             self._size = (width, height)
+        for actor in self._avatar_actors.values():
+            actor.set_aspect(width / height)
         camera = self._plotter.camera
         camera.position = tuple(orbit.position(width / height, self._scale, self._face))
         camera.focal_point = tuple(orbit.target(self._scale, self._face))

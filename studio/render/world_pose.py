@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +24,21 @@ class WorldPose:
         joints: Unity-space world positions (J, 3), metres.
         turns: world rotations (J, 4), each the change from the T-pose; a stick figure needs none.
         shapes: weights 0..1 by name, of any set.
+        t: the moment, seconds, for what moves by itself.
     """
 
     skeleton: Skeleton
     joints: NDArray[np.floating]
     turns: NDArray[np.floating] | None = None
     shapes: Mapping[str, float] = field(default_factory=dict)
+    t: float = 0.0
 
     @classmethod
     def of(cls, motion: Motion, t: float) -> WorldPose:
         """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
         pose = motion.pose(t)
         shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        return cls.of_pose(motion.skeleton, pose, shapes)
+        return replace(cls.of_pose(motion.skeleton, pose, shapes), t=t)
 
     @classmethod
     def of_pose(cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float]) -> WorldPose:
@@ -59,7 +61,7 @@ class WorldPose:
         if self.turns is None:
             return self
         joints, turns = avatar.retargeted(self.skeleton, self.joints, self.turns)
-        return WorldPose(avatar.skeleton, joints, turns, self.shapes)
+        return WorldPose(avatar.skeleton, joints, turns, self.shapes, self.t)
 
     @classmethod
     def rest_pose(cls, skeleton: Skeleton) -> WorldPose:

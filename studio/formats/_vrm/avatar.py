@@ -12,6 +12,7 @@ from studio.errors import StudioError
 from studio.formats import _glb
 from studio.formats._glb import Glb
 from studio.formats._vrm import mesh
+from studio.formats._vrm.material import read_materials
 from studio.formats._vrm.mesh import Meshes, Nodes
 from studio.motion import Skeleton, rotation
 from studio.motion.avatar import MIRROR, Avatar, Expression, Licence
@@ -149,7 +150,7 @@ def _avatar(glb: Glb) -> Avatar:
     skeleton = _skeleton(nodes, bones)
     owners = nodes.owners(list(bones.values()))
     meshes = mesh.read(glb, nodes, owners, _unseen(glb, extension, old))
-    materials, notes = mesh.read_materials(glb, extension if old else {})
+    materials, notes = read_materials(glb, extension if old else {})
     expressions = read_expressions(extension, old, meshes)
     licence = read_licence(extension.get("meta"), old)
     return Avatar(

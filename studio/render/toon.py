@@ -1,0 +1,264 @@
+"""The shader of an avatar's surfaces: plain, unlit and MToon, in VTK's own OpenGL mapper.
+
+One light, as MToon is made for: a colour is full where it falls, and the shade colour where it does not.
+Computed in linear light, written as sRGB. VTK's blocks for light and texture are taken out and these put in
+their place, so that software OpenGL and a graphics card draw the same.
+
+Source: VRMC_materials_mtoon 1.0 and its implementation in three-vrm.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion.material import BLACK, Outline, Pixels, SurfaceMaterial, Toon, UvMotion
+
+LIGHT = (-0.35, 0.55, 0.76)
+"""Where the light comes from, as the camera sees it: from the upper left, before the avatar."""
+AMBIENT, KEY, FILL = 0.26, 0.58, 0.12
+"""Light on plain surfaces: from everywhere, from LIGHT, and from the other side."""
+_SEEN = 0.02
+"""Blended, what has less alpha is not drawn."""
+
+_FUNCTIONS = """
+vec3 asSrgb(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, c * 12.92, lessThanEqual(c, vec3(0.0031308)));
+}
+vec2 placed(vec2 uv) {
+  vec2 p = vec2(uv.x, 1.0 - uv.y);
+  p = vec2(uvTurn.x * p.x + uvTurn.y * p.y, uvTurn.z * p.x + uvTurn.w * p.y) + uvShift;
+  return vec2(p.x, 1.0 - p.y);
+}
+vec3 bumped(vec3 n, vec3 from, vec2 uv, vec3 map) {
+  vec3 q0 = dFdx(from), q1 = dFdy(from);
+  vec2 st0 = dFdx(uv), st1 = dFdy(uv);
+  vec3 q1perp = cross(q1, n), q0perp = cross(n, q0);
+  vec3 t = q1perp * st0.x + q0perp * st1.x, b = q1perp * st0.y + q0perp * st1.y;
+  float det = max(dot(t, t), dot(b, b));
+  float scale = det == 0.0 ? 0.0 : inversesqrt(det);
+  return normalize(t * (map.x * scale) + b * (map.y * scale) + n * map.z);
+}
+"""
+
+_BEGIN = """
+  vec3 view = normalize(-vertexVC.xyz);
+  vec3 normal = normalize(normalVCVSOutput);
+  vec4 base = vec4(baseColour, baseAlpha);
+"""
+_CUT = "  if (base.a < {cutoff:.4f}) discard;\n"
+_PLAIN = """
+  float key = max(dot(normal, lightVC), 0.0), fill = max(dot(normal, vec3(-lightVC.x, 0.2, lightVC.z)), 0.0);
+  vec3 colour = base.rgb * (ambientLight + keyLight * key + fillLight * fill);
+"""
+_TOON = """
+  float facing = dot(normal, lightVC) + shift;
+  float shading = clamp((facing + 1.0 - toony) / max(2.0 - 2.0 * toony, 1e-4), 0.0, 1.0);
+  vec3 colour = mix(shade, base.rgb, shading);
+"""
+_RIM = """
+  float edge = clamp(1.0 - dot(normal, view) + rimLift, 0.0, 1.0);
+  vec3 rim = rimColour * pow(max(edge, 1e-4), rimPower);
+"""
+_MATCAP = """
+  vec3 ballX = normalize(vec3(view.z, 0.0, -view.x)), ballY = cross(view, ballX);
+  vec2 ball = 0.5 + 0.495 * vec2(dot(ballX, normal), dot(ballY, normal));
+  rim += matcapColour * texture(matcapPicture, ball).rgb;
+"""
+# The line is the surface's back, moved outwards along its normals.
+_GROWN = """
+  vec4 grown = vec4(vertexMC.xyz + normalMC * (lineWidth / max(length(normalMC), 1e-6)), 1.0);
+  vertexVCVSOutput = MCVCMatrix * grown;
+  gl_Position = MCDCMatrix * grown;
+"""
+_GROWN_ON_SCREEN = """
+  vertexVCVSOutput = MCVCMatrix * vertexMC;
+  gl_Position = MCDCMatrix * vertexMC;
+  vec4 outwards = MCDCMatrix * vec4(normalMC, 0.0);
+  vec2 along = length(outwards.xy) > 1e-6 ? normalize(outwards.xy * vec2(lineAspect, 1.0)) : vec2(0.0);
+  gl_Position.xy += 2.0 * lineWidth * gl_Position.w * vec2(along.x / lineAspect, along.y);
+"""
+
+
+class Textures:
+    """The textures of one avatar: a picture is uploaded once, whatever uses it."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, bool], Any] = {}
+
+    def of(self, picture: Pixels, linear: bool = False) -> Any:
+        """A VTK texture of a picture; `linear` where its numbers are no colours."""
+        import pyvista as pv
+
+        key = (id(picture), linear)
+        if key not in self._known:
+            texture: Any = pv.Texture(np.ascontiguousarray(picture))  # type: ignore[no-untyped-call]
+            # Made linear by OpenGL, before it is averaged.
+            texture.SetUseSRGBColorSpace(not linear)
+            texture.SetInterpolate(True)
+            texture.SetMipmap(True)
+            texture.SetRepeat(True)
+            self._known[key] = texture
+        return self._known[key]
+
+
+class SurfaceShader:
+    """How one actor is drawn.
+
+    Args:
+        actor: VTK's, with normals, and with texture coordinates where the material has a picture.
+        material: how it looks.
+        textures: of its avatar.
+        textured: whether it has texture coordinates.
+        outline: draw the line around the surface instead of the surface.
+    """
+
+    def __init__(
+        self, actor: Any, material: SurfaceMaterial, textures: Textures, textured: bool, outline: bool = False
+    ) -> None:
+        self._material = material
+        shader = actor.GetShaderProperty()
+        self._fragment, self._vertex = shader.GetFragmentCustomUniforms(), shader.GetVertexCustomUniforms()
+        self._prop, self._textures, self._textured = actor.GetProperty(), textures, textured
+        self._samplers: list[str] = []
+        toon = material.toon
+        line = toon.outline if toon is not None and outline else None
+        code = self._code(material, toon, line)
+        # The pictures themselves are declared by VTK.
+        declared = "in vec2 tcoordVCVSOutput;\n" if textured and self._samplers else ""
+        for place, text in (
+            ("//VTK::TCoord::Dec", declared + _FUNCTIONS),
+            ("//VTK::TCoord::Impl", ""),
+            ("//VTK::Color::Impl", ""),
+            ("//VTK::Light::Impl", code),
+        ):
+            shader.AddFragmentShaderReplacement(place, True, text, False)
+        if line is not None:
+            grown = _GROWN_ON_SCREEN if line.on_screen else _GROWN
+            shader.AddVertexShaderReplacement("//VTK::PositionVC::Impl", True, grown, False)
+            self._vertex.SetUniformf("lineWidth", line.width)
+            if line.on_screen:
+                self._vertex.SetUniformf("lineAspect", 1.0)
+        self.set_time(0.0)
+
+    @property
+    def moves(self) -> bool:
+        """Whether its pictures move with the time."""
+        return self._material.uv.moves
+
+    def set_time(self, t: float) -> None:
+        """Bring moving pictures to a moment, seconds."""
+        turn, shift = uv_at(self._material.uv, t)
+        self._fragment.SetUniform4f("uvTurn", turn)
+        self._fragment.SetUniform2f("uvShift", shift)
+
+    def set_aspect(self, aspect: float) -> None:
+        """Width of the picture over its height, for lines of one width on the screen."""
+        toon = self._material.toon
+        if toon is not None and toon.outline is not None and toon.outline.on_screen:
+            self._vertex.SetUniformf("lineAspect", aspect)
+
+    def _sample(self, name: str, picture: Pixels | None, linear: bool = False, ball: bool = False) -> str:
+        """What reads a picture, "" where there is none or nothing to read it by."""
+        if picture is None or not (self._textured or ball):
+            return ""
+        self._prop.SetTexture(name, self._textures.of(picture, linear))
+        self._samplers.append(name)
+        return f"texture({name}, uv)"
+
+    def _set(self, name: str, value: float | tuple[float, float, float]) -> None:
+        if isinstance(value, tuple):
+            self._fragment.SetUniform3f(name, value)
+        else:
+            self._fragment.SetUniformf(name, value)
+
+    def _code(self, material: SurfaceMaterial, toon: Toon | None, line: Outline | None) -> str:
+        self._set("baseColour", material.colour[:3])
+        self._set("baseAlpha", material.colour[3])
+        code = _BEGIN
+        base = self._sample("basePicture", material.picture)
+        samples = [base]
+        body = ""
+        if base:
+            body += f"  base *= {base};\n" if material.mode != "OPAQUE" else f"  base.rgb *= {base}.rgb;\n"
+        if material.mode == "OPAQUE":
+            body += "  base.a = 1.0;\n"
+        else:
+            body += _CUT.format(cutoff=material.cutoff if material.mode == "MASK" else _SEEN)
+            body += "  base.a = 1.0;\n" if material.mode == "MASK" else ""
+        if material.unlit:
+            body += "  vec3 colour = base.rgb;\n"
+        else:
+            self._set("lightVC", LIGHT_VC)
+            if material.normals is not None and line is None:
+                samples.append(bump := self._sample("normalPicture", material.normals, linear=True))
+                if bump:
+                    self._set("bumps", material.bumps)
+                    body += f"  vec3 map = {bump}.xyz * 2.0 - 1.0;\n  map.xy *= bumps;\n"
+                    body += "  normal = bumped(normal, -vertexVC.xyz, uv, map);\n"
+            body += self._lit(toon, line is None)
+        if material.glow != BLACK and line is None:
+            self._set("glow", material.glow)
+            glow = self._sample("glowPicture", material.glow_picture)
+            body += f"  colour += glow * {glow}.rgb;\n" if glow else "  colour += glow;\n"
+        if line is not None:
+            self._set("lineColour", line.colour)
+            self._set("lineLit", line.lit)
+            body += "  colour = lineColour * mix(vec3(1.0), colour, lineLit);\n"
+        if self._textured and any(name != "matcapPicture" for name in self._samplers):
+            code += "  vec2 uv = placed(tcoordVCVSOutput);\n"
+        return code + body + "  fragOutput0 = vec4(asSrgb(colour), base.a);\n"
+
+    def _lit(self, toon: Toon | None, whole: bool) -> str:
+        if toon is None:
+            for name, value in (("ambientLight", AMBIENT), ("keyLight", KEY), ("fillLight", FILL)):
+                self._set(name, value)
+            return _PLAIN
+        self._set("shadeColour", toon.shade)
+        self._set("shiftOfShade", toon.shift)
+        self._set("toony", min(toon.toony, 0.9999))
+        shade = self._sample("shadePicture", toon.shade_picture)
+        body = "  vec3 shade = shadeColour;\n" + (f"  shade *= {shade}.rgb;\n" if shade else "")
+        shift = self._sample("shiftPicture", toon.shift_picture, linear=True)
+        body += "  float shift = shiftOfShade;\n"
+        if shift:
+            self._set("shiftScale", toon.shift_scale)
+            body += f"  shift += {shift}.r * shiftScale;\n"
+        body += _TOON
+        if not whole or (toon.rim == BLACK and toon.matcap_picture is None):
+            return body
+        self._set("rimColour", toon.rim)
+        self._set("rimPower", toon.rim_power)
+        self._set("rimLift", toon.rim_lift)
+        self._set("rimLit", toon.rim_lit)
+        body += _RIM
+        if toon.matcap_picture is not None:
+            self._sample("matcapPicture", toon.matcap_picture, ball=True)
+            self._set("matcapColour", toon.matcap)
+            body += _MATCAP
+        rim = self._sample("rimPicture", toon.rim_picture)
+        body += f"  rim *= {rim}.rgb;\n" if rim else ""
+        # The one light is white, so that what is lit by it is as bright as what glows.
+        return body + "  colour += rim;\n"
+
+
+LIGHT_VC: tuple[float, float, float] = tuple(np.array(LIGHT) / math.dist(LIGHT, BLACK))
+
+
+def uv_at(uv: UvMotion, t: float) -> tuple[tuple[float, float, float, float], tuple[float, float]]:
+    """A matrix, row by row, and an offset that take texture coordinates, v from the top, to a moment (s)."""
+    cos, sin = math.cos(uv.turn), math.sin(uv.turn)
+    matrix: NDArray[np.float64] = np.array([[cos, sin], [-sin, cos]]) * np.array(uv.scale)
+    offset = np.array(uv.offset)
+    if uv.moves:
+        # Of a day of film only the part of a turn counts: floats of a shader are short.
+        angle = math.fmod(uv.spin * t, 2.0 * math.pi)
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        middle, moved = np.array([0.5, 0.5]), np.fmod(np.array(uv.scroll) * t, 1.0)
+        matrix, offset = turn @ matrix, turn @ (offset + moved - middle) + middle
+    (a, b), (c, d) = matrix.tolist()
+    return (a, b, c, d), (float(offset[0]), float(offset[1]))
