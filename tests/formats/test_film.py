@@ -16,6 +16,7 @@ from studio.errors import RequestError, StudioError
 from studio.formats import mp4, png
 from studio.motion import Motion
 from studio.motion.channels import BONES
+from studio.render.background import CLEAR
 from studio.render.camera import Orbit
 from studio.render.drawing import Drawing, Painter
 from studio.render.palette import DARK
@@ -171,7 +172,7 @@ def test_a_still_holds_the_points_that_were_drawn(tmp_path: Path) -> None:
 
 
 def test_a_still_may_have_nothing_behind_the_figure(tmp_path: Path) -> None:
-    drawing = replace(SMALL, width=160, height=160, clear=True)
+    drawing = replace(SMALL, width=160, height=160, background=CLEAR)
     body = replace(a_motion(30), shape_names=(), shapes=np.zeros((30, 0), np.float32))
     png.write(tmp_path / "a.png", body, None, drawing)
     found = np.asarray(Image.open(tmp_path / "a.png"))
