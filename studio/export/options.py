@@ -87,7 +87,7 @@ class FormatChoice:
 
 
 # What avatar programs and animation programs read, then tables, then pictures; the rest by title.
-_FIRST = ("vrma", "bvh", "saia_csv", "mp4", "png")
+_FIRST = ("vrma", "bvh", "saia_csv", "mp4", "webm", "frames", "png")
 
 
 def format_choices() -> list[FormatChoice]:
