@@ -231,7 +231,7 @@ def test_a_webm_film_may_show_through(tmp_path: Path, dressed: bool) -> None:
     webm.write(tmp_path / "a.webm", BODY_ALONE, sound, replace(SMALL, background=CLEAR, avatar=vrm))
     with av.open(str(tmp_path / "a.webm")) as film:
         assert film.streams.audio[0].codec_context.name == "opus"
-        assert film.streams.video[0].metadata["alpha_mode"] == "1"
+        assert film.streams.video[0].metadata["ALPHA_MODE"] == "1"
         # The decoder that FFmpeg chooses by itself leaves away what shows through.
         decoder: Any = av.CodecContext.create("libvpx-vp9", "r")
         found = [frame for packet in film.demux(video=0) for frame in decoder.decode(packet)]
