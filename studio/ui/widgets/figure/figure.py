@@ -427,7 +427,8 @@ class StickFigure(QWidget):
             "side": self.tr("Side"),
         }
         self._view_buttons: dict[str, QToolButton] = {}
-        row = self.tools = QHBoxLayout()
+        self._tools: list[QWidget] = []
+        row = self._tools_row = QHBoxLayout()
         row.setSpacing(theme.TIGHT)
         row.addStretch(1)
         for name, text in names.items():
@@ -448,6 +449,12 @@ class StickFigure(QWidget):
         column.addStretch(1)
         self._update_buttons()
 
+    def add_tool(self, tool: QWidget) -> None:
+        """Put one more button beside those of the views."""
+        self._tools.append(tool)
+        self._tools_row.addWidget(tool)
+        self._update_buttons()
+
     def _on_view(self, name: str) -> None:
         self.set_view(name)
         self._check_view()
@@ -462,4 +469,6 @@ class StickFigure(QWidget):
         shown = self._stance is not None and self.view_buttons_shown
         for name, button in self._view_buttons.items():
             button.setVisible(shown and (name not in FRAMINGS or self.width() >= WIDE))
+        for tool in self._tools:
+            tool.setVisible(shown)
         self.empty_button.setVisible(self._stance is None and bool(self.empty_button.text()))
