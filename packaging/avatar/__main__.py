@@ -1,4 +1,4 @@
-"""Makes resources/avatar/saia.vrm: a VRM 1.0 with a humanoid, MToon, swinging hair and 52 blend shapes. CC0.
+"""Makes resources/avatar/Saia.vrm: a VRM 1.0 with a humanoid, MToon, swinging hair and 52 blend shapes. CC0.
 
     python packaging/avatar [FILE.vrm]
 
@@ -25,19 +25,20 @@ from shape import Array, Part  # noqa: E402
 from studio.formats import _glb  # noqa: E402
 from studio.motion.channels import ARKIT_SHAPES  # noqa: E402
 
-TARGET = ROOT / "resources" / "avatar" / "saia.vrm"
+TARGET = ROOT / "resources" / "avatar" / "Saia.vrm"
 SHADED = {  # lit and shade in sRGB, outline in metres, rim
     "face": ("#FFE1D3", "#F2AC9C", 0.0012), "skin": ("#FFE1D3", "#F2AC9C", 0.0012),
-    "lips": ("#EE9C92", "#D0766F", 0.0), "inside": ("#7A2B35", "#5E1F2A", 0.0), "teeth": ("#FFFDF8", "#D8CFD6", 0.0),
+    "lids": ("#FFE1D3", "#F2AC9C", 0.0),
+    "lips": ("#F6B4A6", "#E08E84", 0.0), "line": ("#8E4550", "#7A3844", 0.0), "inside": ("#7A2B35", "#5E1F2A", 0.0), "teeth": ("#FFFDF8", "#D8CFD6", 0.0),
     "tongue": ("#F08A8E", "#CC6570", 0.0), "white": ("#FFFFFF", "#C9CFE4", 0.0), "iris": ("#FFFFFF", "#FFFFFF", 0.0),
     "glint": ("#FFFFFF", "#FFFFFF", 0.0), "dark": ("#2B2438", "#1E192A", 0.0),
-    "hair": ("#5D7FD6", "#3A4C9C", 0.0016), "hoodie": ("#F4F6FB", "#B4BEDD", 0.0016),
+    "hair": ("#7398F2", "#4C61BE", 0.0014), "hoodie": ("#F4F6FB", "#B4BEDD", 0.0016),
     "accent": ("#49A0FF", "#2D67C4", 0.0012), "trousers": ("#3D4463", "#282C47", 0.0016),
     "shoe": ("#F4F6FB", "#AEB8D6", 0.0014),
 }  # fmt: skip
 UNLIT = ("iris", "glint")
 RIM = {"hair": (0.16, 0.2, 0.32), "hoodie": (0.08, 0.08, 0.1), "trousers": (0.08, 0.1, 0.16)}
-TWO_SIDED = ("hair", "dark", "tongue", "teeth", "hoodie")
+TWO_SIDED = ("inside", "hair", "white", "dark", "tongue", "teeth", "hoodie")
 PRESETS: dict[str, dict[str, float]] = {
     "aa": {"jawOpen": 0.85, "mouthLowerDownLeft": 0.15, "mouthLowerDownRight": 0.15},
     "ih": {"jawOpen": 0.22, "mouthStretchLeft": 0.5, "mouthStretchRight": 0.5, "mouthUpperUpLeft": 0.35,
@@ -111,6 +112,22 @@ def face_picture() -> bytes:
     return _png(colour)
 
 
+def hair_picture() -> bytes:
+    """Around the head and down it: a ring of shine with strands, and tips a little deeper."""
+    side = 256
+    y, x = (np.mgrid[0:side, 0:side] + 0.5) / side
+    wave = 0.5 + 0.5 * np.cos(2 * np.pi * 34 * x + 2.0 * np.sin(2 * np.pi * 7 * x))
+    top, low = 0.235 + 0.020 * wave, 0.305 + 0.045 * wave
+    shine = np.clip((y - top) / 0.012, 0, 1) * np.clip((low - y) / 0.016, 0, 1)
+    colour = np.full((side, side, 3), 214.0) - 44.0 * np.clip((y - 0.45) / 0.55, 0, 1)[..., None] * [
+        1.0,
+        0.9,
+        0.35,
+    ]
+    colour = colour + (np.array([255.0, 255, 255]) - colour) * 0.85 * shine[..., None]
+    return _png(colour)
+
+
 def _png(colour: Array) -> bytes:
     from PIL import Image
 
@@ -135,11 +152,11 @@ def material(name: str) -> dict[str, Any]:
         "name": name, "doubleSided": name in TWO_SIDED,
         "pbrMetallicRoughness": {"baseColorFactor": [*linear(lit), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9},
     }  # fmt: skip
-    textures = {"iris": 0, "face": 1}
+    textures = {"iris": 0, "face": 1, "lids": 1, "hair": 2}
     if name in textures:
         made["pbrMetallicRoughness"]["baseColorTexture"] = {"index": textures[name]}
-        if name == "face":
-            toon["shadeMultiplyTexture"] = {"index": 1}
+        if name != "iris":
+            toon["shadeMultiplyTexture"] = {"index": textures[name]}
     made["extensions"] = {"KHR_materials_unlit": {}} if name in UNLIT else {"VRMC_materials_mtoon": toon}
     return made
 
@@ -205,7 +222,9 @@ def sparse(numbers: _glb.Numbers, offsets: Array) -> int:
     return len(numbers.accessors) - 1
 
 
-def primitive(numbers: _glb.Numbers, arrays: dict[str, Any], material_index: int, shapes: list[str]) -> dict[str, Any]:
+def primitive(
+    numbers: _glb.Numbers, arrays: dict[str, Any], material_index: int, shapes: list[str]
+) -> dict[str, Any]:
     """One primitive of a mesh; with every blend shape of its mesh, as glTF wants it."""
     made: dict[str, Any] = {
         "attributes": {
@@ -245,7 +264,10 @@ def expressions(face_node: int, shapes: list[str]) -> dict[str, Any]:
     """The presets of VRM, made of ARKit's shapes, and those by their own names."""
 
     def of(weights: dict[str, float]) -> dict[str, Any]:
-        binds = [{"node": face_node, "index": shapes.index(name), "weight": weight} for name, weight in weights.items()]
+        binds = [
+            {"node": face_node, "index": shapes.index(name), "weight": weight}
+            for name, weight in weights.items()
+        ]
         return {"morphTargetBinds": binds, "isBinary": False, "overrideBlink": "none", "overrideLookAt": "none",
                 "overrideMouth": "none"}  # fmt: skip
 
@@ -274,7 +296,9 @@ def write(path: Path) -> None:
         for index, name in enumerate(names):
             if found := [part for part in parts if part.material == name]:
                 primitives.append(primitive(numbers, joined(found, order), index, own))
-        described.append({"name": mesh, "primitives": primitives} | ({"extras": {"targetNames": own}} if own else {}))
+        described.append(
+            {"name": mesh, "primitives": primitives} | ({"extras": {"targetNames": own}} if own else {})
+        )
         nodes.append({"name": mesh, "mesh": len(described) - 1, "skin": 0})
     face_node = len(nodes) - 2
     binds = np.tile(np.eye(4), (len(order), 1, 1))
@@ -282,7 +306,7 @@ def write(path: Path) -> None:
     matrices = numbers.add(binds.transpose(0, 2, 1).reshape(len(order), 16))
     numbers.accessors[matrices]["type"] = "MAT4"
     images = [{"bufferView": numbers.attach(data), "mimeType": "image/png", "name": name}
-              for name, data in (("iris", iris_picture()), ("face", face_picture()))]  # fmt: skip
+              for name, data in (("iris", iris_picture()), ("face", face_picture()), ("hair", hair_picture()))]  # fmt: skip
     meta = {
         "name": "Saia", "version": "1", "authors": ["Saia Studio"], "licenseUrl": "https://vrm.dev/licenses/1.0/",
         "otherLicenseUrl": "https://creativecommons.org/publicdomain/zero/1.0/", "avatarPermission": "everyone",
@@ -300,7 +324,7 @@ def write(path: Path) -> None:
         "scene": 0, "scenes": [{"nodes": [0, len(nodes) - 2, len(nodes) - 1]}], "nodes": nodes, "meshes": described,
         "skins": [{"joints": list(range(1, len(order) + 1)), "inverseBindMatrices": matrices, "skeleton": 1}],
         "materials": [material(name) for name in names], "images": images, "samplers": [{}],
-        "textures": [{"source": 0, "sampler": 0}, {"source": 1, "sampler": 0}],
+        "textures": [{"source": 0, "sampler": 0}, {"source": 1, "sampler": 0}, {"source": 2, "sampler": 0}],
         "extensions": {
             "VRMC_vrm": {"specVersion": "1.0", "meta": meta, "humanoid": humanoid, "lookAt": look_at,
                          "expressions": expressions(face_node, shapes), "firstPerson": {"meshAnnotations": []}},

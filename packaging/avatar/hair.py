@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from face import HEAD, Look, front
-from face import _BACK as BACK
-from face import _FRONT as FRONT
-from face import _WIDTH as WIDTH
 from shape import Array, Part, curve, rigid, smooth, strip, tube
+
+MIDDLE, RADII = np.array([0.0, 0.028, -0.006]), np.array([0.0945, 0.101, 0.1015])
+"""The round that the cap lies on, from HEAD."""
 
 
 @dataclass(frozen=True)
@@ -30,54 +30,59 @@ class Lock:
     out: tuple[float, float, float]
 
 
-def _bangs() -> list[Lock]:
-    made = []
-    # From the parting to the temples; the middle ones shorter, so that brows and eyes are seen.
-    for x, end_x, end_y, wide in (
-        (0.012, 0.004, 0.022, 0.017), (0.030, 0.029, 0.014, 0.018), (0.046, 0.052, 0.008, 0.017),
-        (0.060, 0.070, -0.010, 0.015), (-0.004, -0.020, 0.018, 0.018), (-0.026, -0.042, 0.012, 0.018),
-        (-0.046, -0.060, 0.004, 0.016), (-0.060, -0.073, -0.012, 0.014),
-    ):  # fmt: skip
-        root = (x * 0.55, 0.106, 0.045)
-        middle = (x * 1.02, 0.070, _skin(x * 1.02, 0.070) + 0.012)
-        low = (0.5 * (x + end_x), 0.5 * (0.070 + end_y) + 0.006, _skin(0.5 * (x + end_x), 0.04) + 0.013)
-        end = (end_x, end_y, _skin(end_x, end_y) + 0.008)
-        made.append(Lock("", (root, middle, low, end), wide, 0.008, (x * 6, 0.1, 1.0)))
-    return made
+def _round(azimuth: float, down: float, above: float = 0.0) -> tuple[float, float, float]:
+    """A place on the cap, degrees around from the front to its left, and down from the crown."""
+    a, d = np.radians([azimuth, down])
+    way = np.array([np.sin(a) * np.sin(d), np.cos(d), np.cos(a) * np.sin(d)])
+    x, y, z = MIDDLE + way * (RADII + above)
+    return float(x), float(y), float(z)
 
 
 def _skin(x: float, y: float) -> float:
     return float(front(np.array([x]), np.array([y]), Look())[0])
 
 
+def _bangs() -> list[Lock]:
+    made = []
+    # From the parting to the temples; the middle ones shorter, so that brows and eyes are seen.
+    for azimuth, end_x, end_y, wide in (
+        (12, 0.000, 0.027, 0.017), (28, 0.026, 0.020, 0.018), (44, 0.049, 0.014, 0.0175), (60, 0.068, -0.004, 0.017),
+        (-6, -0.017, 0.024, 0.017), (-22, -0.037, 0.020, 0.018), (-38, -0.056, 0.010, 0.017),
+        (-54, -0.071, -0.006, 0.0165),
+    ):  # fmt: skip
+        root, high, low = _round(6, 14), _round(azimuth, 42, 0.005), _round(azimuth, 68, 0.007)
+        end = (end_x, end_y, _skin(end_x, end_y) + 0.009)
+        a = np.radians(azimuth)
+        made.append(Lock("", (root, high, low, end), wide, 0.0075, (float(np.sin(a)), 0.0, float(np.cos(a)))))
+    return made
+
+
 def _sides() -> list[Lock]:
     made = []
     for side, name in ((1.0, "L"), (-1.0, "R")):
-        knots = ((0.060, 0.085, 0.030), (0.085, 0.040, 0.048), (0.091, -0.020, 0.048), (0.088, -0.080, 0.040),
-                 (0.080, -0.130, 0.042))  # fmt: skip
-        made.append(Lock(f"hairSide{name}", tuple((side * x, y, z) for x, y, z in knots), 0.017, 0.011, (side, 0.0, 0.4)))
-        knots = ((0.062, 0.080, 0.010), (0.093, 0.030, 0.016), (0.098, -0.030, 0.010), (0.092, -0.085, 0.006),
-                 (0.086, -0.120, 0.008))  # fmt: skip
-        made.append(Lock(f"hairEar{name}", tuple((side * x, y, z) for x, y, z in knots), 0.024, 0.012, (side, 0.0, 0.1)))
+        line = (_round(72 * side, 30, 0.001), _round(74 * side, 72, 0.005), (side * 0.0900, -0.018, 0.036),
+                (side * 0.0880, -0.076, 0.036), (side * 0.0790, -0.126, 0.040))  # fmt: skip
+        made.append(Lock(f"hairSide{name}", line, 0.0185, 0.011, (side, 0.0, 0.4)))
+        line = (_round(92 * side, 30, 0.001), _round(94 * side, 76, 0.006), (side * 0.0985, -0.030, 0.000),
+                (side * 0.0930, -0.085, 0.000), (side * 0.0850, -0.118, 0.004))  # fmt: skip
+        made.append(Lock(f"hairEar{name}", line, 0.026, 0.012, (side, 0.0, 0.1)))
     return made
 
 
 def _backs() -> list[Lock]:
     made = []
-    for k, angle in enumerate(np.radians([-78, -52, -26, 0, 26, 52, 78])):
-        s, c = float(np.sin(angle)), float(np.cos(angle))
-        length = -0.155 + 0.022 * abs(s)
-        knots = (
-            (0.05 * s, 0.085, -0.045 * c), (0.094 * s, 0.030, -0.098 * c), (0.100 * s, -0.035, -0.104 * c),
-            (0.090 * s, -0.100, -0.088 * c), (0.094 * s, length, -0.094 * c),
-        )  # fmt: skip
-        made.append(Lock(f"hairBack{k}", knots, 0.032, 0.017, (s, 0.0, -c)))
+    for k, angle in enumerate((-78, -52, -26, 0, 26, 52, 78)):
+        s, c = float(np.sin(np.radians(angle))), float(np.cos(np.radians(angle)))
+        length = -0.150 + 0.022 * abs(s)
+        line = (_round(180 - angle, 48, -0.004), _round(180 - angle, 84, 0.003), (0.100 * s, -0.040, -0.104 * c),
+                (0.091 * s, -0.098, -0.090 * c), (0.096 * s, length, -0.097 * c))  # fmt: skip
+        made.append(Lock(f"hairBack{k}", line, 0.033, 0.017, (s, 0.0, -c)))
     return made
 
 
 def _tuft() -> list[Lock]:
-    knots = ((0.002, 0.112, 0.0), (0.006, 0.142, 0.004), (0.022, 0.158, 0.016), (0.042, 0.152, 0.022))
-    return [Lock("hairTuft", knots, 0.0085, 0.0055, (0.0, 0.3, 1.0))]
+    line = ((0.002, 0.120, 0.0), (0.004, 0.146, 0.004), (0.019, 0.163, 0.014), (0.040, 0.158, 0.020))
+    return [Lock("hairTuft", line, 0.0085, 0.0050, (0.0, 0.3, 1.0))]
 
 
 LOCKS = (*_bangs(), *_sides(), *_backs(), *_tuft())
@@ -105,49 +110,46 @@ def _line(lock: Lock, at: Array) -> Array:
     return HEAD + curve(table, at)
 
 
+def _uv(points: Array) -> Array:
+    """Where the picture of the hair lies: around the head, and down from the crown."""
+    x, y, z = (points - HEAD).T
+    return np.stack([0.5 + np.arctan2(x, z) / (2 * np.pi), np.clip((0.135 - y) / 0.30, 0.0, 1.0)], axis=1)
+
+
 def _built(lock: Lock) -> Part:
-    rows = 9
+    rows, sides = 8, 6
     at = np.linspace(0.0, 1.0, rows)
     line = _line(lock, at)
     # Round at the root, widest in the first half, a point at the end.
-    share = (0.55 + 0.45 * smooth(at / 0.35)) * (1.0 - at**2.6) ** 0.75
+    share = (0.45 + 0.55 * smooth(at / 0.5)) * (1.0 - at**3.4) ** 0.8
     share[-1] = 0.02
     side = np.cross(np.array(lock.out), np.array([0.0, 1.0, 0.0]))
-    points, triangles = tube(line, lock.wide * share, lock.thick * share, 8, side, (True, True))
-    row = np.concatenate([np.repeat(at, 8), [0.0, 1.0]])
+    points, triangles = tube(line, lock.wide * share, lock.thick * share, sides, side, (False, True))
+    row = np.concatenate([np.repeat(at, sides), [1.0]])
     if not lock.name:
-        return Part("hair", points, triangles, rigid("head", len(points)))
+        return Part("hair", points, triangles, rigid("head", len(points)), _uv(points))
     first = smooth((row - 0.15) / 0.2)
     second = smooth((row - 0.5) / 0.2)
     weights = {"head": 1.0 - first, f"{lock.name}1": first - second, f"{lock.name}2": second}
-    return Part("hair", points, triangles, weights)
+    return Part("hair", points, triangles, weights, _uv(points))
 
 
 def _cap() -> Part:
-    """What covers the skull: a little outside it, open where the face is."""
-    rows, sides = 15, 32
-    y = np.linspace(-0.075, 0.117, rows)
-    t = np.linspace(0.5 - 0.28, 1.5 + 0.28, sides) * np.pi
-    yy, a = np.meshgrid(y, t, indexing="ij")
-    # In front it begins higher: over the forehead.
-    before = smooth(np.cos(a) / 0.6)
-    yy = yy + before * (0.112 - yy) * 0.86 * smooth((0.117 - yy) / 0.02)
-    grow = 0.010
-    wide = curve(WIDTH, np.minimum(yy, 0.112).ravel()).reshape(yy.shape) + grow
-    deep = np.where(np.cos(a) < 0, curve(BACK, np.minimum(yy, 0.112).ravel()).reshape(yy.shape) + grow,
-                    curve(FRONT, np.minimum(yy, 0.112).ravel()).reshape(yy.shape) + 0.4 * grow)  # fmt: skip
-    # Below the ears the skull ends; hair does not.
-    deep = np.where((np.cos(a) < 0) & (yy < -0.03), np.maximum(deep, 0.078), deep)
-    wide = np.where(yy < -0.02, np.maximum(wide, 0.078), wide)
-    x = wide * np.sign(np.sin(a)) * np.abs(np.sin(a)) ** 0.85
-    z = deep * np.sign(np.cos(a)) * np.abs(np.cos(a)) ** 0.91
-    points = HEAD + np.stack([x, yy + np.where(yy > 0.1, 0.008, 0.0), z], axis=-1).reshape(-1, 3)
-    triangles = strip(rows, sides, closed=False)
-    # The crown.
-    top = np.concatenate([points, HEAD[None] + [[0.0, 0.131, 0.0]]])
-    ring = (rows - 1) * sides + np.arange(sides)
-    crown = np.stack([ring, np.roll(ring, -1), np.full(sides, len(points))], 1)
-    return Part("hair", top, np.concatenate([triangles, crown]), rigid("head", len(top)))
+    """What covers the skull: over the forehead in front, down to the neck behind."""
+    rows, sides = 12, 33
+    share, turn = np.linspace(0.0, 1.0, rows), np.linspace(-np.pi, np.pi, sides)
+    s, a = np.meshgrid(share, turn, indexing="ij")
+    reach = np.radians(66.0) + np.radians(44.0) * smooth((np.abs(a) - 0.9) / 0.7)
+    d = np.maximum(s * reach, 1e-3)
+    way = np.stack([np.sin(a) * np.sin(d), np.cos(d), np.cos(a) * np.sin(d)], -1)
+    points = MIDDLE + way * RADII
+    # Behind, it goes on down as a curtain before the neck.
+    down = smooth((np.abs(a) - 1.35) / 0.5) * smooth((s - 0.78) / 0.22)
+    points[..., 1] -= 0.035 * down
+    points = HEAD + points.reshape(-1, 3)
+    return Part(
+        "hair", points, strip(rows, sides, closed=False)[:, ::-1], rigid("head", len(points)), _uv(points)
+    )
 
 
 def build() -> list[Part]:

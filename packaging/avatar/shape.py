@@ -89,7 +89,12 @@ def strip(rows: int, columns: int, closed: bool) -> Whole:
 
 
 def tube(
-    centres: Array, widths: Array, depths: Array, sides: int, across: Array, ends: tuple[bool, bool] = (True, True)
+    centres: Array,
+    widths: Array,
+    depths: Array,
+    sides: int,
+    across: Array,
+    ends: tuple[bool, bool] = (True, True),
 ) -> tuple[Array, Whole]:
     """A tube around a line of centres (N, 3), elliptic, closed at its ends by a point where asked for.
 

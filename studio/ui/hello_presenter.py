@@ -16,6 +16,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from studio import formats
 from studio.capture.phrase import LONGEST_S, PhraseRecording
 from studio.errors import StudioError
 from studio.files import leftovers
@@ -24,6 +25,7 @@ from studio.performer.speech import read_aloud
 from studio.playback.layers import Tuning, tuned
 from studio.playback.player import Player
 from studio.project import Project
+from studio.project.avatars import OWN
 from studio.project.run import base_voice
 from studio.render.camera import Orbit
 from studio.render.world_pose import WorldPose
@@ -69,6 +71,7 @@ class HelloPresenter(QObject):
         self._frames.timeout.connect(self._on_frame)
         self.pane = Pane("hello_pane", "", "", "mdi6.human", "figure", face_share=0.5)
         self.pane.figure.set_orbit(FACE)
+        self.pane.set_avatar(formats.read_avatar(OWN))
         self.pane.show_stance(WorldPose.rest_pose(Skeleton.humanoid()))
         view.add_figure(self.pane)
         self._connect()
