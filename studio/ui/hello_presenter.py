@@ -72,7 +72,6 @@ class HelloPresenter(QObject):
         self.pane = Pane("hello_pane", "", "", "mdi6.human", "figure", face_share=0.5)
         self.pane.figure.set_orbit(FACE)
         self.pane.set_avatar(formats.read_avatar(OWN))
-        self.pane.show_stance(WorldPose.rest_pose(Skeleton.humanoid()))
         view.add_figure(self.pane)
         self._connect()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
@@ -235,6 +234,7 @@ class HelloPresenter(QObject):
     def _warm_up(self) -> None:
         if self._view.isVisible() and not self.playing and self._phrase is None:
             self.pane.figure.warm_up()
+            self.pane.show_stance(WorldPose.rest_pose(Skeleton.humanoid()))
 
 
 def _beginning(path: Path) -> Sound:
