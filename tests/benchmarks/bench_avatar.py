@@ -81,9 +81,12 @@ def compared(path: Path, browser: Browser) -> dict[str, Any]:
                 ours = over_grey(scene.figure(orbit, SIDE, SIDE))
                 camera = scene.camera(orbit)
                 down = math.radians(ARMS_DOWN)
-                job = {"width": SIDE, "height": SIDE, "view": FIELD_OF_VIEW, "camera": camera[:3],
-                       "target": camera[3:], "arms": {"leftUpperArm": -down, "rightUpperArm": down}, "expressions": shapes, "light": toon.LIGHT,
-                       "ambient": toon.AMBIENT, "key": toon.KEY, "fill": toon.FILL}  # fmt: skip
+                job: dict[str, Any] = {
+                    "width": SIDE, "height": SIDE, "view": FIELD_OF_VIEW, "camera": camera[:3],
+                    "target": camera[3:],
+                    "arms": {"leftUpperArm": -down, "rightUpperArm": down}, "expressions": shapes,
+                    "light": toon.LIGHT, "ambient": toon.AMBIENT, "key": toon.KEY, "fill": toon.FILL,
+                }  # fmt: skip
                 theirs = of_png(browser.drawn(path, job))
                 found[f"{face} {view}"] = likeness(*ours, *theirs)
                 keep(f"{path.stem} {face} {view}", ours[0], theirs[0])
