@@ -171,11 +171,12 @@ class SurfaceShader:
         self._fragment.SetUniform4f("uvTurn", turn)
         self._fragment.SetUniform2f("uvShift", shift)
 
-    def set_aspect(self, aspect: float) -> None:
-        """Width of the picture over its height, for lines of one width on the screen."""
+    def set_aspect(self, aspect: float, share: float = 1.0) -> None:
+        """Width over height of the part drawn, and its share of the height: for lines on the screen."""
         toon = self._material.toon
         if toon is not None and toon.outline is not None and toon.outline.on_screen:
             self._vertex.SetUniformf("lineAspect", aspect)
+            self._vertex.SetUniformf("lineWidth", toon.outline.width / share)
 
     def _sample(self, name: str, picture: Pixels | None, linear: bool = False, ball: bool = False) -> str:
         """What reads a picture, "" where there is none or nothing to read it by."""

@@ -72,6 +72,7 @@ class LivePresenter(QObject):
 
     def close(self) -> None:
         """The window closes."""
+        self.stage.close()
         self.status.close()
         self.remote.close()
         self.obs.close()

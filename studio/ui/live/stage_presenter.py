@@ -12,6 +12,7 @@ from studio.ui.live.task import Phase
 from studio.ui.live.view import LiveView
 from studio.ui.session import Session
 from studio.ui.shortcuts import sequence
+from studio.ui.view_settings import ViewSettings
 
 NOTICE_MS = 6_000
 """How long a notice of the child is shown in the place of the status."""
@@ -23,6 +24,8 @@ class LiveStagePresenter(QObject):
     def __init__(self, view: LiveView, model: LiveModel, session: Session) -> None:
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
+        stage = view.stage
+        self._seen = ViewSettings(stage, (stage.pane,), stage.backgrounds, session, "live_camera")
         view.controls.switched.connect(model.switch)
         view.controls.mood_chosen.connect(model.choose_mood)
         model.posed.connect(self._on_pose)
@@ -31,6 +34,10 @@ class LiveStagePresenter(QObject):
         model.ended.connect(self._on_ended)
         model.run_chosen.connect(self._show_moods)
         model.runs_changed.connect(self._show_moods)
+
+    def close(self) -> None:
+        """The window closes."""
+        self._seen.close()
 
     def _show_moods(self) -> None:
         run = self._model.run

@@ -23,6 +23,7 @@ from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.widgets.avatar_button import AvatarButton
+from studio.ui.widgets.background_menu import BackgroundButton
 from studio.ui.widgets.figure.pane import Pane
 
 
@@ -46,6 +47,9 @@ class LiveStage(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.pane)
+        self.backgrounds = BackgroundButton("live_")
+        theme.as_role(self.backgrounds, "chip")
+        self.figure.add_tool(self.backgrounds)
         self.avatar = AvatarButton(self, "live_")
         self.avatar.raise_()
 

@@ -217,7 +217,13 @@ def _render_options(shown: ExportInput, options: ExportOptions) -> RenderOptions
     light = theme.colours().name == "light"
     width, height = options.size
     return RenderOptions(
-        width, height, shown.view, at=at, clear=options.clear, light=light, avatar=shown.avatar
+        width,
+        height,
+        shown.view,
+        at=at,
+        background="transparent" if options.clear else "room",
+        light=light,
+        avatar=shown.avatar,
     )
 
 

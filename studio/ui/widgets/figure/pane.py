@@ -9,9 +9,11 @@ from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QVBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
+from studio.render.background import ROOM, Background
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.figure.figure import StickFigure
+from studio.ui.widgets.figure.picture import background_image, draw_checkers
 from studio.ui.widgets.figure.sketch import DrawnFace, draw_ground
 
 FACE_SIDE = 132
@@ -65,6 +67,7 @@ class _FaceRoom(QWidget):
         self.face = DrawnFace(self)
         self.face.set_token(token)
         self.setMinimumSize(160, 160)
+        self.background = ROOM
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         side = int(min(min(self.width(), self.height()) * 0.8, LARGE_FACE))
@@ -72,7 +75,14 @@ class _FaceRoom(QWidget):
         super().resizeEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        draw_ground(QPainter(self), QRectF(self.rect()))
+        painter, rect = QPainter(self), QRectF(self.rect())
+        if self.background.is_clear:
+            draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
+        elif self.background.is_room:
+            draw_ground(painter, rect)
+        else:
+            size = (self.width(), self.height())
+            painter.drawImage(rect, background_image(self.background, size, theme.colours()))
 
 
 class Pane(QWidget):
@@ -120,6 +130,12 @@ class Pane(QWidget):
         """The colour of the face: a token of the theme."""
         self.face.set_token(token)
         self.room.face.set_token(token)
+
+    def set_background(self, background: Background) -> None:
+        """What is behind the performer."""
+        self.figure.set_background(background)
+        self.room.background = background
+        self.room.update()
 
     def set_caption(self, caption: str) -> None:
         """A word over it, shown while there is something to see."""
