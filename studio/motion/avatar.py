@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
 from studio.motion.material import SurfaceMaterial
+from studio.motion.rig import Rig
 from studio.motion.skeleton import Skeleton
 
 Floats = NDArray[np.float32]
@@ -48,7 +49,7 @@ class Surface:
         triangles: vertex indices (F, 3).
         joints, weights: which of the binds move each vertex, and how much, (V, K); weights sum to 1.
         binds: (B, 3, 4), from the vertices to the avatar at rest in a picture's axes.
-        owners: the bone each bind follows (B,), index into the skeleton, -1 for none.
+        owners: the node each bind follows (B,), index into the avatar's rig, -1 for none.
         morphs: its morph targets.
         material: index among the avatar's materials.
     """
@@ -110,6 +111,7 @@ class Avatar:
         expressions: its named faces.
         licence: what the file says about itself.
         notes: what was left out while reading.
+        rig: what moves of it beside its bones, which are its first nodes; None for nothing.
     """
 
     name: str
@@ -119,6 +121,7 @@ class Avatar:
     expressions: tuple[Expression, ...] = ()
     licence: Licence = Licence()
     notes: tuple[str, ...] = ()
+    rig: Rig | None = None
 
     @cached_property
     def rest_joints(self) -> Array:
@@ -134,7 +137,14 @@ class Avatar:
     @cached_property
     def skins(self) -> tuple[Skin, ...]:
         """What moves each surface; worked out once, in a moment: not first on a thread that draws."""
-        return tuple(Skin(surface, len(self.skeleton.bone_names)) for surface in self.surfaces)
+        count = len(self.rig.parents) if self.rig is not None else len(self.skeleton.bone_names)
+        return tuple(Skin(surface, count) for surface in self.surfaces)
+
+    def bone_owners(self, surface: Surface) -> NDArray[np.int32]:
+        """The bone that each of a surface's binds follows, or hangs from at last (B,), -1 for none."""
+        if self.rig is None:
+            return surface.owners
+        return np.where(surface.owners < 0, -1, self.rig.carriers[surface.owners])
 
     @property
     def has_face(self) -> bool:
@@ -184,20 +194,21 @@ class Avatar:
         return self.hips_height / height if height > 0.05 and self.hips_height > 0.0 else 1.0
 
     def placements(self, positions: Array, turns: Array) -> Array:
-        """What moves the binds of each bone from rest to where `retargeted` has it.
+        """What moves the binds of each node from rest to where `retargeted` has it; nothing swings.
 
         Args:
             positions, turns: of one moment, (J, 3) and (J, 4), Unity's axes.
 
         Returns:
-            (J + 1, 3, 4) in a picture's axes; the last one is for binds that follow no bone.
+            (N + 1, 3, 4) in a picture's axes; the last one is for binds that follow no node. Without a rig
+            the nodes are the J bones.
         """
         made = np.zeros((len(positions) + 1, 3, 4))
         made[-1, :, :3] = np.eye(3)
         turned = rotation.to_matrix(turns * MIRROR_TURN)
         made[:-1, :, :3] = turned
         made[:-1, :, 3] = positions * MIRROR - np.einsum("jab,jb->ja", turned, self.rest_joints * MIRROR)
-        return made
+        return made if self.rig is None else self.rig.posed(made)
 
     @cached_property
     def by_key(self) -> dict[str, Expression]:
@@ -273,11 +284,11 @@ class Skin:
     that hair and skirt bones that follow one bone of the body cost nothing more than it.
     """
 
-    def __init__(self, surface: Surface, bones: int) -> None:
-        """Args: surface: what is moved. bones: J, the avatar's."""
+    def __init__(self, surface: Surface, nodes: int) -> None:
+        """Args: surface: what is moved. nodes: how many the avatar has that move it."""
         from scipy import sparse
 
-        self._owners = np.where(surface.owners < 0, bones, surface.owners)
+        self._owners = np.where(surface.owners < 0, nodes, surface.owners)
         self._binds = np.asarray(surface.binds, dtype=np.float64)
         count = len(surface.vertices)
         columns, turn = surface.joints, np.eye(3)
@@ -289,7 +300,7 @@ class Skin:
             self._rest = (surface.vertices @ turn.T + shift).astype(np.float32)
             columns = self._owners[columns]
         rows = np.repeat(np.arange(count), columns.shape[1])
-        shape = (count, bones + 1 if self._agree else len(self._binds))
+        shape = (count, nodes + 1 if self._agree else len(self._binds))
         entries = (surface.weights.ravel(), (rows, columns.ravel()))
         self._weights: Any = sparse.csr_matrix(entries, shape=shape, dtype=np.float32)
         self._weights.sum_duplicates()
@@ -300,7 +311,7 @@ class Skin:
         """Vertices and normals (V, 3) in a picture's axes; normals are not of unit length.
 
         Args:
-            placements: (J + 1, 3, 4) of `Avatar.placements`.
+            placements: (N + 1, 3, 4) of `Avatar.placements`.
             morphs: weights (M,) of `Avatar.morph_weights`.
         """
         moves = placements.astype(np.float32)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion.avatar import Avatar, Floats, Skin, Surface
+from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
@@ -152,10 +153,12 @@ class AvatarActor:
         self._actors.append(actor)
         return actor
 
-    def move(self, pose: WorldPose) -> None:
-        """Stand as a stance that this avatar wears has it."""
+    def move(self, pose: WorldPose, springs: Springs | None = None) -> None:
+        """Stand as a stance that this avatar wears has it, with what swings from it."""
         assert pose.turns is not None
         placements = self.avatar.placements(pose.joints, pose.turns)
+        if springs is not None:
+            placements = springs.moved(placements, pose.t)
         weights = self.avatar.morph_weights(fitted(self.avatar, pose.shapes))
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,18 +38,20 @@ class WorldPose:
         """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
         pose = motion.pose(t)
         shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        return replace(cls.of_pose(motion.skeleton, pose, shapes), t=t)
+        return cls.of_pose(motion.skeleton, pose, shapes, t)
 
     @classmethod
-    def of_pose(cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float]) -> WorldPose:
-        """One pose of a skeleton's bones; joints are empty where it has none."""
+    def of_pose(
+        cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float], t: float = 0.0
+    ) -> WorldPose:
+        """One pose of a skeleton's bones at a moment (seconds); joints are empty where it has none."""
         if not skeleton.bone_names:
-            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes)
+            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes, t)
         local, turns = skeleton.forward(pose.positions, pose.rotations)
         # The root is applied last: local joints are the skeleton's, the root moves all of it.
         root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
         joints = rotation.rotate(root, local) + pose.root_position
-        return cls(skeleton, joints, rotation.multiply(root, turns), shapes)
+        return cls(skeleton, joints, rotation.multiply(root, turns), shapes, t)
 
     @classmethod
     def at_rest(cls, skeleton: Skeleton) -> WorldPose:

@@ -14,6 +14,7 @@ from studio.formats._glb import Glb
 from studio.formats._vrm import mesh
 from studio.formats._vrm.material import read_materials
 from studio.formats._vrm.mesh import Meshes, Nodes
+from studio.formats._vrm.rig import read_rig
 from studio.motion import Skeleton, rotation
 from studio.motion.avatar import MIRROR, Avatar, Expression, Licence
 from studio.motion.channels import ALL_BONES, vrm1_bone
@@ -148,14 +149,14 @@ def _avatar(glb: Glb) -> Avatar:
     if "Hips" not in bones or len(bones) < 3:
         raise StudioError(f"{glb.path.name} has no humanoid skeleton.", CHOOSE)
     skeleton = _skeleton(nodes, bones)
-    owners = nodes.owners(list(bones.values()))
-    meshes = mesh.read(glb, nodes, owners, _unseen(glb, extension, old))
+    rig, moved, still = read_rig(glb, old, nodes, list(bones.values()))
+    meshes = mesh.read(glb, nodes, nodes.owners(moved), _unseen(glb, extension, old))
     materials, notes = read_materials(glb, extension if old else {})
     expressions = read_expressions(extension, old, meshes)
     licence = read_licence(extension.get("meta"), old)
     return Avatar(
         licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
-        (*meshes.notes, *notes),
+        (*meshes.notes, *notes, *still), rig,
     )  # fmt: skip
 
 
