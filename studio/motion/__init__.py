@@ -7,6 +7,7 @@ curve_channels  Which motion channels can be drawn as curves, which move at all,
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
 lag             How much later the mouth moves than the voice sounds: mouth opening against speech energy
+look_at         What moves an avatar's eyes: bones or expressions, and how far a gaze turns them
 material        How an avatar's surfaces look: plain, unlit or as MToon has them
 moods           Moods: labelled stretches as something a network is told, and where a person asks for them
 motion          Motion: blend shape weights and bone transforms of one performer over time

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
-from studio.motion.material import SurfaceMaterial
+from studio.motion.look_at import Gaze, LookAt, asks, gaze_of, is_ahead, turned_by
+from studio.motion.material import MaterialBind, SurfaceMaterial
 from studio.motion.rig import Rig
 from studio.motion.skeleton import Skeleton
 
@@ -76,12 +77,19 @@ class Expression:
         binds: (surface, morph, weight 0..1) each.
         binary: on above one half, else off.
         overrides: what it takes the place of: "blink", "lookAt" or "mouth" -> "block" or "blend".
+        looks: what it makes of materials.
     """
 
     name: str
     binds: tuple[tuple[int, int, float], ...]
     binary: bool = False
     overrides: Mapping[str, str] = field(default_factory=dict)
+    looks: tuple[MaterialBind, ...] = ()
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is seen of it."""
+        return bool(self.binds or self.looks)
 
 
 @dataclass(frozen=True)
@@ -112,6 +120,7 @@ class Avatar:
         licence: what the file says about itself.
         notes: what was left out while reading.
         rig: what moves of it beside its bones, which are its first nodes; None for nothing.
+        look_at: what moves its eyes.
     """
 
     name: str
@@ -122,6 +131,7 @@ class Avatar:
     licence: Licence = Licence()
     notes: tuple[str, ...] = ()
     rig: Rig | None = None
+    look_at: LookAt = field(default_factory=LookAt)
 
     @cached_property
     def rest_joints(self) -> Array:
@@ -149,7 +159,7 @@ class Avatar:
     @property
     def has_face(self) -> bool:
         """Whether its expressions move anything."""
-        return any(one.binds for one in self.expressions)
+        return any(one.moves for one in self.expressions)
 
     def retargeted(
         self, source: Skeleton, joints: Array, turns: Array, scale: float | None = None
@@ -223,6 +233,76 @@ class Avatar:
                 weights[surface][morph] += weight * amount
         return weights
 
+    def looking(
+        self, turns: Array, shapes: Mapping[str, float], eyes: Mapping[str, Gaze]
+    ) -> tuple[Array, Mapping[str, float]]:
+        """Turns and blend shapes with what a gaze adds to them.
+
+        Args:
+            turns: changes from the T-pose (J, 4), Unity's axes, as `retargeted` has them.
+            shapes: blend shapes of any set.
+            eyes: where the source's eye bones look, "left" and "right", those it has.
+        """
+        arkit, presets = asks(shapes)
+        # What its own expressions show needs no eye bones.
+        if any(self._shows(name) for name in arkit):
+            arkit = {}
+        moved = any(not is_ahead(*gaze) for gaze in eyes.values())
+        own = {side: _place(self.skeleton, f"{side.title()}Eye") for side in ("left", "right")}
+        if self.look_at.by_bones and max(own.values()) >= 0:
+            share = _weights(self.by_key, shapes)[1]["lookAt"]
+            presets = {name: weight for name, weight in presets.items() if not self._shows(name)}
+            if (moved and share == 1.0) or not (moved or arkit or presets):
+                return turns, shapes
+            turns = np.array(turns)
+            for side, bone in own.items():
+                if bone < 0:
+                    continue
+                if moved:
+                    across, down = eyes.get(side) or next(iter(eyes.values()))
+                else:
+                    gaze = gaze_of(arkit, side) if arkit else self.look_at.of_presets(side, presets)
+                    across, down = self.look_at.turn(side, *gaze)
+                above = self.skeleton.parents[bone]
+                head = turns[above] if above >= 0 else rotation.IDENTITY
+                turn = turned_by(across * share, down * share) * MIRROR_TURN
+                turns[bone] = rotation.multiply(head, turn)
+            return turns, shapes
+        if presets or not (moved or arkit):
+            return turns, shapes
+        gazes = list(eyes.values()) if moved else [gaze_of(arkit, side) for side in own]
+        yaw, pitch = (float(angle) for angle in np.mean(gazes, axis=0))
+        return turns, {**shapes, **self.look_at.weights(yaw, pitch)}
+
+    def _shows(self, name: str) -> bool:
+        """Whether a blend shape moves something of it."""
+        one = self.by_key.get(key(name))
+        return one is not None and one.moves
+
+    @cached_property
+    def changing_parts(self) -> dict[int, frozenset[str]]:
+        """Which parts of which materials expressions may change."""
+        found: dict[int, frozenset[str]] = {}
+        for one in self.expressions:
+            for bind in one.looks:
+                found[bind.material] = found.get(bind.material, frozenset()) | {bind.part}
+        return found
+
+    def material_values(self, shapes: Mapping[str, float]) -> dict[int, dict[str, tuple[float, ...]]]:
+        """What blend shapes make of `changing_parts`, by material and part."""
+        made = {
+            i: {part: self.materials[i].value(part) or () for part in parts}
+            for i, parts in self.changing_parts.items()
+        }
+        for expression, amount in _played(self.by_key, shapes) if made else ():
+            for bind in expression.looks:
+                rest = self.materials[bind.material].value(bind.part) or ()
+                now = made[bind.material][bind.part]
+                made[bind.material][bind.part] = tuple(
+                    n + amount * (full - r) for n, r, full in zip(now, rest, bind.value, strict=True)
+                )
+        return made
+
 
 def key(name: str) -> str:
     """One spelling for an expression, whether VRM 0, VRM 1 or a rig's own name."""
@@ -237,24 +317,33 @@ _GROUPS = {
 }
 
 
-def _played(
+def _weights(
     expressions: Mapping[str, Expression], shapes: Mapping[str, float]
-) -> list[tuple[Expression, float]]:
-    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Weights by key as blend shapes have them, and how much of each group is left beside them."""
     found: dict[str, float] = {}
     for name, value in shapes.items():
         one = expressions.get(place := key(name))
         if one is not None and value > 0.0:
             amount = min(float(value), 1.0)
             found[place] = max(found.get(place, 0.0), float(amount > 0.5) if one.binary else amount)
-    # How much of each group is left after the expressions that take its place.
     left = dict.fromkeys(_GROUPS, 1.0)
     for place, amount in found.items():
         for group, way in expressions[place].overrides.items():
-            left[group] *= 1.0 - (amount if way == "blend" else float(amount > 0.0))
+            left[group] -= amount if way == "blend" else float(amount > 0.0)
+    return found, {group: max(share, 0.0) for group, share in left.items()}
+
+
+def _played(
+    expressions: Mapping[str, Expression], shapes: Mapping[str, float]
+) -> list[tuple[Expression, float]]:
+    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
+    found, left = _weights(expressions, shapes)
     for group, members in _GROUPS.items():
         for place in members & found.keys():
-            found[place] *= max(left[group], 0.0)
+            found[place] *= left[group]
+            if expressions[place].binary and found[place] < 1.0:
+                found[place] = 0.0
     return [(expressions[place], amount) for place, amount in found.items() if amount > 0.0]
 
 

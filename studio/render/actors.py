@@ -116,6 +116,7 @@ class AvatarActor:
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
         self._shaders: list[SurfaceShader] = []
+        self._changing: list[tuple[int, SurfaceShader]] = []
         textures = Textures()
         # Opaque surfaces before masked and blended ones, which show what is behind them.
         for i in sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i)):
@@ -129,7 +130,11 @@ class AvatarActor:
             for outline in (False, True)[: 1 + outlined]:
                 actor = self._add(mesh)
                 textured = surface.uv is not None
-                self._shaders.append(SurfaceShader(actor, material, textures, textured, outline))
+                parts = avatar.changing_parts.get(surface.material, frozenset())
+                shader = SurfaceShader(actor, material, textures, textured, outline, parts)
+                self._shaders.append(shader)
+                if parts:
+                    self._changing.append((surface.material, shader))
                 if outline or not material.two_sided:
                     actor.prop.culling = "front" if outline else "back"
 
@@ -159,9 +164,13 @@ class AvatarActor:
         placements = self.avatar.placements(pose.joints, pose.turns)
         if springs is not None:
             placements = springs.moved(placements, pose.t)
-        weights = self.avatar.morph_weights(fitted(self.avatar, pose.shapes))
+        shapes = fitted(self.avatar, pose.shapes)
+        weights = self.avatar.morph_weights(shapes)
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))
+        values = self.avatar.material_values(shapes) if self._changing else {}
+        for material, shader in self._changing:
+            shader.set_values(values[material], pose.t)
         for shader in self._shaders:
             if shader.moves:
                 shader.set_time(pose.t)
@@ -180,7 +189,7 @@ class AvatarActor:
         """Leave the stage."""
         for actor in self._actors:
             self._plotter.remove_actor(actor, render=False)
-        self._actors, self._parts, self._shaders = [], [], []
+        self._actors, self._parts, self._shaders, self._changing = [], [], [], []
 
 
 def has_body(avatar: Avatar) -> bool:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, Pose, Skeleton, rotation
-from studio.motion.avatar import Avatar
+from studio.motion.avatar import MIRROR_TURN, Avatar
+from studio.motion.look_at import Gaze, gaze_between
 
 ARMS_DOWN = 72.0
 """Degrees from a T-pose to arms that hang."""
@@ -63,7 +64,18 @@ class WorldPose:
         if self.turns is None:
             return self
         joints, turns = avatar.retargeted(self.skeleton, self.joints, self.turns)
-        return WorldPose(avatar.skeleton, joints, turns, self.shapes, self.t)
+        turns, shapes = avatar.looking(turns, self.shapes, self._gazes())
+        return WorldPose(avatar.skeleton, joints, turns, shapes, self.t)
+
+    def _gazes(self) -> dict[str, Gaze]:
+        """Where its eye bones look, "left" and "right", those it has."""
+        names, found = self.skeleton.bone_names, dict[str, Gaze]()
+        for side in ("left", "right"):
+            bone = names.index(name) if (name := f"{side.title()}Eye") in names else -1
+            if bone >= 0 and self.turns is not None and self.skeleton.parents[bone] >= 0:
+                head = self.turns[self.skeleton.parents[bone]]
+                found[side] = gaze_between(head * MIRROR_TURN, self.turns[bone] * MIRROR_TURN)
+        return found
 
     @classmethod
     def rest_pose(cls, skeleton: Skeleton) -> WorldPose:

@@ -128,7 +128,7 @@ class _Properties:
 
     def colour(self, name: str, usual: Sequence[float]) -> Colour:
         r, g, b = _rgb(self.vectors.get(name, usual), BLACK)
-        return _linear(r), _linear(g), _linear(b)
+        return linear(r), linear(g), linear(b)
 
 
 def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
@@ -228,7 +228,8 @@ def _rgb(value: Any, usual: Colour, most: float = 1.0) -> Colour:
     return _number(r, most=most), _number(g, most=most), _number(b, most=most)
 
 
-def _linear(value: float) -> float:
+def linear(value: float) -> float:
+    """A part of a colour 0..1 as light, from sRGB."""
     return value / 12.92 if value <= 0.04045 else float(((value + 0.055) / 1.055) ** 2.4)
 
 
