@@ -248,15 +248,17 @@ class _Pictures:
 
     def texture(self, index: Any) -> NDArray[np.uint8] | None:
         """A texture's picture (H, W, 4), or None where it cannot be had."""
-        source = entry(self._glb.document, "textures", index).get("source")
-        if not isinstance(source, int):
+        try:
+            source = entry(self._glb.document, "textures", index)["source"]
+            image = entry(self._glb.document, "images", source)
+        except (KeyError, IndexError, TypeError):
             self.lost += 1
             return None
         if source not in self._known:
             if len(self._known) >= MOST_PICTURES:
                 self.lost += 1
                 return None
-            self._known[source] = self._decoded(entry(self._glb.document, "images", source))
+            self._known[source] = self._decoded(image)
             self.lost += self._known[source] is None
         return self._known[source]
 

@@ -40,7 +40,7 @@ QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
 """Pictures may take this share of the GUI thread's time: those made within QUICK seconds hold up nobody and
 reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
-TOO_SLOW, FAR_TOO_SLOW = 0.4, 2.0
+TOO_SLOW, FAR_TOO_SLOW = 0.25, 2.0
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
 _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
 
