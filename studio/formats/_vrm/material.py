@@ -131,7 +131,7 @@ class _Properties:
 
     def colour(self, name: str, usual: Sequence[float], most: float = 1.0) -> Colour:
         r, g, b = _rgb(self.vectors.get(name, usual), BLACK, most)
-        return _linear(r), _linear(g), _linear(b)
+        return linear(r), linear(g), linear(b)
 
 
 def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
@@ -231,7 +231,8 @@ def _rgb(value: Any, usual: Colour, most: float = 1.0) -> Colour:
     return _number(r, most=most), _number(g, most=most), _number(b, most=most)
 
 
-def _linear(value: float) -> float:
+def linear(value: float) -> float:
+    """A part of a colour 0..1 as light, from sRGB."""
     return value / 12.92 if value <= 0.04045 else float(((value + 0.055) / 1.055) ** 2.4)
 
 
@@ -250,15 +251,17 @@ class _Pictures:
 
     def texture(self, index: Any) -> NDArray[np.uint8] | None:
         """A texture's picture (H, W, 4), or None where it cannot be had."""
-        source = entry(self._glb.document, "textures", index).get("source")
-        if not isinstance(source, int):
+        try:
+            source = entry(self._glb.document, "textures", index)["source"]
+            image = entry(self._glb.document, "images", source)
+        except (KeyError, IndexError, TypeError):
             self.lost += 1
             return None
         if source not in self._known:
             if len(self._known) >= MOST_PICTURES:
                 self.lost += 1
                 return None
-            self._known[source] = self._decoded(entry(self._glb.document, "images", source))
+            self._known[source] = self._decoded(image)
             self.lost += self._known[source] is None
         return self._known[source]
 

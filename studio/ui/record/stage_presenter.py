@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 from PySide6.QtCore import QObject
@@ -72,4 +73,4 @@ class RecordStagePresenter(QObject):
         # Poses come sixty times a second with the same bones: only the first of them makes a skeleton.
         if self._skeleton is None or bone_names != self._skeleton.bone_names:
             self._skeleton = Skeleton.humanoid(bone_names, pose.positions)
-        return WorldPose.of_pose(self._skeleton, pose, {})
+        return WorldPose.of_pose(self._skeleton, pose, {}, time.monotonic())
