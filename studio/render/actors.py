@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion.avatar import Avatar, Floats, Skin, Surface
+from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
@@ -126,6 +127,7 @@ class AvatarActor:
         self._shaders: list[SurfaceShader] = []
         toons = [material.toon for material in avatar.materials]
         self._outlines = [toon.outline for toon in toons if toon is not None and toon.outline is not None]
+        self._changing: list[tuple[int, SurfaceShader]] = []
         textures = Textures()
         # Opaque surfaces before masked and blended ones, which show what is behind them.
         for i in sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i)):
@@ -139,7 +141,11 @@ class AvatarActor:
             for outline in (False, True)[: 1 + outlined]:
                 actor = self._add(mesh)
                 textured = surface.uv is not None
-                self._shaders.append(SurfaceShader(actor, material, textures, textured, outline))
+                parts = avatar.changing_parts.get(surface.material, frozenset())
+                shader = SurfaceShader(actor, material, textures, textured, outline, parts)
+                self._shaders.append(shader)
+                if parts:
+                    self._changing.append((surface.material, shader))
                 if outline or not material.two_sided:
                     actor.prop.culling = "front" if outline else "back"
 
@@ -163,13 +169,19 @@ class AvatarActor:
         self._actors.append(actor)
         return actor
 
-    def move(self, pose: WorldPose) -> None:
-        """Stand as a stance that this avatar wears has it."""
+    def move(self, pose: WorldPose, springs: Springs | None = None) -> None:
+        """Stand as a stance that this avatar wears has it, with what swings from it."""
         assert pose.turns is not None
         placements = self.avatar.placements(pose.joints, pose.turns)
-        weights = self.avatar.morph_weights(fitted(self.avatar, pose.shapes))
+        if springs is not None:
+            placements = springs.moved(placements, pose.t)
+        shapes = fitted(self.avatar, pose.shapes)
+        weights = self.avatar.morph_weights(shapes)
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))
+        values = self.avatar.material_values(shapes) if self._changing else {}
+        for material, shader in self._changing:
+            shader.set_values(values[material], pose.t)
         for shader in self._shaders:
             if shader.moves:
                 shader.set_time(pose.t)
@@ -204,7 +216,7 @@ class AvatarActor:
         """Leave the stage."""
         for actor in self._actors:
             self._plotter.remove_actor(actor, render=False)
-        self._actors, self._parts, self._shaders = [], [], []
+        self._actors, self._parts, self._shaders, self._changing = [], [], [], []
 
 
 def has_body(avatar: Avatar) -> bool:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from studio.motion.avatar import Avatar
 from studio.motion.skeleton import Skeleton
+from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.actors import AvatarActor, Stick, has_body, height_of
 from studio.render.camera import FACE_HEIGHT, FIELD_OF_VIEW, NOWHERE, Orbit, project, to_picture
@@ -162,6 +163,8 @@ class RenderScene:
         self._sticks: dict[str, Stick] = {}
         self._avatar: Avatar | None = None
         self._avatar_actors: dict[str, AvatarActor] = {}
+        # Kept while actors come and go: what swings must not begin anew with other colours.
+        self._springs: dict[str, Springs] = {}
         self._tall, self._covered = 0.0, False
         self._scale, self._face = 1.0, FACE_HEIGHT
         self._away, self._settled = NOWHERE, False
@@ -200,6 +203,7 @@ class RenderScene:
         if avatar is not self._avatar:
             self._avatar = avatar
             self._remove_avatars()
+            self._springs = {}
             self._tall = height_of(avatar) if avatar is not None else 0.0
             self._covered = avatar is not None and has_body(avatar)
             self._face = _face_height(avatar, self._tall) if avatar is not None else FACE_HEIGHT
@@ -211,7 +215,7 @@ class RenderScene:
         if self._avatar is not None and as_avatar:
             pose = pose.retargeted_to(self._avatar)
             if self._avatar.surfaces:
-                self._avatar_actor(key).move(pose)
+                self._avatar_actor(key).move(pose, self._springs_of(key))
                 self._avatar_actors[key].set_visible(True)
         stick = self._stick(key, pose.skeleton)
         joints = to_picture(pose.joints)
@@ -229,6 +233,7 @@ class RenderScene:
 
     def hide(self, key: str) -> None:
         """Take the BODY or the GHOST out of the picture."""
+        self._springs.pop(key, None)
         for shown in (self._sticks, self._avatar_actors):
             if key in shown:
                 shown[key].set_visible(False)
@@ -393,6 +398,14 @@ class RenderScene:
         if key not in self._avatar_actors:
             self._avatar_actors[key] = AvatarActor(self._plotter, self._avatar, self._palette, key == GHOST)
         return self._avatar_actors[key]
+
+    def _springs_of(self, key: str) -> Springs | None:
+        rig = self._avatar.rig if self._avatar is not None else None
+        if rig is None or not rig.joints:
+            return None
+        if key not in self._springs:
+            self._springs[key] = Springs(rig)
+        return self._springs[key]
 
     def _remove_avatars(self) -> None:
         for actor in self._avatar_actors.values():

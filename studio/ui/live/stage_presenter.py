@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from PySide6.QtCore import QObject, QTimer
 
 from studio.capture.device_names import title_of
@@ -50,7 +52,7 @@ class LiveStagePresenter(QObject):
             return
         shapes = dict(zip(ready.shape_names, map(float, pose.shapes), strict=True))
         self._view.meters.show_values(shapes)
-        self._view.stage.show_stance(WorldPose.of_pose(ready.skeleton, pose, shapes))
+        self._view.stage.show_stance(WorldPose.of_pose(ready.skeleton, pose, shapes, time.monotonic()))
 
     def _on_state(self, state: LiveStateEvent) -> None:
         shown = self._model.switches.shown

@@ -40,7 +40,7 @@ reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
 WIDE = 460
 """Pixels of a picture that has room for the buttons that frame the performer, too."""
-TOO_SLOW, FAR_TOO_SLOW = 0.4, 2.0
+TOO_SLOW, FAR_TOO_SLOW = 0.25, 2.0
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
 _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
 

@@ -155,7 +155,7 @@ class Pane(QWidget):
         """Show a performer, as the avatar where one is worn; bones or shapes may be missing."""
         worn = self.figure.avatar
         if worn is not None and not len(stance.joints):
-            stance = replace(WorldPose.rest_pose(worn.skeleton), shapes=stance.shapes)
+            stance = replace(WorldPose.rest_pose(worn.skeleton), shapes=stance.shapes, t=stance.t)
         self.caption.set_words(self._wanted_caption)
         if len(stance.joints):
             self._stack.setCurrentIndex(0)
