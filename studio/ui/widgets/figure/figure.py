@@ -90,6 +90,8 @@ class StickFigure(QWidget):
         self._shown: tuple[WorldPose | None, WorldPose | None] = (None, None)
         """What the picture was made of."""
         self.background = ROOM
+        self.checkered = True
+        """False where a transparent background is to be seen through, and not shown by a board."""
         self.empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
         self.rolling = self._ring = False
         self.caption = self.overlay = ""
@@ -297,7 +299,7 @@ class StickFigure(QWidget):
             sketch.draw_ground(painter, rect)
             self._paint_empty(painter, rect)
         else:
-            if self.background.is_clear:
+            if self.background.is_clear and self.checkered:
                 draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
             if self._picture is not None:
                 self._picture.paint(painter, rect)

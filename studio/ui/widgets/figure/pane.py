@@ -67,7 +67,7 @@ class _FaceRoom(QWidget):
         self.face = DrawnFace(self)
         self.face.set_token(token)
         self.setMinimumSize(160, 160)
-        self.background = ROOM
+        self.background, self.checkered = ROOM, True
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         side = int(min(min(self.width(), self.height()) * 0.8, LARGE_FACE))
@@ -76,11 +76,11 @@ class _FaceRoom(QWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter, rect = QPainter(self), QRectF(self.rect())
-        if self.background.is_clear:
+        if self.background.is_clear and self.checkered:
             draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
         elif self.background.is_room:
             draw_ground(painter, rect)
-        else:
+        elif not self.background.is_clear:
             size = (self.width(), self.height())
             painter.drawImage(rect, background_image(self.background, size, theme.colours()))
 
@@ -136,6 +136,12 @@ class Pane(QWidget):
         self.figure.set_background(background)
         self.room.background = background
         self.room.update()
+
+    def set_see_through(self) -> None:
+        """In a transparent window: nothing stands for nothing, and the mouse is the window's."""
+        self.figure.checkered = self.room.checkered = False
+        self.figure.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent, False)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_caption(self, caption: str) -> None:
         """A word over it, shown while there is something to see."""
