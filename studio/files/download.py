@@ -20,6 +20,8 @@ from studio.errors import StudioError
 TIMEOUT_S = 30.0
 BROKEN = (urllib.error.URLError, http.client.HTTPException, OSError)
 """What a connection that cannot be made, or breaks off, raises."""
+BROKE_OFF = "broke_off"
+"""Code of the error where one did."""
 _PIECE = 1 << 18
 
 OnProgress = Callable[[int, int], None]
@@ -106,4 +108,4 @@ def host(url: str) -> str:
 
 def _broke_off(file: Offered) -> StudioError:
     what = f"The connection to {host(file.url)} was lost while downloading {file.name}."
-    return StudioError(what, "Run it again: it goes on where it was.")
+    return StudioError(what, "Run it again: it goes on where it was.", code=BROKE_OFF)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from studio.errors import RequestError, StudioError
 from studio.files import atomic
-from studio.files.download import Offered, OnProgress, digest_of, download, host
+from studio.files.download import BROKE_OFF, Offered, OnProgress, digest_of, download, host
 
 NAME = "face_landmarker.task"
 URL = f"https://storage.googleapis.com/mediapipe-models/face_landmarker/face_landmarker/float16/1/{NAME}"
@@ -94,7 +94,7 @@ def fetch(on_progress: OnProgress = lambda here, there: None, url: str = URL) ->
     except OSError as error:
         raise atomic.cannot_write(path, error) from error
     except StudioError as error:
-        if any(path.parent.glob(f"{path.name}*.part")):
+        if error.code != BROKE_OFF or any(path.parent.glob(f"{path.name}*.part")):
             raise
         raise StudioError(
             f"{host(url)} cannot be reached.",

@@ -131,18 +131,15 @@ def _weights(scores: Any) -> NDArray[np.float32]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep off stderr what MediaPipe's C++ says there of itself; a child's last lines are shown to people."""
+    # By its number: C++ knows nothing of sys.stderr, which may be None or somebody else's.
+    if sys.stderr is not None:
+        sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
-        number = sys.stderr.fileno()
-    except (AttributeError, OSError, ValueError):
-        yield
-        return
-    sys.stderr.flush()
-    kept, nowhere = os.dup(number), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, number)
+        os.dup2(nowhere, 2)
         yield
     finally:
-        os.dup2(kept, number)
+        os.dup2(kept, 2)
         os.close(kept)
         os.close(nowhere)
 

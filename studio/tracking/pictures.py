@@ -22,7 +22,7 @@ TURNED_YAW, TURNED_PITCH = math.radians(40.0), math.radians(32.0)
 SLOW_FPS = 20.0
 _THUMB = 48
 _CUT, _CUT_FACTOR = 24.0, 5.0
-_SAME = 0.02
+_SAME = 0.05
 _CROP = 64
 
 

@@ -70,7 +70,7 @@ class OneEuro:
         cutoff = self._smoothing.rest_hz + self._smoothing.speed * np.abs(self._slope)
         value = self._value + _share(cutoff, step) * (raw - self._value)
         if self._closing is not None:
-            value = np.where(self._closing * (raw - value) > JUMP, raw, value)
+            value = np.where(self._closing * (raw - self._value) > JUMP, raw, value)
         self._t, self._raw, self._value = t, raw, value
         return value
 

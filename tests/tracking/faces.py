@@ -24,7 +24,7 @@ from studio.tracking import face_model
 DATA = Path(os.environ.get("SAIA_DATA") or Path(__file__).parents[2].parent / "shared" / "data")
 MODEL = DATA / "mediapipe" / face_model.NAME
 FPS, RATE = 30, 16_000
-SIZE = 384
+SIZE = 256
 # Where the astronaut's face lies in her picture: its middle, half its width and height, and her lips.
 _X, _Y, _A, _B = 224.0, 118.0, 62.0, 82.0
 _LIPS_X, _LIPS_Y = 224.5, 148.5
@@ -54,7 +54,7 @@ class Look:
     pitch: float = 0.0
     x: float = 0.0
     y: float = 0.0
-    scale: float = 1.3
+    scale: float = 0.95
     open: float = 0.0
     light: float = 1.0
     gone: bool = False
