@@ -13,7 +13,7 @@ from studio.motion.channels import ARKIT_SHAPES
 from studio.motion.expressions import VRM_FACE, vrm_face
 from studio.motion.skeleton import Skeleton
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating]
 
 SHAPES = (*ARKIT_SHAPES, *VRM_FACE)
 BONES = ("Neck", "Head", "LeftEye", "RightEye")

@@ -353,7 +353,7 @@ def _left_out(found: RawFaces, times: NDArray[np.float64]) -> tuple[LeftOut, ...
             if stop - times[first] >= least - 1e-6:
                 spans.append((float(times[first]), float(stop), why))
     spans += [(float(t - _CUT_S), float(t + _CUT_S), CUT) for t in times[found.cuts]]
-    return tuple(sorted((max(a, 0.0), b, why) for a, b, why in spans if b > 0))
+    return tuple(sorted((round(max(a, 0.0), 4), round(b, 4), why) for a, b, why in spans if b > 0))
 
 
 def _facts(found: RawFaces) -> dict[str, str]:

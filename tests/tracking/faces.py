@@ -136,3 +136,30 @@ def bursts(seconds: float, starts: Sequence[float], length: float = 0.3) -> NDAr
     for start in starts:
         on += (t >= start) & (t < start + length)
     return (0.4 * on * np.sin(2 * np.pi * 220 * t)).astype(np.float32)
+
+
+OPENS = (0.8, 1.6)
+"""When the mouth of the film opens, for OPEN_S, with a sound."""
+OPEN_S, SECONDS, ROLL = 0.3, 3.0, 12.0
+GONE = (2.3, 2.7)
+
+
+def look_at(t: float) -> Look:
+    """How the face of the film looks at a moment."""
+    opened = any(start <= t < start + OPEN_S for start in OPENS)
+    return Look(
+        roll=ROLL * float(np.sin(np.pi * t)), open=18.0 if opened else 0.0, gone=GONE[0] <= t < GONE[1]
+    )
+
+
+def write_talk(folder: Path) -> Path:
+    """A film: the head rolls, the mouth opens with two sounds, and the face is gone for a while."""
+    frames = [look_at(i / FPS) for i in range(round(SECONDS * FPS))]
+    return write_video(folder / "talk.mp4", frames, bursts(SECONDS, OPENS, OPEN_S))
+
+
+def use_model(patch: pytest.MonkeyPatch, folder: Path) -> Path:
+    """Have the real model used; what is tracked on the way goes into a folder."""
+    patch.setenv("SAIA_FACE_MODEL", str(MODEL))
+    patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    return MODEL

@@ -22,8 +22,19 @@ from studio.tracking.video import (
     pictures,
     track_video,
 )
-from tests.tracking.conftest import GONE, OPEN_S, OPENS, ROLL
-from tests.tracking.faces import FPS, Look, needs_tracking, picture, write_video
+from tests.tracking.faces import (
+    FPS,
+    GONE,
+    MODEL,
+    OPEN_S,
+    OPENS,
+    ROLL,
+    Look,
+    needs_tracking,
+    picture,
+    use_model,
+    write_video,
+)
 
 pytestmark = needs_tracking()
 FRAME = 1 / FPS
@@ -50,10 +61,8 @@ def jaw(motion: Motion) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def tracked(talk: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Motion, TrackedVideo]:
-    from tests.tracking.faces import MODEL
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        use_model(patch, tmp_path_factory.mktemp("tracked"))
         return track(talk, MODEL)
 
 
