@@ -47,7 +47,7 @@ def missing() -> StudioError | None:
     if find_spec("mediapipe") is None:
         return StudioError(
             "Tracking a face needs MediaPipe, which is not installed.",
-            f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (about 360 MB, once).',
+            f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (about 335 MB, once).',
             code=NO_PACKAGE,
         )
     if not has_model():
