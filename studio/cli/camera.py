@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.cli._output import EXAMPLE_TARGET, Output, address
+from studio.cli._output import EXAMPLE_TARGET, Output, address, as_request
 from studio.cli._stdin import LiveCommands, stop_signals
 from studio.errors import RequestError, counted
 from studio.ipc import commands
@@ -18,6 +18,7 @@ from studio.ipc.events import (
     CameraStatusEvent,
     DownloadProgressEvent,
     FaceModelEvent,
+    FacesEvent,
 )
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--get-model", metavar="FILE", nargs="?", const="",
         help="fetch the face model from Google, or take it from a file",
     )  # fmt: skip
+    what.add_argument(
+        "--look", metavar="VIDEO", type=Path, help="count the faces in a video before it is imported"
+    )
     parser.add_argument(
         "--device", metavar="NAME", default="",
         help="a camera as `saia camera` lists them, or a video to play; the first camera by default",
@@ -60,6 +64,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         _get_model(args.get_model, out)
     elif args.to is not None:
         _track(args, out)
+    elif args.look is not None:
+        _look(args.look, out)
     else:
         _list(out)
 
@@ -108,6 +114,27 @@ def _get_model(source: str, out: Output) -> None:
         out.note(f"From {face_model.URL}: {face_model.facts()}.")
         path = face_model.fetch(on_progress)
     out.done(CameraDone(model=str(path)), f"The face model is here: {path}")
+
+
+def _look(path: Path, out: Output) -> None:
+    import numpy as np
+
+    from studio.tracking import face_model
+    from studio.tracking.video import look
+    from studio.tracking.webcam import jpeg_of
+
+    with as_request():
+        picture, faces = look(path, face_model.need_model())
+    height, width = picture.shape[:2]
+    boxes = []
+    for face in faces:
+        low, high = face.points[:, :2].min(axis=0), face.points[:, :2].max(axis=0)
+        box = np.clip([*(low / (width, height)), *((high - low) / (width, height))], 0, 1)
+        boxes.append((float(box[0]), float(box[1]), float(box[2]), float(box[3])))
+    for number, (x, y, w, h) in enumerate(boxes, 1):
+        out.note(f"Face {number}: {100 * x:.0f},{100 * y:.0f},{100 * w:.0f},{100 * h:.0f} percent.")
+    out.emit(FacesEvent(jpeg_of(picture[:: max(height // 480, 1), :: max(height // 480, 1)]), tuple(boxes)))
+    out.done(CameraDone(), f"{counted(len(boxes), 'face')} in {path.name}.")
 
 
 def _track(args: argparse.Namespace, out: Output) -> None:

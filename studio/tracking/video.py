@@ -119,7 +119,7 @@ def track_video(
         StudioError: it cannot be read, or MediaPipe does not run.
     """
     duration, sound_start = _clock_of(path)
-    faces = _probe(path, model, options, duration)
+    faces = len(look(path, model, options)[1])
     if options.face > max(faces, 1):
         what = f"{path.name} shows {faces} faces at most, so there is no face {options.face}."
         raise RequestError(what, "Choose a smaller number, or a box around the face.")
@@ -205,18 +205,33 @@ def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None)
     return picture
 
 
-def _probe(path: Path, model: Path, options: VideoOptions, duration: float) -> int:
-    """How many faces are seen at once, at most, looking at some pictures spread over a video."""
+def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> tuple[Picture, tuple[Face, ...]]:
+    """The picture of a video with the most faces, of some that are spread over it, and they from the left.
+
+    Args:
+        path: the video.
+        model: the face model's file.
+        options: where is looked.
+
+    Raises:
+        StudioError: it cannot be read.
+    """
+    duration, _ = _clock_of(path)
     landmarker = FaceLandmarker(model, MOST_FACES, stills=True)
-    most = 0
+    found: tuple[Picture, tuple[Face, ...]] | None = None
     try:
         for i in range(_PROBES):
             picture = _keyframe(path, options, duration * (i + 0.5) / _PROBES)
-            if picture is not None:
-                most = max(most, len(landmarker.detect(picture, float(i))))
+            if picture is None:
+                continue
+            faces = landmarker.detect(picture, float(i))
+            if found is None or len(faces) > len(found[1]):
+                found = picture, faces
     finally:
         landmarker.close()
-    return most
+    if found is None:
+        raise _unreadable(path)
+    return found[0], tuple(sorted(found[1], key=lambda face: float(face.centre[0])))
 
 
 def _keyframe(path: Path, options: VideoOptions, t: float) -> Picture | None:

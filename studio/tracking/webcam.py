@@ -171,8 +171,6 @@ class Webcam:
 
     def preview(self) -> str:
         """The last picture as a mirror shows it, small and with the face's points: a JPEG in Base64."""
-        from PIL import Image
-
         if self._last is None:
             return ""
         picture, face = self._last
@@ -185,9 +183,7 @@ class Webcam:
             # Two pixels wide and high, or JPEG wipes them out.
             for across, down in ((0, 0), (0, 1), (1, 0), (1, 1)):
                 small[y + down, x + across] = _DOT
-        file = io.BytesIO()
-        Image.fromarray(small[:, ::-1]).save(file, "JPEG", quality=75)
-        return base64.b64encode(file.getvalue()).decode()
+        return jpeg_of(small[:, ::-1])
 
     def close(self) -> None:
         """Let go of the camera and the model."""
@@ -208,6 +204,15 @@ class Webcam:
             )
             self._calibration, self._calibrated = found, True
             save_calibration(found)
+
+
+def jpeg_of(picture: Picture) -> str:
+    """A picture as a JPEG in Base64."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "JPEG", quality=75)
+    return base64.b64encode(file.getvalue()).decode()
 
 
 def calibration_file() -> Path:

@@ -163,3 +163,17 @@ def use_model(patch: pytest.MonkeyPatch, folder: Path) -> Path:
     patch.setenv("SAIA_FACE_MODEL", str(MODEL))
     patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
     return MODEL
+
+
+def two_faces(look: Look) -> NDArray[np.uint8]:
+    """A large face that holds still, and a smaller one that looks as told, to its right; (256, 448, 3)."""
+    wide = np.zeros((256, 448, 3), np.uint8)
+    wide[:, :256] = picture(Look(scale=1.1))
+    wide[32:224, 256:] = picture(Look(roll=look.roll, scale=0.85), 192, 192)
+    return wide
+
+
+def write_two_faces(path: Path) -> Path:
+    """A film of both, without sound."""
+    looks = [Look(roll=10 * float(np.sin(i / 5))) for i in range(30)]
+    return write_video(path, looks, bursts(1.0, (0.2,)), shape=(448, 256), draw=two_faces)

@@ -31,8 +31,8 @@ from tests.tracking.faces import (
     ROLL,
     Look,
     needs_tracking,
-    picture,
     use_model,
+    write_two_faces,
     write_video,
 )
 
@@ -123,17 +123,8 @@ def test_a_still_picture_is_left_out(tmp_path: Path, model: Path) -> None:
     assert still[1] == pytest.approx(65 / FPS, abs=0.15)
 
 
-def two_faces(look: Look) -> np.ndarray:
-    """A large face that holds still, with the film's in a corner box of its own."""
-    wide = np.zeros((256, 448, 3), np.uint8)
-    wide[:, :256] = picture(Look(scale=1.1))
-    wide[32:224, 256:] = picture(Look(roll=look.roll, scale=0.85), 192, 192)
-    return wide
-
-
 def test_of_two_faces_the_largest_unless_asked_otherwise(tmp_path: Path, model: Path) -> None:
-    looks = [Look(roll=10 * float(np.sin(i / 5))) for i in range(30)]
-    path = write_video(tmp_path / "two.mp4", looks, shape=(448, 256), draw=two_faces)
+    path = write_two_faces(tmp_path / "two.mp4")
     largest, found = track(path, model)
     assert found.notes == ("two.mp4 shows 2 faces; the largest was tracked.",)
     assert np.ptp(head(largest)[2]) < 3

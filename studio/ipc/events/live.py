@@ -404,6 +404,15 @@ class CameraPreviewEvent(ChildEvent, frozen=True):
     jpeg: str = ""
 
 
+class FacesEvent(ChildEvent, frozen=True):
+    """A picture of a video, a JPEG in Base64, and its faces from the left: x, y, width and height, 0..1."""
+
+    NAME = "faces"
+
+    jpeg: str = ""
+    faces: tuple[tuple[float, float, float, float], ...] = ()
+
+
 class CameraDone(DoneEvent, frozen=True):
     """Frames that were sent, the model's file, or the ids of the cameras: whichever was asked for."""
 
