@@ -4,6 +4,7 @@ TITLE: str      what a menu calls it
 SUFFIX: str     of the file it reads or writes, with the dot
 NOTE: str       what the format, or the programs that read it, leave out
 read(path, audio=None) -> Imported          what was guessed stands in its notes
+read(path, audio=None, video=None)          where pictures are tracked; video: VideoReading | None
 read(path, audio=None, tables=None)         where joints have names of their own; tables: BoneTables | None
 joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
@@ -64,6 +65,7 @@ class Imported:
         joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
         joints_from: the file they stand in; set by who reads many.
         guessed: whether any of that was a guess nobody has confirmed.
+        left_out: spans (start, end, why) that are of no use, seconds.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Imported:
     joints: tuple[tuple[str, str], ...] = ()
     guessed: bool = False
     joints_from: Path | None = None
+    left_out: tuple[tuple[float, float, str], ...] = ()
 
 
 def names() -> tuple[str, ...]:

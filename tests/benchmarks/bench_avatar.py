@@ -213,7 +213,8 @@ class Browser:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             command = [
                 self._program, "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
-                "--disable-sync", "--disable-background-networking", "--disable-component-update", "--use-gl=angle",
+                "--disable-sync", "--disable-background-networking", "--disable-component-update",
+                "--use-gl=angle",
                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", f"--user-data-dir={profile}",
                 "--remote-debugging-port=0", f"http://127.0.0.1:{self._server.server_port}/",
             ]  # fmt: skip
