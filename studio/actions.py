@@ -200,6 +200,9 @@ _ALL = (
     _action("stop_live", _tr("Stop Live"), at="live", needs="live", help=_tr("End the performance")),
     _action("keep_live", _tr("Keep the last 10 minutes"), at="live", needs="live",
             help=_tr("Makes a take of your voice and the motion that was sent; it is not used for training")),
+    _action("avatar_window", _tr("Avatar window"), at="live",
+            help=_tr("Your avatar alone, transparent or on green, for OBS to capture: no other program "
+                     "needed")),
     _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("Mute your microphone")),
     _action("freeze", _tr("Freeze"), "F", at="live", needs="live",
             help=_tr("Hold the avatar in its current pose"), listed=_tr("Freeze the avatar")),

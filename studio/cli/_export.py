@@ -12,7 +12,7 @@ from studio.cli._stdin import CancelRequests
 from studio.errors import RequestError, StudioError, counted
 from studio.export.clip import GenerationOptions
 from studio.export.options import VIEWS, RenderOptions
-from studio.export.queue import Entry, Queue
+from studio.export.queue import Entry, Queue, to_name
 from studio.export.range import PARTS, ExportRange
 from studio.ipc.events import (
     ChildEvent,
@@ -231,7 +231,8 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
             case QueueProgressEvent():
                 out.progress(event, entries[event.index].name if entries else "")
             case EntryEvent(state="done"):
-                out.emit(event, f"{event.name}: {', '.join(event.files)}")
+                named = to_name(Path(file) for file in event.files)
+                out.emit(event, f"{event.name}: {', '.join(map(str, named))}")
             case EntryEvent(state="failed"):
                 out.emit(event, f"{event.name}: {event.what} {event.remedy}")
             case EntryEvent(state="cancelled"):

@@ -8,7 +8,7 @@ from studio.formats._film import FilmKind, write_film
 from studio.motion import Motion
 from studio.render.drawing import Drawing
 
-TITLE = "Film, transparent if you like"
+TITLE = "Film, may be transparent"
 SUFFIX = ".webm"
 NOTE = "A video with sound for editors, OBS and browsers; it can be transparent. It contains no motion data."
 DRAWS = True

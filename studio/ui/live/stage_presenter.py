@@ -8,7 +8,6 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.capture.device_names import title_of
 from studio.ipc.events import LiveStateEvent, PoseEvent
-from studio.render.world_pose import WorldPose
 from studio.ui.live.model import LiveModel
 from studio.ui.live.task import Phase
 from studio.ui.live.view import LiveView
@@ -47,12 +46,10 @@ class LiveStagePresenter(QObject):
 
     def _on_pose(self, event: PoseEvent) -> None:
         ready = self._model.ready
-        pose = ready.pose(event) if ready is not None else None
-        if ready is None or pose is None:
-            return
-        shapes = dict(zip(ready.shape_names, map(float, pose.shapes), strict=True))
-        self._view.meters.show_values(shapes)
-        self._view.stage.show_stance(WorldPose.of_pose(ready.skeleton, pose, shapes, time.monotonic()))
+        stance = ready.stance(event, time.monotonic()) if ready is not None else None
+        if stance is not None:
+            self._view.meters.show_values(stance.shapes)
+            self._view.stage.show_stance(stance)
 
     def _on_state(self, state: LiveStateEvent) -> None:
         shown = self._model.switches.shown

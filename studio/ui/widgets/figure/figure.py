@@ -20,26 +20,29 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from studio.actions import FIGURE
 from studio.motion.avatar import Avatar
 from studio.render.background import ROOM, Background
-from studio.render.camera import FRAMINGS, VIEWS, Orbit
+from studio.render.camera import FRAMINGS, Orbit
+from studio.render.palette import Palette
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
 from studio.ui.widgets.figure.picture import Detail, FigurePicture, background_image, draw_checkers, loaded
+from studio.ui.widgets.figure.view_buttons import ViewButtons
 
 FRAME_PX = 4
 QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
 """Pictures may take this share of the GUI thread's time: those made within QUICK seconds hold up nobody and
 reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
-WIDE = 460
-"""Pixels of a picture that has room for the buttons that frame the performer, too."""
+FINEST = 2
+REST_MS, REST_COST = 300, 0.02
+"""After which a picture that stays is drawn once more, finely, where it took no longer (s) before."""
 TOO_SLOW, FAR_TOO_SLOW = 0.25, 2.0
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
 _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
@@ -90,6 +93,8 @@ class StickFigure(QWidget):
         self._shown: tuple[WorldPose | None, WorldPose | None] = (None, None)
         """What the picture was made of."""
         self.background = ROOM
+        self.checkered = True
+        """False where a transparent background is to be seen through, and not shown by a board."""
         self.empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
         self.rolling = self._ring = False
         self.caption = self.overlay = ""
@@ -99,6 +104,11 @@ class StickFigure(QWidget):
         self._next.setTimerType(Qt.TimerType.PreciseTimer)
         self._next.timeout.connect(self._draw_picture)
         self._last_drawn = 0.0
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST_MS)
+        self._rest.timeout.connect(self._draw_finely)
+        self._token = "figure"
         self._drag_from: QPointF | None = None
         self.empty_button = QPushButton(empty_button, self)
         self.empty_button.setObjectName("figure_empty_button")
@@ -130,6 +140,14 @@ class StickFigure(QWidget):
             self._avatar = avatar
             self._costs.clear()
             self._detail.begin_anew()
+            self._request()
+
+    def set_token(self, token: str) -> None:
+        """Draw the stick figure in another colour: "figure" for predicted, "ghost" for captured."""
+        if token != self._token:
+            self._token = token
+            if self._scene is not None:
+                self._scene.set_palette(self._palette())
             self._request()
 
     def set_background(self, background: Background) -> None:
@@ -195,7 +213,7 @@ class StickFigure(QWidget):
         """Look from somewhere; two figures side by side share one through `view_changed`."""
         if orbit != self.orbit:
             self.orbit = orbit
-            self._check_view()
+            self._views.show_orbit(orbit)
             self.view_changed.emit(orbit)
             self._request()
 
@@ -217,7 +235,7 @@ class StickFigure(QWidget):
             QTimer.singleShot(100, self, self.warm_up)
             return
         try:
-            self._scene = RenderScene(theme.colours())
+            self._scene = RenderScene(self._palette())
             self._scene.warm_up(max(self.width(), 8), max(self.height(), 8))
         except (ImportError, RuntimeError, OSError, AttributeError, ValueError):
             # No OpenGL here: the lines stay, and `saia doctor` says why.
@@ -228,6 +246,7 @@ class StickFigure(QWidget):
         """Free the OpenGL context, once, before the widget goes."""
         self._disposed = True
         self._next.stop()
+        self._rest.stop()
         if self._scene is not None:
             self._scene.close()
             self._scene = self._picture = None
@@ -248,7 +267,7 @@ class StickFigure(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and not self._disposed:
             if self._scene is not None:
-                self._scene.set_palette(theme.colours())
+                self._scene.set_palette(self._palette())
             self._request()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
@@ -297,7 +316,7 @@ class StickFigure(QWidget):
             sketch.draw_ground(painter, rect)
             self._paint_empty(painter, rect)
         else:
-            if self.background.is_clear:
+            if self.background.is_clear and self.checkered:
                 draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
             if self._picture is not None:
                 self._picture.paint(painter, rect)
@@ -306,8 +325,7 @@ class StickFigure(QWidget):
         if self.caption:
             painter.setFont(theme.ui_font(semibold=True))
             painter.setPen(theme.colour("muted"))
-            buttons = [button.x() for button in self._view_buttons.values() if button.isVisible()]
-            room = min(buttons, default=self.width()) - 28
+            room = (self._views.left if self._views.isVisible() else self.width()) - 28
             metrics = painter.fontMetrics()
             words = metrics.elidedText(self.caption, Qt.TextElideMode.ElideRight, max(room, 60))
             painter.drawText(QPointF(14, 28), words)
@@ -330,7 +348,7 @@ class StickFigure(QWidget):
         elif not self.background.is_clear:
             size = (self.width(), self.height())
             painter.drawImage(rect, background_image(self.background, size, theme.colours()))
-        for stance, token in ((self._ghost, "ghost"), (self._stance, "figure")):
+        for stance, token in ((self._ghost, "ghost"), (self._stance, self._token)):
             if stance is not None:
                 worn = stance.retargeted_to(self._avatar) if self._avatar is not None else stance
                 sketch.draw_figure(painter, rect, self.orbit, worn.skeleton, worn.joints, token)
@@ -358,6 +376,10 @@ class StickFigure(QWidget):
 
     # Pictures
 
+    def _palette(self) -> Palette:
+        colours = theme.colours()
+        return colours if self._token == "figure" else replace(colours, figure=colours.ghost)
+
     def _request_if(self, pose: WorldPose | None, shown: WorldPose | None) -> None:
         """Ask for a new picture where a pose looks otherwise than the one that is seen."""
         if pose is None or shown is None:
@@ -375,7 +397,12 @@ class StickFigure(QWidget):
         wait = self._last_cost * (1 / share - 1) - (time.perf_counter() - self._last_drawn)
         self._next.start(max(0, int(wait * 1000)))
 
-    def _draw_picture(self) -> None:
+    def _draw_finely(self) -> None:
+        """Nothing moves any more: draw the same picture with smooth edges, once."""
+        if not self._next.isActive() and self._last_cost < REST_COST:
+            self._draw_picture(resting=True)
+
+    def _draw_picture(self, resting: bool = False) -> None:
         self._update_buttons()
         if self._stance is None or self._scene is None or not self.isVisible():
             self.update()
@@ -393,12 +420,16 @@ class StickFigure(QWidget):
         size = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
         if self._picture is None:
             self._picture = FigurePicture(self._scene)
-        finer = int(share) if share > 1.0 and pixels < MOST_PIXELS else 1
-        part = self._picture.draw(self.orbit, size, finer, self.background, theme.colours())
+        finer = FINEST if (share > 1.0 or resting) and pixels < MOST_PIXELS else 1
+        part = self._picture.draw(self.orbit, size, finer, self.background, self._palette())
         self._shown = (self._stance, self._ghost)
-        self._last_drawn = time.perf_counter()
-        self.note_cost(self._last_drawn - started)
         self.renders += 1
+        if not resting:
+            self._last_drawn = time.perf_counter()
+            self.note_cost(self._last_drawn - started)
+            # Each picture puts it off: while a performer moves it never comes.
+            if finer < FINEST:
+                self._rest.start()
         self.update(self._picture.in_widget(part, (self.width(), self.height())))
 
     def note_cost(self, seconds: float) -> None:
@@ -417,58 +448,25 @@ class StickFigure(QWidget):
 
     # Buttons over the picture
 
-    def _add_view_buttons(self) -> None:
-        names = {
-            "face": self.tr("Face"),
-            "bust": self.tr("Bust"),
-            "body": self.tr("Body"),
-            "front": self.tr("Front"),
-            "three_quarter": self.tr("Three-quarter"),
-            "side": self.tr("Side"),
-        }
-        self._view_buttons: dict[str, QToolButton] = {}
-        self._tools: list[QWidget] = []
-        row = self._tools_row = QHBoxLayout()
-        row.setSpacing(theme.TIGHT)
-        row.addStretch(1)
-        for name, text in names.items():
-            button = QToolButton()
-            button.setText(text)
-            button.setObjectName(f"view_{name}")
-            button.setCheckable(True)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            theme.as_role(button, "chip")
-            button.clicked.connect(lambda _checked=False, n=name: self._on_view(n))
-            row.addWidget(button)
-            self._view_buttons[name] = button
-        row.insertSpacing(1 + len(FRAMINGS), theme.INSIDE)
-        self._check_view()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(10, 10, 10, 10)
-        column.addLayout(row)
-        column.addStretch(1)
-        self._update_buttons()
-
     def add_tool(self, tool: QWidget) -> None:
         """Put one more button beside those of the views."""
-        self._tools.append(tool)
-        self._tools_row.addWidget(tool)
+        self._views.add_tool(tool)
+        self._update_buttons()
+
+    def _add_view_buttons(self) -> None:
+        self._views = ViewButtons(self)
+        self._views.chosen.connect(self._on_view)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(10, 10, 10, 10)
+        column.addWidget(self._views)
+        column.addStretch(1)
+        self._views.show_orbit(self.orbit)
         self._update_buttons()
 
     def _on_view(self, name: str) -> None:
         self.set_view(name)
-        self._check_view()
-
-    def _check_view(self) -> None:
-        """Press the buttons of what the camera does."""
-        seen = (self.orbit.azimuth, self.orbit.elevation)
-        for name, button in self._view_buttons.items():
-            button.setChecked(self.orbit.framing == name if name in FRAMINGS else seen == VIEWS[name])
+        self._views.show_orbit(self.orbit)
 
     def _update_buttons(self) -> None:
-        shown = self._stance is not None and self.view_buttons_shown
-        for name, button in self._view_buttons.items():
-            button.setVisible(shown and (name not in FRAMINGS or self.width() >= WIDE))
-        for tool in self._tools:
-            tool.setVisible(shown)
+        self._views.show_in(self.width(), self._stance is not None and self.view_buttons_shown)
         self.empty_button.setVisible(self._stance is None and bool(self.empty_button.text()))
