@@ -12,7 +12,7 @@ from typing import Any
 from studio.formats._glb import Glb
 from studio.formats._vrm.material import linear
 from studio.formats._vrm.mesh import Meshes
-from studio.motion.avatar import Expression
+from studio.motion.expression import Expression
 from studio.motion.look_at import LookAt, Range
 from studio.motion.material import MaterialBind, SurfaceMaterial
 
