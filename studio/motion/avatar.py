@@ -33,10 +33,17 @@ _STANDING = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Morph:
-    """How far some vertices of a surface move at full weight: rows (n,), offsets (n, 3) in metres."""
+    """How far some vertices of a surface move at full weight.
+
+    Args:
+        rows: which (n,).
+        offsets: metres (n, 3).
+        name: as the file calls it.
+    """
 
     rows: NDArray[np.int32]
     offsets: Floats
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)

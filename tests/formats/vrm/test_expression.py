@@ -137,3 +137,26 @@ def test_two_faces_together_leave_less_than_nothing_of_the_mouth(tmp_path: Path)
     weights = [avatar.morph_weights({"aa": 1.0, "happy": w, "angry": w})[1][mouth] for w in (0.25, 0.75)]
     # Their sum counts.
     assert weights == pytest.approx([0.5, 0.0])
+
+
+def test_morph_targets_of_known_names_are_faces_too(tmp_path: Path) -> None:
+    def rename(document: Document) -> None:
+        names = document["meshes"][1]["extras"]["targetNames"]
+        names[:3] = ["jawOpen", "EyeBlink_L", "nobody knows"]
+        presets = document["extensions"]["VRMC_vrm"]["expressions"]["preset"]
+        # One preset is gone, and one is left empty.
+        del presets["angry"]
+        presets["sad"]["morphTargetBinds"] = []
+
+    avatar = an_avatar(tmp_path, 1, rename)
+    found = {
+        name: avatar.face.moved_by(name)[0].binds for name in ("JawOpen", "EyeBlinkLeft", "Angry", "sad")
+    }
+    places = [10, 9]  # of "sorrow" and "angry" among the targets
+    assert found == {
+        "JawOpen": ((1, 0, 1.0),), "EyeBlinkLeft": ((1, 1, 1.0),),
+        "Angry": ((1, places[1], 1.0),), "sad": ((1, places[0], 1.0),),
+    }  # fmt: skip
+    assert avatar.face.moved_by("nobody knows") == ()
+    # The vowel that the file has itself stays what it is.
+    assert avatar.face.moved_by("aa")[0].binds == ((1, 0, 1.0),)
