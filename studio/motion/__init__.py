@@ -4,6 +4,7 @@ avatar          An avatar: a humanoid of its own proportions with the surfaces a
 channels        What the channels are called, and in which order: expressions, bones and SAIA's 396 columns
 curve_channels  Which motion channels can be drawn as curves, which move at all, and their values. Pure: no
                 Qt
+expression      An avatar's named faces, and which blend shapes move them
 expressions     VRM's expressions and ARKit's shapes made of one another. Approximate: mouths differ
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
