@@ -20,8 +20,6 @@ from studio.tracking.pictures import BLURRED, DARK, SMALL, TURNED_PITCH, TURNED_
 from studio.tracking.raw import BLOCK, BlockStore, RawFaces
 from studio.tracking.smoothing import smoothed
 
-SUFFIXES = frozenset({".mp4", ".mov", ".mkv", ".webm", ".m4v", ".avi"})
-"""Of files that may hold pictures."""
 MOST_FPS = 31.0
 """Of a faster video every second picture is tracked, or third: lips need no more, and people wait."""
 MOST_FACES = 5
