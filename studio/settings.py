@@ -143,6 +143,15 @@ class Settings:
     steps_done: tuple[str, ...] = _setting(
         (), "", "Steps that no file tells of, as step=folder of the project, the latest first."
     )
+    review_camera: str = _setting("", "", "Where Review looks from, as azimuth,elevation,zoom.")
+    live_camera: str = _setting("", "", "Where Live looks from, as azimuth,elevation,zoom.")
+    stage_background: str = _setting(
+        "room", "", "What Review and Live show behind the performer: room, transparent, #RRGGBB or an image."
+    )
+    window_camera: str = _setting("", "", "Where the avatar window looks from, as azimuth,elevation,zoom.")
+    window_background: str = _setting("transparent", "", "What the avatar window shows behind the avatar.")
+    window_place: str = _setting("", "", "Where the avatar window stands, as left,top,width,height.")
+    window_on_top: bool = _setting(True, "", "Whether the avatar window stays in front of all others.")
     label_words: tuple[str, ...] = _setting((), "", "The person's own words to label with, as tier=word.")
 
     @property

@@ -24,6 +24,8 @@ _any_skeleton  Any program's skeleton made a humanoid: its unit, its axes and it
 _bones         Which joint of another program's skeleton is which bone: by its name, and as a person corrected
                it
 _bvh_text      The text of a BVH file: joints, channels and frames, to and from arrays
+_film          Films with their sound, drawn without a window and read back picture by picture: what their
+               kinds share
 _find          Which files belong together: every recording that can be imported from some files and folders
 _glb           GLB, the binary container of glTF 2.0: a JSON document and one block of numbers
 _table         Tables of numbers in text files, whatever their encoding, separator and decimal sign

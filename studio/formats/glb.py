@@ -48,7 +48,9 @@ class Body:
     def add(self, index: int, moving: NDArray[np.intp]) -> dict[str, Any]:
         """Add a surface with those of its morph targets that move; gives its node."""
         surface = self._avatar.surfaces[index]
-        joints, weights = _influences(surface, len(self._avatar.skeleton.bone_names))
+        joints, weights = _influences(
+            surface, self._avatar.bone_owners(surface), len(self._avatar.skeleton.bone_names)
+        )
         add = self._numbers
         attributes = {
             "POSITION": add.add(surface.vertices, bounds=True), "NORMAL": add.add(_unit(surface.normals)),
@@ -88,10 +90,11 @@ class Body:
         rest, count = self._avatar.rest_joints * MIRROR, len(self._avatar.rest_joints)
         binds = np.tile(np.eye(4), (count + 1, 1, 1))
         binds[1:, :3, 3] = -rest
+        owners = self._avatar.bone_owners(surface)
         use = np.bincount(surface.joints.ravel(), surface.weights.ravel(), len(surface.binds))
         # The bind that is used most is a bone's own.
         for i in np.argsort(use, kind="stable"):
-            owner = int(surface.owners[i])
+            owner = int(owners[i])
             binds[owner + 1, :3] = surface.binds[i]
             if owner >= 0:
                 binds[owner + 1, :3, 3] -= rest[owner]
@@ -144,9 +147,9 @@ class Body:
         return made
 
 
-def _influences(surface: Surface, bones: int) -> tuple[NDArray[np.uint16], Floats]:
+def _influences(surface: Surface, owners: NDArray[np.int32], bones: int) -> tuple[NDArray[np.uint16], Floats]:
     """The four bones that move each vertex most, (V, 4) each, as joints of the skin: 0 is the root."""
-    owners = np.where(surface.owners < 0, 0, surface.owners + 1)[surface.joints]
+    owners = np.where(owners < 0, 0, owners + 1)[surface.joints]
     dense = np.zeros((len(owners), bones + 1), dtype=np.float32)
     rows = np.repeat(np.arange(len(owners)), owners.shape[1])
     np.add.at(dense, (rows, owners.ravel()), surface.weights.ravel())

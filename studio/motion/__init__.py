@@ -8,14 +8,17 @@ expressions     VRM's expressions and ARKit's shapes made of one another. Approx
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
 lag             How much later the mouth moves than the voice sounds: mouth opening against speech energy
+look_at         What moves an avatar's eyes: bones or expressions, and how far a gaze turns them
 material        How an avatar's surfaces look: plain, unlit or as MToon has them
 moods           Moods: labelled stretches as something a network is told, and where a person asks for them
 motion          Motion: blend shape weights and bone transforms of one performer over time
 neutral         The pose an avatar is left in, the way into it, and a wave that shows a connection works
+rig             What moves of an avatar beside its bones: nodes that copy or aim at others, and what swings
 rotation        Rotations as unit quaternions (x, y, z, w) and their other forms
 sanitize        Sanitizes motion: values that are no numbers or impossible, as damaged files have them, are
                 replaced
 skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
+springs         What swings from an avatar: hair, skirts and ears, the same at any frame rate
 """
 
 from studio.motion.motion import Motion, MotionBuffer, Pose, concatenate

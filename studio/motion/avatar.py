@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from studio.motion import rotation
 from studio.motion.channels import VRM1_TO_VRM0
-from studio.motion.material import SurfaceMaterial
+from studio.motion.look_at import Gaze, LookAt, asks, gaze_of, is_ahead, turned_by
+from studio.motion.material import MaterialBind, SurfaceMaterial
+from studio.motion.rig import Rig
 from studio.motion.skeleton import Skeleton
 
 Floats = NDArray[np.float32]
@@ -48,7 +50,7 @@ class Surface:
         triangles: vertex indices (F, 3).
         joints, weights: which of the binds move each vertex, and how much, (V, K); weights sum to 1.
         binds: (B, 3, 4), from the vertices to the avatar at rest in a picture's axes.
-        owners: the bone each bind follows (B,), index into the skeleton, -1 for none.
+        owners: the node each bind follows (B,), index into the avatar's rig, -1 for none.
         morphs: its morph targets.
         material: index among the avatar's materials.
     """
@@ -75,12 +77,19 @@ class Expression:
         binds: (surface, morph, weight 0..1) each.
         binary: on above one half, else off.
         overrides: what it takes the place of: "blink", "lookAt" or "mouth" -> "block" or "blend".
+        looks: what it makes of materials.
     """
 
     name: str
     binds: tuple[tuple[int, int, float], ...]
     binary: bool = False
     overrides: Mapping[str, str] = field(default_factory=dict)
+    looks: tuple[MaterialBind, ...] = ()
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is seen of it."""
+        return bool(self.binds or self.looks)
 
 
 @dataclass(frozen=True)
@@ -110,6 +119,8 @@ class Avatar:
         expressions: its named faces.
         licence: what the file says about itself.
         notes: what was left out while reading.
+        rig: what moves of it beside its bones, which are its first nodes; None for nothing.
+        look_at: what moves its eyes.
     """
 
     name: str
@@ -119,6 +130,8 @@ class Avatar:
     expressions: tuple[Expression, ...] = ()
     licence: Licence = Licence()
     notes: tuple[str, ...] = ()
+    rig: Rig | None = None
+    look_at: LookAt = field(default_factory=LookAt)
 
     @cached_property
     def rest_joints(self) -> Array:
@@ -134,12 +147,19 @@ class Avatar:
     @cached_property
     def skins(self) -> tuple[Skin, ...]:
         """What moves each surface; worked out once, in a moment: not first on a thread that draws."""
-        return tuple(Skin(surface, len(self.skeleton.bone_names)) for surface in self.surfaces)
+        count = len(self.rig.parents) if self.rig is not None else len(self.skeleton.bone_names)
+        return tuple(Skin(surface, count) for surface in self.surfaces)
+
+    def bone_owners(self, surface: Surface) -> NDArray[np.int32]:
+        """The bone that each of a surface's binds follows, or hangs from at last (B,), -1 for none."""
+        if self.rig is None:
+            return surface.owners
+        return np.where(surface.owners < 0, -1, self.rig.carriers[surface.owners])
 
     @property
     def has_face(self) -> bool:
         """Whether its expressions move anything."""
-        return any(one.binds for one in self.expressions)
+        return any(one.moves for one in self.expressions)
 
     def retargeted(
         self, source: Skeleton, joints: Array, turns: Array, scale: float | None = None
@@ -184,20 +204,21 @@ class Avatar:
         return self.hips_height / height if height > 0.05 and self.hips_height > 0.0 else 1.0
 
     def placements(self, positions: Array, turns: Array) -> Array:
-        """What moves the binds of each bone from rest to where `retargeted` has it.
+        """What moves the binds of each node from rest to where `retargeted` has it; nothing swings.
 
         Args:
             positions, turns: of one moment, (J, 3) and (J, 4), Unity's axes.
 
         Returns:
-            (J + 1, 3, 4) in a picture's axes; the last one is for binds that follow no bone.
+            (N + 1, 3, 4) in a picture's axes; the last one is for binds that follow no node. Without a rig
+            the nodes are the J bones.
         """
         made = np.zeros((len(positions) + 1, 3, 4))
         made[-1, :, :3] = np.eye(3)
         turned = rotation.to_matrix(turns * MIRROR_TURN)
         made[:-1, :, :3] = turned
         made[:-1, :, 3] = positions * MIRROR - np.einsum("jab,jb->ja", turned, self.rest_joints * MIRROR)
-        return made
+        return made if self.rig is None else self.rig.posed(made)
 
     @cached_property
     def by_key(self) -> dict[str, Expression]:
@@ -211,6 +232,76 @@ class Avatar:
             for surface, morph, weight in expression.binds:
                 weights[surface][morph] += weight * amount
         return weights
+
+    def looking(
+        self, turns: Array, shapes: Mapping[str, float], eyes: Mapping[str, Gaze]
+    ) -> tuple[Array, Mapping[str, float]]:
+        """Turns and blend shapes with what a gaze adds to them.
+
+        Args:
+            turns: changes from the T-pose (J, 4), Unity's axes, as `retargeted` has them.
+            shapes: blend shapes of any set.
+            eyes: where the source's eye bones look, "left" and "right", those it has.
+        """
+        arkit, presets = asks(shapes)
+        # What its own expressions show needs no eye bones.
+        if any(self._shows(name) for name in arkit):
+            arkit = {}
+        moved = any(not is_ahead(*gaze) for gaze in eyes.values())
+        own = {side: _place(self.skeleton, f"{side.title()}Eye") for side in ("left", "right")}
+        if self.look_at.by_bones and max(own.values()) >= 0:
+            share = _weights(self.by_key, shapes)[1]["lookAt"]
+            presets = {name: weight for name, weight in presets.items() if not self._shows(name)}
+            if (moved and share == 1.0) or not (moved or arkit or presets):
+                return turns, shapes
+            turns = np.array(turns)
+            for side, bone in own.items():
+                if bone < 0:
+                    continue
+                if moved:
+                    across, down = eyes.get(side) or next(iter(eyes.values()))
+                else:
+                    gaze = gaze_of(arkit, side) if arkit else self.look_at.of_presets(side, presets)
+                    across, down = self.look_at.turn(side, *gaze)
+                above = self.skeleton.parents[bone]
+                head = turns[above] if above >= 0 else rotation.IDENTITY
+                turn = turned_by(across * share, down * share) * MIRROR_TURN
+                turns[bone] = rotation.multiply(head, turn)
+            return turns, shapes
+        if presets or not (moved or arkit):
+            return turns, shapes
+        gazes = list(eyes.values()) if moved else [gaze_of(arkit, side) for side in own]
+        yaw, pitch = (float(angle) for angle in np.mean(gazes, axis=0))
+        return turns, {**shapes, **self.look_at.weights(yaw, pitch)}
+
+    def _shows(self, name: str) -> bool:
+        """Whether a blend shape moves something of it."""
+        one = self.by_key.get(key(name))
+        return one is not None and one.moves
+
+    @cached_property
+    def changing_parts(self) -> dict[int, frozenset[str]]:
+        """Which parts of which materials expressions may change."""
+        found: dict[int, frozenset[str]] = {}
+        for one in self.expressions:
+            for bind in one.looks:
+                found[bind.material] = found.get(bind.material, frozenset()) | {bind.part}
+        return found
+
+    def material_values(self, shapes: Mapping[str, float]) -> dict[int, dict[str, tuple[float, ...]]]:
+        """What blend shapes make of `changing_parts`, by material and part."""
+        made = {
+            i: {part: self.materials[i].value(part) or () for part in parts}
+            for i, parts in self.changing_parts.items()
+        }
+        for expression, amount in _played(self.by_key, shapes) if made else ():
+            for bind in expression.looks:
+                rest = self.materials[bind.material].value(bind.part) or ()
+                now = made[bind.material][bind.part]
+                made[bind.material][bind.part] = tuple(
+                    n + amount * (full - r) for n, r, full in zip(now, rest, bind.value, strict=True)
+                )
+        return made
 
 
 def key(name: str) -> str:
@@ -226,24 +317,33 @@ _GROUPS = {
 }
 
 
-def _played(
+def _weights(
     expressions: Mapping[str, Expression], shapes: Mapping[str, float]
-) -> list[tuple[Expression, float]]:
-    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Weights by key as blend shapes have them, and how much of each group is left beside them."""
     found: dict[str, float] = {}
     for name, value in shapes.items():
         one = expressions.get(place := key(name))
         if one is not None and value > 0.0:
             amount = min(float(value), 1.0)
             found[place] = max(found.get(place, 0.0), float(amount > 0.5) if one.binary else amount)
-    # How much of each group is left after the expressions that take its place.
     left = dict.fromkeys(_GROUPS, 1.0)
     for place, amount in found.items():
         for group, way in expressions[place].overrides.items():
-            left[group] *= 1.0 - (amount if way == "blend" else float(amount > 0.0))
+            left[group] -= amount if way == "blend" else float(amount > 0.0)
+    return found, {group: max(share, 0.0) for group, share in left.items()}
+
+
+def _played(
+    expressions: Mapping[str, Expression], shapes: Mapping[str, float]
+) -> list[tuple[Expression, float]]:
+    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
+    found, left = _weights(expressions, shapes)
     for group, members in _GROUPS.items():
         for place in members & found.keys():
-            found[place] *= max(left[group], 0.0)
+            found[place] *= left[group]
+            if expressions[place].binary and found[place] < 1.0:
+                found[place] = 0.0
     return [(expressions[place], amount) for place, amount in found.items() if amount > 0.0]
 
 
@@ -273,11 +373,11 @@ class Skin:
     that hair and skirt bones that follow one bone of the body cost nothing more than it.
     """
 
-    def __init__(self, surface: Surface, bones: int) -> None:
-        """Args: surface: what is moved. bones: J, the avatar's."""
+    def __init__(self, surface: Surface, nodes: int) -> None:
+        """Args: surface: what is moved. nodes: how many the avatar has that move it."""
         from scipy import sparse
 
-        self._owners = np.where(surface.owners < 0, bones, surface.owners)
+        self._owners = np.where(surface.owners < 0, nodes, surface.owners)
         self._binds = np.asarray(surface.binds, dtype=np.float64)
         count = len(surface.vertices)
         columns, turn = surface.joints, np.eye(3)
@@ -289,7 +389,7 @@ class Skin:
             self._rest = (surface.vertices @ turn.T + shift).astype(np.float32)
             columns = self._owners[columns]
         rows = np.repeat(np.arange(count), columns.shape[1])
-        shape = (count, bones + 1 if self._agree else len(self._binds))
+        shape = (count, nodes + 1 if self._agree else len(self._binds))
         entries = (surface.weights.ravel(), (rows, columns.ravel()))
         self._weights: Any = sparse.csr_matrix(entries, shape=shape, dtype=np.float32)
         self._weights.sum_duplicates()
@@ -300,7 +400,7 @@ class Skin:
         """Vertices and normals (V, 3) in a picture's axes; normals are not of unit length.
 
         Args:
-            placements: (J + 1, 3, 4) of `Avatar.placements`.
+            placements: (N + 1, 3, 4) of `Avatar.placements`.
             morphs: weights (M,) of `Avatar.morph_weights`.
         """
         moves = placements.astype(np.float32)

@@ -105,6 +105,7 @@ class SurfaceMaterial:
         normals: a normal map (H, W, 4), or None; `bumps` scales it.
         order: among blended surfaces, lower ones are drawn first.
         uv: where its pictures lie.
+        metal, rough: of a plain material, 0..1; green of `metal_picture` scales rough, blue metal.
     """
 
     colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
@@ -120,3 +121,36 @@ class SurfaceMaterial:
     bumps: float = 1.0
     order: int = 0
     uv: UvMotion = UvMotion()
+    metal: float = 0.0
+    rough: float = 1.0
+    metal_picture: Pixels | None = None
+
+    def value(self, part: str) -> tuple[float, ...] | None:
+        """What of it an expression may change, see `MaterialBind`; None where it has no such part."""
+        line = self.toon.outline if self.toon is not None else None
+        values: dict[str, tuple[float, ...] | None] = {
+            "colour": self.colour,
+            "glow": self.glow,
+            "shade": self.toon.shade if self.toon is not None else None,
+            "rim": self.toon.rim if self.toon is not None else None,
+            "matcap": self.toon.matcap if self.toon is not None else None,
+            "outline": line.colour if line is not None else None,
+            "offset": self.uv.offset,
+            "scale": self.uv.scale,
+        }
+        return values[part]
+
+
+@dataclass(frozen=True)
+class MaterialBind:
+    """What an expression makes of a material at full weight.
+
+    Args:
+        material: index among the avatar's.
+        part: "colour", "glow", "shade", "rim", "matcap", "outline", or "offset" or "scale" of its pictures.
+        value: that part then, as many numbers as the material has for it.
+    """
+
+    material: int
+    part: str
+    value: tuple[float, ...]

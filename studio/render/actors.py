@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion.avatar import Avatar, Floats, Skin, Surface
+from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
@@ -60,6 +61,15 @@ class Stick:
         ):
             if len(vertices):
                 move_mesh(mesh, vertices, normals)
+
+    def bounds(self) -> list[tuple[float, ...]]:
+        """Boxes around what is seen of it: x, y and z from and to, metres."""
+        return [actor.GetBounds() for actor in self._actors if actor.GetVisibility()]
+
+    @property
+    def visible(self) -> bool:
+        """Whether any of it is shown."""
+        return any(actor.GetVisibility() for actor in self._actors)
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all of it."""
@@ -115,6 +125,9 @@ class AvatarActor:
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
         self._shaders: list[SurfaceShader] = []
+        toons = [material.toon for material in avatar.materials]
+        self._outlines = [toon.outline for toon in toons if toon is not None and toon.outline is not None]
+        self._changing: list[tuple[int, SurfaceShader]] = []
         textures = Textures()
         # Opaque surfaces before masked and blended ones, which show what is behind them.
         for i in sorted(range(len(avatar.surfaces)), key=lambda i: _late(avatar, i)):
@@ -128,7 +141,11 @@ class AvatarActor:
             for outline in (False, True)[: 1 + outlined]:
                 actor = self._add(mesh)
                 textured = surface.uv is not None
-                self._shaders.append(SurfaceShader(actor, material, textures, textured, outline))
+                parts = avatar.changing_parts.get(surface.material, frozenset())
+                shader = SurfaceShader(actor, material, textures, textured, outline, parts)
+                self._shaders.append(shader)
+                if parts:
+                    self._changing.append((surface.material, shader))
                 if outline or not material.two_sided:
                     actor.prop.culling = "front" if outline else "back"
 
@@ -152,21 +169,43 @@ class AvatarActor:
         self._actors.append(actor)
         return actor
 
-    def move(self, pose: WorldPose) -> None:
-        """Stand as a stance that this avatar wears has it."""
+    def move(self, pose: WorldPose, springs: Springs | None = None) -> None:
+        """Stand as a stance that this avatar wears has it, with what swings from it."""
         assert pose.turns is not None
         placements = self.avatar.placements(pose.joints, pose.turns)
-        weights = self.avatar.morph_weights(fitted(self.avatar, pose.shapes))
+        if springs is not None:
+            placements = springs.moved(placements, pose.t)
+        shapes = fitted(self.avatar, pose.shapes)
+        weights = self.avatar.morph_weights(shapes)
         for i, skin, mesh in self._parts:
             move_mesh(mesh, *skin.pose(placements, weights[i]))
+        values = self.avatar.material_values(shapes) if self._changing else {}
+        for material, shader in self._changing:
+            shader.set_values(values[material], pose.t)
         for shader in self._shaders:
             if shader.moves:
                 shader.set_time(pose.t)
 
-    def set_aspect(self, aspect: float) -> None:
-        """Width of the picture over its height: outlines may be as wide wherever they are."""
+    def bounds(self) -> list[tuple[float, ...]]:
+        """Boxes around what is seen of it with its lines: x, y and z from and to, metres."""
+        line = max((one.width for one in self._outlines if not one.on_screen), default=0.0)
+        grown = np.tile([-line, line], 3)
+        return [tuple(actor.GetBounds() + grown) for actor in self._actors if actor.GetVisibility()]
+
+    @property
+    def line_share(self) -> float:
+        """Of the picture's height that its lines on the screen are wide."""
+        return max((one.width for one in self._outlines if one.on_screen), default=0.0)
+
+    def set_aspect(self, aspect: float, share: float = 1.0) -> None:
+        """Of what is drawn, as `SurfaceShader.set_aspect`: outlines may be as wide wherever they are."""
         for shader in self._shaders:
-            shader.set_aspect(aspect)
+            shader.set_aspect(aspect, share)
+
+    @property
+    def visible(self) -> bool:
+        """Whether any of it is shown."""
+        return any(actor.GetVisibility() for actor in self._actors)
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all of it."""
@@ -177,7 +216,7 @@ class AvatarActor:
         """Leave the stage."""
         for actor in self._actors:
             self._plotter.remove_actor(actor, render=False)
-        self._actors, self._parts, self._shaders = [], [], []
+        self._actors, self._parts, self._shaders, self._changing = [], [], [], []
 
 
 def has_body(avatar: Avatar) -> bool:

@@ -10,6 +10,8 @@ Source: VRMC_materials_mtoon 1.0 and its implementation in three-vrm.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,12 @@ AMBIENT, KEY, FILL = 0.26, 0.58, 0.12
 """Light on plain surfaces: from everywhere, from LIGHT, and from the other side."""
 _SEEN = 0.02
 """Blended, what has less alpha is not drawn."""
+
+_UNIFORMS = {
+    "colour": "baseColour", "glow": "glow", "shade": "shadeColour", "rim": "rimColour",
+    "matcap": "matcapColour", "outline": "lineColour",
+}  # fmt: skip
+"""What parts of a material are called in the shader."""
 
 _FUNCTIONS = """
 vec3 asSrgb(vec3 c) {
@@ -51,9 +59,24 @@ _BEGIN = """
   vec4 base = vec4(baseColour, baseAlpha);
 """
 _CUT = "  if (base.a < {cutoff:.4f}) discard;\n"
+# glTF's metal and roughness, under two lights: GGX with Smith's correlated shadowing, and Schlick's Fresnel.
+_GGX = """
+vec3 reflected(vec3 n, vec3 v, vec3 l, vec3 diffuse, vec3 f0, float rough) {
+  vec3 h = normalize(l + v);
+  float nl = clamp(dot(n, l), 0.0, 1.0), nv = clamp(dot(n, v), 0.0, 1.0);
+  float nh = clamp(dot(n, h), 0.0, 1.0), vh = clamp(dot(v, h), 0.0, 1.0);
+  float a = rough * rough, aa = a * a, d = nh * nh * (aa - 1.0) + 1.0;
+  float seen = 0.5 / max(nl * sqrt(aa + (1.0 - aa) * nv * nv) + nv * sqrt(aa + (1.0 - aa) * nl * nl), 1e-6);
+  vec3 fresnel = f0 + (1.0 - f0) * exp2((-5.55473 * vh - 6.98316) * vh);
+  return nl * (diffuse + fresnel * (seen * aa / (d * d)));
+}
+"""
 _PLAIN = """
-  float key = max(dot(normal, lightVC), 0.0), fill = max(dot(normal, vec3(-lightVC.x, 0.2, lightVC.z)), 0.0);
-  vec3 colour = base.rgb * (ambientLight + keyLight * key + fillLight * fill);
+  vec3 diffuse = base.rgb * (1.0 - metal), f0 = mix(vec3(0.04), base.rgb, metal);
+  vec3 beside = normalize(vec3(-lightVC.x, 0.2, lightVC.z));
+  // What comes from everywhere is mirrored by metal too.
+  vec3 colour = base.rgb * ambientLight + keyLight * reflected(normal, view, lightVC, diffuse, f0, rough)
+      + fillLight * reflected(normal, view, beside, diffuse, f0, rough);
 """
 _TOON = """
   float facing = dot(normal, lightVC) + shift;
@@ -115,12 +138,19 @@ class SurfaceShader:
         textures: of its avatar.
         textured: whether it has texture coordinates.
         outline: draw the line around the surface instead of the surface.
+        changing: parts of it that expressions may change, see `MaterialBind`.
     """
 
     def __init__(
-        self, actor: Any, material: SurfaceMaterial, textures: Textures, textured: bool, outline: bool = False
+        self,
+        actor: Any,
+        material: SurfaceMaterial,
+        textures: Textures,
+        textured: bool,
+        outline: bool = False,
+        changing: frozenset[str] = frozenset(),
     ) -> None:
-        self._material = material
+        self._material, self._uv, self._changing = material, material.uv, changing
         shader = actor.GetShaderProperty()
         self._fragment, self._vertex = shader.GetFragmentCustomUniforms(), shader.GetVertexCustomUniforms()
         self._prop, self._textures, self._textured = actor.GetProperty(), textures, textured
@@ -131,7 +161,7 @@ class SurfaceShader:
         # The pictures themselves are declared by VTK.
         declared = "in vec2 tcoordVCVSOutput;\n" if textured and self._samplers else ""
         for place, text in (
-            ("//VTK::TCoord::Dec", declared + _FUNCTIONS),
+            ("//VTK::TCoord::Dec", declared + _FUNCTIONS + _GGX * (toon is None and not material.unlit)),
             ("//VTK::TCoord::Impl", ""),
             ("//VTK::Color::Impl", ""),
             ("//VTK::Light::Impl", code),
@@ -148,19 +178,40 @@ class SurfaceShader:
     @property
     def moves(self) -> bool:
         """Whether its pictures move with the time."""
-        return self._material.uv.moves
+        return self._uv.moves
 
     def set_time(self, t: float) -> None:
         """Bring moving pictures to a moment, seconds."""
-        turn, shift = uv_at(self._material.uv, t)
+        turn, shift = uv_at(self._uv, t)
         self._fragment.SetUniform4f("uvTurn", turn)
         self._fragment.SetUniform2f("uvShift", shift)
 
-    def set_aspect(self, aspect: float) -> None:
-        """Width of the picture over its height, for lines of one width on the screen."""
+    def set_values(self, values: Mapping[str, tuple[float, ...]], t: float) -> None:
+        """Take on what expressions make of `changing` parts.
+
+        Args:
+            values: by part, as many numbers as the material has for it.
+            t: the moment, seconds.
+        """
+        for part, value in values.items():
+            name = _UNIFORMS.get(part)
+            if part == "colour":
+                self._set("baseAlpha", min(max(value[3], 0.0), 1.0))
+            if name is not None:
+                # Two faces at once may ask for less than black.
+                red, green, blue = (max(number, 0.0) for number in value[:3])
+                self._set(name, (red, green, blue))
+        slide = {part: values[part] for part in ("offset", "scale") if part in values}
+        if slide:
+            self._uv = replace(self._material.uv, **slide)  # type: ignore[arg-type]
+            self.set_time(t)
+
+    def set_aspect(self, aspect: float, share: float = 1.0) -> None:
+        """Width over height of the part drawn, and its share of the height: for lines on the screen."""
         toon = self._material.toon
         if toon is not None and toon.outline is not None and toon.outline.on_screen:
             self._vertex.SetUniformf("lineAspect", aspect)
+            self._vertex.SetUniformf("lineWidth", toon.outline.width / share)
 
     def _sample(self, name: str, picture: Pixels | None, linear: bool = False, ball: bool = False) -> str:
         """What reads a picture, "" where there is none or nothing to read it by."""
@@ -201,7 +252,7 @@ class SurfaceShader:
                     body += f"  vec3 map = {bump}.xyz * 2.0 - 1.0;\n  map.xy *= bumps;\n"
                     body += "  normal = bumped(normal, -vertexVC.xyz, uv, map);\n"
             body += self._lit(toon, line is None)
-        if material.glow != BLACK and line is None:
+        if (material.glow != BLACK or "glow" in self._changing) and line is None:
             self._set("glow", material.glow)
             glow = self._sample("glowPicture", material.glow_picture)
             body += f"  colour += glow * {glow}.rgb;\n" if glow else "  colour += glow;\n"
@@ -217,7 +268,12 @@ class SurfaceShader:
         if toon is None:
             for name, value in (("ambientLight", AMBIENT), ("keyLight", KEY), ("fillLight", FILL)):
                 self._set(name, value)
-            return _PLAIN
+            self._set("ownMetal", self._material.metal)
+            self._set("ownRough", self._material.rough)
+            body = "  float metal = ownMetal, rough = ownRough;\n"
+            if picture := self._sample("metalPicture", self._material.metal_picture, linear=True):
+                body += f"  metal *= {picture}.b;\n  rough *= {picture}.g;\n"
+            return body + "  rough = max(rough, 0.0525);\n" + _PLAIN
         self._set("shadeColour", toon.shade)
         self._set("shiftOfShade", toon.shift)
         self._set("toony", min(toon.toony, 0.9999))
@@ -229,7 +285,8 @@ class SurfaceShader:
             self._set("shiftScale", toon.shift_scale)
             body += f"  shift += {shift}.r * shiftScale;\n"
         body += _TOON
-        if not whole or (toon.rim == BLACK and toon.matcap_picture is None):
+        rimmed = toon.rim != BLACK or "rim" in self._changing
+        if not whole or not (rimmed or toon.matcap_picture is not None):
             return body
         self._set("rimColour", toon.rim)
         self._set("rimPower", toon.rim_power)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, Pose, Skeleton, rotation
-from studio.motion.avatar import Avatar
+from studio.motion.avatar import MIRROR_TURN, Avatar
+from studio.motion.look_at import Gaze, gaze_between
 
 ARMS_DOWN = 72.0
 """Degrees from a T-pose to arms that hang."""
@@ -38,18 +39,20 @@ class WorldPose:
         """A motion at a moment (seconds), between its frames; joints are empty where it has no bones."""
         pose = motion.pose(t)
         shapes = dict(zip(motion.shape_names, pose.shapes.tolist(), strict=True))
-        return replace(cls.of_pose(motion.skeleton, pose, shapes), t=t)
+        return cls.of_pose(motion.skeleton, pose, shapes, t)
 
     @classmethod
-    def of_pose(cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float]) -> WorldPose:
-        """One pose of a skeleton's bones; joints are empty where it has none."""
+    def of_pose(
+        cls, skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float], t: float = 0.0
+    ) -> WorldPose:
+        """One pose of a skeleton's bones at a moment (seconds); joints are empty where it has none."""
         if not skeleton.bone_names:
-            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes)
+            return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes, t)
         local, turns = skeleton.forward(pose.positions, pose.rotations)
         # The root is applied last: local joints are the skeleton's, the root moves all of it.
         root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
         joints = rotation.rotate(root, local) + pose.root_position
-        return cls(skeleton, joints, rotation.multiply(root, turns), shapes)
+        return cls(skeleton, joints, rotation.multiply(root, turns), shapes, t)
 
     @classmethod
     def at_rest(cls, skeleton: Skeleton) -> WorldPose:
@@ -61,7 +64,18 @@ class WorldPose:
         if self.turns is None:
             return self
         joints, turns = avatar.retargeted(self.skeleton, self.joints, self.turns)
-        return WorldPose(avatar.skeleton, joints, turns, self.shapes, self.t)
+        turns, shapes = avatar.looking(turns, self.shapes, self._gazes())
+        return WorldPose(avatar.skeleton, joints, turns, shapes, self.t)
+
+    def _gazes(self) -> dict[str, Gaze]:
+        """Where its eye bones look, "left" and "right", those it has."""
+        names, found = self.skeleton.bone_names, dict[str, Gaze]()
+        for side in ("left", "right"):
+            bone = names.index(name) if (name := f"{side.title()}Eye") in names else -1
+            if bone >= 0 and self.turns is not None and self.skeleton.parents[bone] >= 0:
+                head = self.turns[self.skeleton.parents[bone]]
+                found[side] = gaze_between(head * MIRROR_TURN, self.turns[bone] * MIRROR_TURN)
+        return found
 
     @classmethod
     def rest_pose(cls, skeleton: Skeleton) -> WorldPose:
@@ -73,6 +87,20 @@ class WorldPose:
                     0.0, 0.0, np.radians(degrees)
                 )
         return cls(skeleton, *skeleton.forward(skeleton.rest_positions, turns))
+
+    def looks_like(self, other: WorldPose, moves: bool) -> bool:
+        """Whether a picture of it is that of another pose; with `moves` some of it moves with the time."""
+        if self.skeleton is not other.skeleton and self.skeleton.bone_names != other.skeleton.bone_names:
+            return False
+        turned = (self.turns is None) == (other.turns is None) and (
+            self.turns is None or other.turns is None or np.array_equal(self.turns, other.turns)
+        )
+        return (
+            turned
+            and (self.t == other.t or not moves)
+            and np.array_equal(self.joints, other.joints)
+            and dict(self.shapes) == dict(other.shapes)
+        )
 
     @property
     def usable(self) -> bool:

@@ -110,9 +110,19 @@ def name_one_morph_often(document: Document) -> None:
     primitive["targets"] = primitive["targets"][:1] * 100_000
 
 
+def have_a_million_vertices(document: Document) -> None:
+    primitive = document["meshes"][0]["primitives"][0]
+    accessor = positions_of(document)
+    accessor["count"] = 500_000
+    del accessor["bufferView"], primitive["indices"]
+    primitive["attributes"] = {"POSITION": primitive["attributes"]["POSITION"]}
+    document["meshes"][0]["primitives"] = [primitive] * 2
+
+
 @pytest.mark.parametrize(
     ("change", "what"),
     [
+        (have_a_million_vertices, "x.vrm is too large to show."),
         (claim_four_billion, "x.vrm is cut short or damaged."),
         (claim_four_billion_zeros, "x.vrm is cut short or damaged."),
         (reach_beyond_the_file, "x.vrm is cut short or damaged."),
@@ -204,6 +214,31 @@ def test_pictures_that_lie_elsewhere_are_never_fetched(good: Path, tmp_path: Pat
     avatar = formats.read_avatar(changed(good, tmp_path, point))
     assert all(material.picture is None for material in avatar.materials)
     assert avatar.notes == ("Some of its textures cannot be shown; plain colours are used instead.",)
+
+
+@pytest.mark.parametrize("lost", ["textures", "images"])
+def test_pictures_that_are_missing_leave_plain_colours(good: Path, tmp_path: Path, lost: str) -> None:
+    avatar = formats.read_avatar(changed(good, tmp_path, lambda document: document.pop(lost)))
+    assert all(material.picture is None for material in avatar.materials)
+    assert avatar.notes == ("Some of its textures cannot be shown; plain colours are used instead.",)
+
+
+@pytest.mark.parametrize("values", [{"WEIGHTS_0": np.nan}, {"WEIGHTS_0": np.inf}, {"POSITION": np.nan}])
+def test_weights_that_are_no_numbers_are_one_sentence(
+    good: Path, tmp_path: Path, values: dict[str, float]
+) -> None:
+    ((name, value),) = values.items()
+    document = document_of(good)
+    accessor = document["accessors"][document["meshes"][1]["primitives"][0]["attributes"][name]]
+    start = len(good.read_bytes()) - len(_glb.read(good).data)
+    start += document["bufferViews"][accessor["bufferView"]]["byteOffset"]
+    data = bytearray(good.read_bytes())
+    data[start : start + 4] = np.float32(value).tobytes()
+    file = tmp_path / "x.vrm"
+    file.write_bytes(data)
+    with pytest.raises(StudioError) as error:
+        formats.read_avatar(file)
+    assert error.value.what == "x.vrm is damaged."
 
 
 def test_a_picture_that_claims_to_be_huge_is_left_out(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,64 +11,13 @@ from studio.errors import StudioError
 from studio.formats import _glb
 from studio.formats._glb import Glb
 from studio.formats._vrm import mesh
+from studio.formats._vrm.expression import read_expressions, read_look_at
 from studio.formats._vrm.material import read_materials
-from studio.formats._vrm.mesh import Meshes, Nodes
+from studio.formats._vrm.mesh import Nodes
+from studio.formats._vrm.rig import read_rig
 from studio.motion import Skeleton, rotation
-from studio.motion.avatar import MIRROR, Avatar, Expression, Licence
+from studio.motion.avatar import MIRROR, Avatar, Licence
 from studio.motion.channels import ALL_BONES, vrm1_bone
-
-_OVERRIDES = {"blink": "overrideBlink", "lookAt": "overrideLookAt", "mouth": "overrideMouth"}
-
-
-def read_expressions(extension: dict[str, Any], old: bool, meshes: Meshes) -> tuple[Expression, ...]:
-    """All expressions, those that move nothing among them.
-
-    Args:
-        extension: VRM or VRMC_vrm of the file.
-        old: whether it is VRM 0.
-        meshes: what its meshes became.
-    """
-    return tuple(_groups(extension, meshes) if old else _expressions(extension, meshes))
-
-
-def _groups(extension: dict[str, Any], meshes: Meshes) -> Iterable[Expression]:
-    for group in extension.get("blendShapeMaster", {}).get("blendShapeGroups", ()):
-        preset = str(group.get("presetName", "unknown"))
-        name = str(group.get("name", "")) if preset in ("", "unknown") else preset
-        binds = tuple(
-            (surface, morph, weight)
-            for bind in group.get("binds", ())
-            for surface, morph, weight in _binds(meshes, meshes.by_mesh, bind["mesh"], bind, 0.01)
-        )
-        yield Expression(name, binds, bool(group.get("isBinary", False)))
-
-
-def _expressions(extension: dict[str, Any], meshes: Meshes) -> Iterable[Expression]:
-    groups = extension.get("expressions", {})
-    for kind in ("preset", "custom"):
-        for name, one in groups.get(kind, {}).items():
-            binds = tuple(
-                (surface, morph, weight)
-                for bind in one.get("morphTargetBinds", ())
-                for surface, morph, weight in _binds(meshes, meshes.by_node, bind["node"], bind, 1.0)
-            )
-            overrides = {
-                what: one[field] for what, field in _OVERRIDES.items() if one.get(field) in ("block", "blend")
-            }
-            yield Expression(str(name), binds, bool(one.get("isBinary", False)), overrides)
-
-
-def _binds(
-    meshes: Meshes, places: dict[int, list[int]], place: Any, bind: dict[str, Any], unit: float
-) -> Iterable[tuple[int, int, float]]:
-    """A bind as (surface, morph, weight), once for each surface that has the morph."""
-    morph, weight = int(bind["index"]), float(bind["weight"]) * unit
-    if weight != weight:
-        raise ValueError(bind)
-    for surface in places.get(place, ()):
-        if 0 <= morph < len(meshes.surfaces[surface].morphs):
-            yield surface, morph, min(max(weight, 0.0), 1.0)
-
 
 _LONGEST = 120
 _WHO_OLD = {
@@ -148,14 +96,14 @@ def _avatar(glb: Glb) -> Avatar:
     if "Hips" not in bones or len(bones) < 3:
         raise StudioError(f"{glb.path.name} has no humanoid skeleton.", CHOOSE)
     skeleton = _skeleton(nodes, bones)
-    owners = nodes.owners(list(bones.values()))
-    meshes = mesh.read(glb, nodes, owners, _unseen(glb, extension, old))
+    rig, moved, still = read_rig(glb, old, nodes, list(bones.values()))
+    meshes = mesh.read(glb, nodes, nodes.owners(moved), _unseen(glb, extension, old))
     materials, notes = read_materials(glb, extension if old else {})
-    expressions = read_expressions(extension, old, meshes)
+    expressions = read_expressions(glb, extension, old, meshes, materials)
     licence = read_licence(extension.get("meta"), old)
     return Avatar(
         licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
-        (*meshes.notes, *notes),
+        (*meshes.notes, *notes, *still), rig, read_look_at(extension, old),
     )  # fmt: skip
 
 

@@ -81,6 +81,9 @@ def _gltf(
         _number((one.get("normalTexture") or {}).get("scale", 1.0), -4.0, 4.0),
         int(_number((toon or {}).get("renderQueueOffsetNumber", 0), -9.0, 9.0)),
         _uv(texture.get("extensions", {}).get("KHR_texture_transform", {}), toon or {}),
+        _number(base.get("metallicFactor", 1.0)),
+        _number(base.get("roughnessFactor", 1.0)),
+        pictures.of(base.get("metallicRoughnessTexture")),
     )
 
 
@@ -126,9 +129,9 @@ class _Properties:
     def number(self, name: str, usual: float, least: float = 0.0, most: float = 1.0) -> float:
         return _number(self.floats.get(name, usual), least, most)
 
-    def colour(self, name: str, usual: Sequence[float]) -> Colour:
-        r, g, b = _rgb(self.vectors.get(name, usual), BLACK)
-        return _linear(r), _linear(g), _linear(b)
+    def colour(self, name: str, usual: Sequence[float], most: float = 1.0) -> Colour:
+        r, g, b = _rgb(self.vectors.get(name, usual), BLACK, most)
+        return linear(r), linear(g), linear(b)
 
 
 def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
@@ -171,8 +174,8 @@ def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
         table.number("_Cutoff", 0.5),
         table.number("_CullMode", 2.0, most=2.0) == 0.0,
         toon=toon,
-        # HDR, and linear already.
-        glow=_rgb(table.vectors.get("_EmissionColor"), BLACK, _BRIGHTEST),
+        # HDR, in sRGB as its other colours are: above 1 too.
+        glow=table.colour("_EmissionColor", BLACK, _BRIGHTEST),
         glow_picture=picture("_EmissionMap"),
         normals=picture("_BumpMap"),
         bumps=table.number("_BumpScale", 1.0, -4.0, 4.0),
@@ -228,7 +231,8 @@ def _rgb(value: Any, usual: Colour, most: float = 1.0) -> Colour:
     return _number(r, most=most), _number(g, most=most), _number(b, most=most)
 
 
-def _linear(value: float) -> float:
+def linear(value: float) -> float:
+    """A part of a colour 0..1 as light, from sRGB."""
     return value / 12.92 if value <= 0.04045 else float(((value + 0.055) / 1.055) ** 2.4)
 
 
@@ -247,15 +251,17 @@ class _Pictures:
 
     def texture(self, index: Any) -> NDArray[np.uint8] | None:
         """A texture's picture (H, W, 4), or None where it cannot be had."""
-        source = entry(self._glb.document, "textures", index).get("source")
-        if not isinstance(source, int):
+        try:
+            source = entry(self._glb.document, "textures", index)["source"]
+            image = entry(self._glb.document, "images", source)
+        except (KeyError, IndexError, TypeError):
             self.lost += 1
             return None
         if source not in self._known:
             if len(self._known) >= MOST_PICTURES:
                 self.lost += 1
                 return None
-            self._known[source] = self._decoded(entry(self._glb.document, "images", source))
+            self._known[source] = self._decoded(image)
             self.lost += self._known[source] is None
         return self._known[source]
 

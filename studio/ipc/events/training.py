@@ -262,6 +262,7 @@ class EvaluateDone(DoneEvent, frozen=True):
 
     Args:
         run, seed: its id, and the seed it was trained with.
+        best_epoch: whose weights were measured; None where the run does not say.
         style: the style it moved in.
         chance: seed and liveliness of what was generated.
         poses: whether expected poses were measured, or drawn ones.
@@ -275,6 +276,7 @@ class EvaluateDone(DoneEvent, frozen=True):
 
     run: str = ""
     seed: int | None = None
+    best_epoch: int | None = None
     style: str = ""
     chance: Mapping[str, float] = msgspec.field(default_factory=dict)
     poses: str = ""
