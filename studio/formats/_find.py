@@ -16,9 +16,10 @@ from studio.formats._table import sanitized_note, why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
 from studio.formats.video import VideoReading
 from studio.motion.sanitize import sanitized
-from studio.tracking import video
+from studio.tracking import VIDEO_SUFFIXES
+from studio.tracking.video import has_pictures
 
-SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus"}) | video.SUFFIXES
+SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus"}) | VIDEO_SUFFIXES
 _LAYOUT = (SHAPES_FOLDER.lower(), BONES_FOLDER.lower())
 
 
@@ -102,7 +103,7 @@ def _sources(files: list[Path]) -> Iterator[ImportCandidate]:
         yield ImportCandidate(module.__name__.rsplit(".", 1)[-1], file, audio, note)
     for sound in sounds:
         if sound not in used:
-            shows = sound.suffix.lower() in video.SUFFIXES and video.has_pictures(sound)
+            shows = sound.suffix.lower() in VIDEO_SUFFIXES and has_pictures(sound)
             yield ImportCandidate("video" if shows else "wav", sound)
 
 

@@ -13,3 +13,7 @@ smoothing   The One-Euro filter, which leaves closures and blinks as quick as th
 video       A video file tracked: its motion on the clock of its sound, and the spans that are of no use
 webcam      A camera at work: tracks its pictures and sends them as one more VMC sender
 """
+
+# Here, where importing costs nothing: the window sorts what is dropped before anybody needs numpy.
+VIDEO_SUFFIXES = frozenset({".mp4", ".mov", ".mkv", ".webm", ".m4v", ".avi"})
+"""Of files that may hold pictures."""

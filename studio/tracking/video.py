@@ -16,12 +16,19 @@ from studio.motion import Motion, rotation
 from studio.tracking import raw
 from studio.tracking.face import head_turn, motion_of, usual_of
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
-from studio.tracking.pictures import BLURRED, DARK, SMALL, TURNED_PITCH, TURNED_YAW, CutDetector, facts_of
+from studio.tracking.pictures import (
+    BLURRED,
+    DARK,
+    SMALL,
+    TURNED_PITCH,
+    TURNED_YAW,
+    CutDetector,
+    PictureFacts,
+    facts_of,
+)
 from studio.tracking.raw import BLOCK, BlockStore, RawFaces
 from studio.tracking.smoothing import smoothed
 
-SUFFIXES = frozenset({".mp4", ".mov", ".mkv", ".webm", ".m4v", ".avi"})
-"""Of files that may hold pictures."""
 MOST_FPS = 31.0
 """Of a faster video every second picture is tracked, or third: lips need no more, and people wait."""
 MOST_FACES = 5
@@ -33,6 +40,7 @@ _LOST_S = 0.1
 _STILL_S = 1.0
 _CUT_S = 0.07
 _BREAK_S = 0.25
+_FACTS_EVERY = 4
 NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
 """Why a span is left out."""
 
@@ -299,6 +307,7 @@ def _track(
     times: list[float] = []
     rows: list[NDArray[np.float32]] = []
     missed = 0
+    facts: PictureFacts | None = None
     try:
         for t, picture in pictures(path, options, after):
             cut, same = cuts.push(picture)
@@ -309,7 +318,11 @@ def _track(
             missed = 0 if face is not None else missed + 1
             turn = head_turn(rigid.matrix(face.points)) if face is not None else rotation.IDENTITY
             times.append(t)
-            rows.append(raw.row_of(face, turn, facts_of(picture, face), len(seen), cut, same))
+            # Light and sharpness change slowly, and measuring them costs a fifth of tracking.
+            other = facts is None or cut or (face is None) != (facts.size == 0)
+            if facts is None or other or len(rows) % _FACTS_EVERY == 0:
+                facts = facts_of(picture, face)
+            rows.append(raw.row_of(face, turn, facts, len(seen), cut, same))
             if len(rows) == BLOCK:
                 blocks.append(RawFaces(np.array(times), np.array(rows)))
                 store.save(len(blocks) - 1, blocks[-1])

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QSizePolicy, QV
 
 from studio.errors import StudioError
 from studio.ipc.events import ChildEvent, DownloadProgressEvent, FacesEvent
-from studio.tracking import face_model
-from studio.tracking.video import SUFFIXES
+from studio.tracking import VIDEO_SUFFIXES, face_model
 from studio.ui import messages, tasks, theme
 from studio.ui.tasks import ChildTask
 from studio.ui.widgets.card import label
@@ -140,7 +139,7 @@ def videos_in(paths: tuple[Path, ...]) -> tuple[Path, ...]:
         files = [path]
         if path.is_dir():
             files = [file for file, _ in zip(path.rglob("*"), range(_MOST_FILES), strict=False)]
-        found += [file for file in files if file.suffix.lower() in SUFFIXES]
+        found += [file for file in files if file.suffix.lower() in VIDEO_SUFFIXES]
     return tuple(found)
 
 

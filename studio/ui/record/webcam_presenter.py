@@ -20,8 +20,8 @@ from studio.ipc.events import (
     DownloadProgressEvent,
     FaceModelEvent,
 )
+from studio.tracking import VIDEO_SUFFIXES
 from studio.tracking.pictures import HINTS
-from studio.tracking.video import SUFFIXES
 from studio.ui import messages
 from studio.ui.record.model import RecordModel
 from studio.ui.record.webcam_view import VIDEO, WebcamPane
@@ -184,7 +184,7 @@ class WebcamPresenter(QObject):
 
     def _on_device(self, device: str) -> None:
         if device == VIDEO:
-            endings = " ".join(f"*{suffix}" for suffix in sorted(SUFFIXES))
+            endings = " ".join(f"*{suffix}" for suffix in sorted(VIDEO_SUFFIXES))
             title, kinds = self.tr("Play a video as a camera"), self.tr("Videos ({0})").format(endings)
             device = QFileDialog.getOpenFileName(self._pane, title, "", kinds)[0] or self._device
         self._device = device
