@@ -77,9 +77,8 @@ class ReviewPresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         # The model goes last, with the player that all of them follow.
-        for card in (self.stage, self.transport, self.runs, self.style, self.moods):
-            card.close()
-        for card in (self.send, self.export, self.batch):
+        self.stage.close()
+        for card in (self.transport, self.runs, self.style, self.moods, self.send, self.export, self.batch):
             card.close()
         self.model.close()
         self._view.stage.dispose()
