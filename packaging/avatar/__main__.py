@@ -196,11 +196,14 @@ def joined(parts: list[Part], order: list[str]) -> dict[str, Any]:
         for name, points in part.moved.items():
             moved.setdefault(name, np.zeros((total, 3)))[start:end] = points - part.points
     joints[weights == 0.0] = 0
+    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, counts, strict=False)])
+    # Openings were cut into the skin: their corners belong to nothing.
+    used, numbers = np.unique(triangles, return_inverse=True)
     return {
-        "points": np.concatenate([part.points for part in parts]),
-        "normals": np.concatenate([part.normals() for part in parts]),
-        "triangles": np.concatenate([part.triangles + start for part, start in zip(parts, counts, strict=False)]),
-        "joints": joints, "weights": weights, "uv": uv, "moved": moved,
+        "points": np.concatenate([part.points for part in parts])[used],
+        "normals": np.concatenate([part.normals() for part in parts])[used],
+        "triangles": numbers.reshape(-1, 3), "joints": joints[used], "weights": weights[used], "uv": uv[used],
+        "moved": {name: offsets[used] for name, offsets in moved.items()},
     }  # fmt: skip
 
 
@@ -209,9 +212,10 @@ def sparse(numbers: _glb.Numbers, offsets: Array) -> int:
     rows = np.flatnonzero(np.abs(offsets).max(axis=1) > 1e-5)
     rows = rows if len(rows) else np.array([0])
     values = np.ascontiguousarray(offsets[rows], dtype="<f4")
+    whole = values if len(rows) == len(offsets) else np.concatenate([values, np.zeros((1, 3), "<f4")])
     accessor: dict[str, Any] = {
         "componentType": _glb.FLOAT, "count": len(offsets), "type": "VEC3",
-        "min": np.minimum(values.min(axis=0), 0).tolist(), "max": np.maximum(values.max(axis=0), 0).tolist(),
+        "min": whole.min(axis=0).tolist(), "max": whole.max(axis=0).tolist(),
         "sparse": {
             "count": len(rows),
             "indices": {"bufferView": numbers.attach(rows.astype("<u2").tobytes()), "componentType": 5123},

@@ -4,6 +4,7 @@ TITLE: str      what a menu calls it
 SUFFIX: str     of the file it reads or writes, with the dot
 NOTE: str       what the format, or the programs that read it, leave out
 read(path, audio=None) -> Imported          what was guessed stands in its notes
+read(path, audio=None, video=None)          where pictures are tracked; video: VideoReading | None
 read(path, audio=None, tables=None)         where joints have names of their own; tables: BoneTables | None
 joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
@@ -36,6 +37,7 @@ _writing       What writers share: a humanoid on an even grid, its sound, and fi
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -46,8 +48,8 @@ from studio.motion import Motion
 from studio.motion.avatar import Avatar
 
 __all__ = [
-    "Imported", "load", "names", "read_avatar", "reader_for", "readers", "targets", "writer_for", "writers",
-    "written_suffix",
+    "Imported", "keep_drivers", "load", "names", "read_avatar", "read_drivers", "reader_for", "readers",
+    "targets", "writer_for", "writers", "written_suffix",
 ]  # fmt: skip
 
 
@@ -64,6 +66,7 @@ class Imported:
         joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
         joints_from: the file they stand in; set by who reads many.
         guessed: whether any of that was a guess nobody has confirmed.
+        left_out: spans (start, end, why) that are of no use, seconds.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Imported:
     joints: tuple[tuple[str, str], ...] = ()
     guessed: bool = False
     joints_from: Path | None = None
+    left_out: tuple[tuple[float, float, str], ...] = ()
 
 
 def names() -> tuple[str, ...]:
@@ -128,6 +132,24 @@ def read_avatar(path: Path) -> Avatar:
     from studio.formats._vrm import avatar
 
     return avatar.read(path)
+
+
+def read_drivers(path: Path) -> Mapping[str, str]:
+    """What `keep_drivers` kept beside an avatar's file; nothing where that cannot be read."""
+    from studio.formats._vrm import drivers
+
+    return drivers.read(path) or {}
+
+
+def keep_drivers(path: Path, drivers: Mapping[str, str]) -> None:
+    """Keep beside an avatar's file which blend shapes move its faces; `read_avatar` knows it from then on.
+
+    Raises:
+        StudioError: the folder cannot be written.
+    """
+    from studio.formats._vrm import drivers as beside
+
+    beside.write(path, drivers)
 
 
 def reader_for(path: Path) -> ModuleType | None:

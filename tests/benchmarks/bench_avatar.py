@@ -212,8 +212,9 @@ class Browser:
         assert self._program is not None
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             command = [
-                self._program, "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync",
-                "--disable-background-networking", "--disable-component-update", "--use-gl=angle",
+                self._program, "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
+                "--disable-sync", "--disable-background-networking", "--disable-component-update",
+                "--use-gl=angle",
                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", f"--user-data-dir={profile}",
                 "--remote-debugging-port=0", f"http://127.0.0.1:{self._server.server_port}/",
             ]  # fmt: skip

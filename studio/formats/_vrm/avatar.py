@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from studio.errors import StudioError
 from studio.formats import _glb
 from studio.formats._glb import Glb
-from studio.formats._vrm import mesh
+from studio.formats._vrm import drivers, mesh
 from studio.formats._vrm.expression import read_expressions, read_look_at
 from studio.formats._vrm.material import read_materials
 from studio.formats._vrm.mesh import Nodes
@@ -75,18 +76,22 @@ _VRM0_BONES = {name[0].lower() + name[1:]: name for name in ALL_BONES}
 
 
 def read(path: Path) -> Avatar:
-    """The avatar of a file; nothing is fetched from anywhere, whatever the file asks for.
+    """The avatar of a file, its faces driven as a person chose; nothing is fetched, whatever it asks for.
 
     Raises:
         StudioError: it is missing, no VRM avatar, cut short, damaged or too large.
     """
     glb = _glb.read(path)
     try:
-        return _avatar(glb)
+        made = _avatar(glb)
     except (KeyError, IndexError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise _glb.damaged(path) from error
     except MemoryError as error:
         raise mesh.too_large(path) from error
+    chosen = drivers.read(path)
+    if chosen is None:
+        return replace(made, notes=(*made.notes, drivers.UNREADABLE))
+    return replace(made, drivers=chosen) if chosen else made
 
 
 def _avatar(glb: Glb) -> Avatar:

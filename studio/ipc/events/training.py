@@ -427,9 +427,9 @@ class ReadEvent(ChildEvent, frozen=True):
 
 
 class DownloadProgressEvent(ProgressEvent, frozen=True):
-    """How much of a speech encoder is here: `bytes` of `of`, which is 0 where nobody knows."""
+    """How much of a speech encoder or the face model is here: `bytes` of `of`, 0 where nobody knows."""
 
-    VERBS = ("encoder",)
+    VERBS = ("encoder", "camera")
 
     bytes: int = 0
     of: int = 0

@@ -199,6 +199,15 @@ class Controls(QWidget):
                 return True
         return super().eventFilter(watched, event)
 
+    def let_go(self) -> None:
+        """Leave a mood, else the freeze, else the neutral pose. Mute stays: nobody is heard by mistake."""
+        none = self.moods.chips.get("mood_0")
+        held = [self._buttons[name] for name in ("freeze", "neutral") if self._buttons[name].isChecked()]
+        if none is not None and none.isEnabled() and not none.isChecked():
+            none.click()
+        elif held:
+            held[0].click()
+
     def button(self, name: str) -> QPushButton:
         """One of the switches."""
         return self._buttons[name]

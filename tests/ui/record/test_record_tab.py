@@ -625,3 +625,10 @@ def test_a_take_without_motion_is_saved_with_a_warning(room: Room, tmp_path: Pat
     assert toast.text.text() == "Alone_001 is saved with sound only: 1.0 s."
     assert toast.remedy.text().startswith("No motion came in.")
     assert not toast.bad
+    assert (toast.action.text(), toast.also.text()) == ("Play", "Undo")
+    toast.also.click()
+    assert room.project.takes == ()
+    assert toast.text.text() == "Alone_001 is in the trash."
+    assert (toast.action.text(), toast.also.isVisible()) == ("Undo", False)
+    toast.action.click()
+    assert [one.id for one in room.project.takes] == ["Alone_001"]
