@@ -91,7 +91,7 @@ def _milliseconds(figure: Any, moving: bool) -> float:
         start = time.process_time()
         for step in range(PICTURES):
             figure.show_stance(WorldPose.of(motion, step / 60 if moving else 0.5))
-            if figure.drawing_soon:
+            if figure._next.isActive():
                 figure._draw_picture()
             figure._next.stop()
             QApplication.processEvents()

@@ -168,8 +168,8 @@ class StickFigure(QWidget):
 
     @property
     def drawing_soon(self) -> bool:
-        """Whether another picture has been asked for."""
-        return self._next.isActive()
+        """Whether another picture has been asked for, or a finer one of what rests."""
+        return self._next.isActive() or self._rest.isActive()
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
