@@ -16,6 +16,7 @@ from studio.render.camera import FRAMINGS, Orbit, project, to_picture
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.figure.figure import TOO_SLOW, StickFigure
+from studio.ui.widgets.figure.pane import Pane
 from studio.ui.widgets.figure.picture import EASY, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
 
@@ -261,7 +262,24 @@ def test_framings_keep_the_side_and_are_pressed(figure: StickFigure, qtbot) -> N
         assert button.isChecked()
     figure.resize(300, 300)
     figure.show_stance(WorldPose(*t_pose()))
-    qtbot.waitUntil(lambda: not button.isVisible())
+    side_button = figure.findChild(QToolButton, "view_side")
+    assert side_button is not None
+    qtbot.waitUntil(lambda: not side_button.isVisible())
+    assert button.isVisible(), "how near is what the mouse does worse"
+
+
+def test_a_face_without_a_body_is_seen_from_close_by(qtbot, tmp_path) -> None:
+    pane = Pane("p", "", "", "mdi6.human", "figure")
+    qtbot.addWidget(pane, before_close_func=lambda _: pane.figure.dispose())
+    pane.set_avatar(formats.read_avatar(Maker(0).write(tmp_path / "a.vrm")))
+    face = WorldPose(Skeleton.humanoid(()), np.empty((0, 3)), None, {"A": 1.0})
+    pane.show_stance(face)
+    assert pane.figure.seen.framing == "face"
+    pane.figure.set_view("bust")
+    assert pane.figure.seen.framing == "bust", "who chooses another view has it"
+    pane.figure.set_view("body")
+    pane.show_stance(WorldPose(*t_pose()))
+    assert pane.figure.seen.framing == "body"
 
 
 def after(detail: Detail, *costs: float) -> float:
