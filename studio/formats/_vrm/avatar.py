@@ -91,13 +91,8 @@ def read(path: Path) -> Avatar:
         StudioError: it is missing, no VRM avatar, cut short, damaged or too large.
     """
     glb = _glb.read(path)
-    for name in glb.document.get("extensionsRequired") or ():
-        if name in _PACKED:
-            raise StudioError(
-                f"{path.name} is compressed by {_PACKED[name]}, which the studio cannot unpack.",
-                "Export the avatar again without mesh compression.",
-            )
     try:
+        _check_packing(glb)
         made = _avatar(glb)
     except (KeyError, IndexError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise _glb.damaged(path) from error
@@ -125,6 +120,16 @@ def _avatar(glb: Glb) -> Avatar:
         licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
         (*meshes.notes, *notes, *still), rig, read_look_at(extension, old),
     )  # fmt: skip
+
+
+def _check_packing(glb: Glb) -> None:
+    """Raise StudioError where its meshes are compressed."""
+    for name in glb.document.get("extensionsRequired") or ():
+        if name in _PACKED:
+            raise StudioError(
+                f"{glb.path.name} is compressed by {_PACKED[name]}, which the studio cannot unpack.",
+                "Export the avatar again without mesh compression.",
+            )
 
 
 def _extension(glb: Glb) -> tuple[dict[str, Any], bool]:
