@@ -17,9 +17,12 @@ from typing import TYPE_CHECKING, Any
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[_name] = "1"
 # What a person has set for their own programs and screen is nothing to the tests and their children:
-# unbuffered output hides what a full disk does, a scaled screen moves every pixel.
+# unbuffered output hides what a full disk does, a scaled screen moves every pixel, and without bytecode each
+# of hundreds of children compiles all that it imports.
+sys.dont_write_bytecode = False
 for _name in (
-    "PYTHONUNBUFFERED", "PYTHONOPTIMIZE", "PYTHONWARNINGS", "PYTHONIOENCODING", "PYTHONUTF8", "PYTHONDEVMODE",
+    "PYTHONUNBUFFERED", "PYTHONDONTWRITEBYTECODE", "PYTHONOPTIMIZE", "PYTHONWARNINGS", "PYTHONIOENCODING",
+    "PYTHONUTF8", "PYTHONDEVMODE",
     "QT_QPA_PLATFORM", "QT_QPA_PLATFORMTHEME", "QT_STYLE_OVERRIDE", "QT_FONT_DPI", "QT_SCALE_FACTOR",
     "QT_SCREEN_SCALE_FACTORS", "QT_AUTO_SCREEN_SCALE_FACTOR", "QT_ENABLE_HIGHDPI_SCALING", "QT_LOGGING_RULES",
     "SAIA_ENCODERS", "SAIA_ESPEAK", "COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR",
