@@ -192,9 +192,11 @@ class AvatarActor:
 
     def bounds(self) -> list[tuple[float, ...]]:
         """Boxes around what is seen of it with its lines: x, y and z from and to, metres."""
+        if not self.visible:
+            return []
         line = max((one.width for one in self._outlines if not one.on_screen), default=0.0)
         grown = np.tile([-line, line], 3)
-        return [tuple(actor.GetBounds() + grown) for actor in self._actors if actor.GetVisibility()]
+        return [tuple(mesh.GetPoints().GetBounds() + grown) for _, _, mesh in self._parts]
 
     @property
     def line_share(self) -> float:

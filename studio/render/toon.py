@@ -126,6 +126,8 @@ class Textures:
             texture.SetUseSRGBColorSpace(not linear)
             texture.SetInterpolate(True)
             texture.SetMipmap(True)
+            # Where OpenGL runs in software, filtering for slanted surfaces takes as long as all the rest.
+            texture.SetMaximumAnisotropicFiltering(1.0)
             texture.SetRepeat(True)
             self._known[key] = texture
         return self._known[key]
@@ -157,6 +159,7 @@ class SurfaceShader:
         self._fragment, self._vertex = shader.GetFragmentCustomUniforms(), shader.GetVertexCustomUniforms()
         self._prop, self._textures, self._textured = actor.GetProperty(), textures, textured
         self._samplers: list[str] = []
+        self._names: dict[tuple[int, bool], str] = {}
         toon = material.toon
         line = toon.outline if toon is not None and outline else None
         code = self._code(material, toon, line)
@@ -223,8 +226,11 @@ class SurfaceShader:
         """What reads a picture, "" where there is none or nothing to read it by."""
         if picture is None or not (self._textured or ball):
             return ""
-        self._prop.SetTexture(name, self._textures.of(picture, linear))
-        self._samplers.append(name)
+        # A picture that several parts share, as MToon's light and shade do, is read once.
+        name = name if ball else self._names.setdefault((id(picture), linear), name)
+        if name not in self._samplers:
+            self._prop.SetTexture(name, self._textures.of(picture, linear))
+            self._samplers.append(name)
         return f"texture({name}, uv)"
 
     def _set(self, name: str, value: float | tuple[float, float, float]) -> None:
