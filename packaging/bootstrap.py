@@ -224,7 +224,7 @@ FAST = "--fast"
 
 
 def test(rest: Sequence[str]) -> int:
-    """Lint, format, types, then the tests, the fast ones first; one exit code for all of it.
+    """Lint, format, types and the tests, the fast ones first; one exit code for all of it.
 
     Args:
         rest: FAST, and words for pytest, e.g. `tests/motion -k slerp`.
@@ -232,17 +232,12 @@ def test(rest: Sequence[str]) -> int:
     chosen = [word for word in rest if word != FAST]
     codes = {"lint": call("-m", "ruff", "check"), "format": call("-m", "ruff", "format", "--check")}
     # Types take a minute of one core when nothing is known of them yet, and the tests often wait.
+    only_fast = ("-m", "not slow") if FAST in rest else ()
     with screen(), beside("-m", "mypy") as types:
-        codes["fast tests"] = call("-m", "pytest", "-n", "auto", "-m", "not slow", *chosen)
-        if FAST not in rest:
-            slow = ("-n", "auto", "-m", "slow", "--durations=10")
-            codes["slow tests"] = call("-m", "pytest", *slow, *chosen)
+        # All in one go: to start and to find the tests takes each worker a quarter of a minute.
+        codes["tests"] = call("-m", "pytest", "-n", "auto", "--durations=10", *only_fast, *chosen)
         codes["types"] = types()
-    of_tests = [name for name in codes if "tests" in name]
-    if chosen and 0 in (codes[name] for name in of_tests):
-        # A chosen part of the tests may well hold only one kind; pytest says 5 to the other.
-        codes |= {name: 0 for name in of_tests if codes[name] == 5}
-    failed = [f"{name} {ending(code, 'tests' in name)}" for name, code in codes.items() if code]
+    failed = [f"{name} {ending(code, name == 'tests')}" for name, code in codes.items() if code]
     say(f"FAILED: {', '.join(failed)}." if failed else f"All passed: {', '.join(codes)}.")
     return 1 if failed else 0
 

@@ -16,6 +16,7 @@ commands are verbs (what you do).
     motion/         what moves; the one word everyone shares (numpy only)
     sound/          sound files, rates, levels, speech, and pictures of them
     vmc/            VMC over UDP, both directions: datagrams to frames, poses to programs
+    tracking/       a face in pictures, as motion: a webcam or any video in place of a tracker
     capture/        microphone and motion under one clock, into a take that survives a kill
     take/           one recording; never altered once saved
     dataset/        takes chosen and marked for training

@@ -178,6 +178,9 @@ _ALL = (
     _action("import_run", _tr("Import a run"), at="train", needs="project",
             help=_tr("Works without the takes it was trained on")),
     _action("delete_run", _tr("Delete"), at="train", needs="run"),
+    _action("close_opened", _tr("Go back"), "Esc", at="train", needs="project",
+            help=_tr("Close what is open: the figures, the training's messages, the advanced settings"),
+            listed=_tr("Close what is open")),
     # -- Review
     _action("ghost", _tr("Ghost"), "G", at="review", needs="run",
             help=_tr("Lay the captured figure over the predicted one"),
@@ -197,6 +200,9 @@ _ALL = (
     _action("stop_live", _tr("Stop Live"), at="live", needs="live", help=_tr("End the performance")),
     _action("keep_live", _tr("Keep the last 10 minutes"), at="live", needs="live",
             help=_tr("Makes a take of your voice and the motion that was sent; it is not used for training")),
+    _action("avatar_window", _tr("Avatar window"), at="live",
+            help=_tr("Your avatar alone, transparent or on green, for OBS to capture: no other program "
+                     "needed")),
     _action("mute", _tr("Mute"), "M", at="live", needs="live", help=_tr("Mute your microphone")),
     _action("freeze", _tr("Freeze"), "F", at="live", needs="live",
             help=_tr("Hold the avatar in its current pose"), listed=_tr("Freeze the avatar")),
@@ -207,6 +213,9 @@ _ALL = (
             help=_tr("Move as without any label"), listed=_tr("No mood, or one that the run has learnt")),
     *(_action(f"mood_{n}", _tr("Mood {0}"), str(n), at="live", needs="live", listed=WITH)
       for n in range(1, 10)),
+    _action("let_go", _tr("Go back"), "Esc", at="live", needs="live",
+            help=_tr("Leave a mood, Freeze or Neutral; a muted microphone stays muted"),
+            listed=_tr("Leave a mood, Freeze or Neutral")),
     # -- the figure
     _action("turn_left", _tr("Turn left"), "Left", at=FIGURE, listed=_tr("Turn around the figure"),
             gesture=_tr("Drag")),

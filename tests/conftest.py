@@ -34,7 +34,7 @@ import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 
 from studio import virtual_devices  # noqa: E402
-from tests import toys  # noqa: E402
+from tests import order, toys  # noqa: E402
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -75,12 +75,10 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Whole files to a worker, for their tests share what is slow to make; in the order of their folders, for
-    by number of tests the one that takes longest, the tour, would begin last."""
-    from xdist.scheduler import LoadFileScheduling
-
+    """A file's fast tests to one worker and its slow ones to one, for they share what is slow to make; in the
+    order of the tests, for by their number the one that takes longest, the tour, would begin last."""
     config.option.loadscopereorder = False
-    return LoadFileScheduling(config, log)
+    return order.scheduler(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -123,7 +121,7 @@ _REAL_FIXTURES = frozenset({"virtual_audio", "qtbot", "qapp"})
 _REAL_MODULES = ("socket", "subprocess", "threading", "virtual_devices")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Try tests of real parts up to twice again: the last line of defence, not the first.
 
     Such a test waits for conditions and judges no timing, but a sound server, a window or another process
@@ -136,6 +134,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         real = any(name in module for name in _REAL_MODULES)
         if real or item.get_closest_marker("slow") or _REAL_FIXTURES & set(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.flaky(reruns=2))
+    if hasattr(config, "workerinput"):
+        items.sort(key=order.turn)
 
 
 def pytest_collection_finish() -> None:

@@ -30,6 +30,7 @@ MAY_USE: dict[str, set[str]] = {
     "sound": {"files"},
     "vmc": {"motion"},
     "take": {"files", "motion", "sound"},
+    "tracking": {"files", "motion", "vmc"},
     "capture": {"vmc", *RECORDED},
     "dataset": {*RECORDED},
     "project": {"dataset", *RECORDED},
@@ -53,7 +54,7 @@ MAY_USE: dict[str, set[str]] = {
     "inference.live": {"capture", "vmc", "playback"},
     "playback": {"vmc", *RECORDED},
     "render": {"motion"},
-    "formats": {"render", *RECORDED},
+    "formats": {"render", "tracking", *RECORDED},
     "remote": {"vmc"},
     "export": {"ipc", "formats", "playback", "render", "inference.offline", "project", "dataset", *RECORDED},
     "performer": {"vmc", "project", "dataset", "playback.sound_output", *RECORDED},
@@ -335,7 +336,7 @@ def test_only_the_learning_stations_import_torch() -> None:
 
 
 HEAVY = ("torch", "librosa", "numba", "pyvista", "vtkmodules", "scipy.signal", "pyarrow", "lightning_fabric",
-         "transformers", "sklearn", "matplotlib", "av")  # fmt: skip
+         "transformers", "sklearn", "matplotlib", "av", "mediapipe", "cv2")  # fmt: skip
 
 
 def loaded_after(code: str) -> set[str]:

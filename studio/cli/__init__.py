@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 VERBS = {
     "record": "record voice and motion as a take",
-    "import": "bring in recordings: VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound",
+    "import": "bring in recordings: videos, VRMA, VMD, BVH, SAIA CSV, Live Link Face, WAV and other sound",
     "check": "look takes over: rates, gaps, levels, and whether the mouth follows the voice",
     "split": "say what each take is for: to learn from, to choose the best moment by, or to judge by",
     "train": "train a network on the takes marked for training",
@@ -53,6 +53,7 @@ VERBS = {
     "performer": "a practice performer: voice and VMC motion without hardware; makes the sample project",
     "tour": "the whole job through the real window, with screenshots; also the self-check",
     "doctor": "what this machine has: sound, OpenGL, ports, PyTorch; a report to copy",
+    "camera": "a webcam as a tracker: your face as motion; gets the model it needs",
     "card": "write a data card: minutes by performer, emotion, label and split, grades, what moves",
     "clean": "choose cleaned sound for takes: less noise, or the voice alone",
     "curve": "measure what more takes would bring: train on a quarter, a half and all of them",

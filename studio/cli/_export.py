@@ -12,7 +12,7 @@ from studio.cli._stdin import CancelRequests
 from studio.errors import RequestError, StudioError, counted
 from studio.export.clip import GenerationOptions
 from studio.export.options import VIEWS, RenderOptions
-from studio.export.queue import Entry, Queue
+from studio.export.queue import Entry, Queue, to_name
 from studio.export.range import PARTS, ExportRange
 from studio.ipc.events import (
     ChildEvent,
@@ -146,8 +146,8 @@ def _share_of(text: str) -> tuple[str, float]:
 
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:
-    """--size, --view, --turn, --at, --clear, --light and --avatar."""
-    group = parser.add_argument_group("films (.mp4), stills (.png) and bodies (.glb)")
+    """--size, --view, --turn, --at, --background, --clear, --light and --avatar."""
+    group = parser.add_argument_group("films (.mp4, .webm), stills (.png, _frames) and bodies (.glb)")
     group.add_argument("--size", default="1280x720", metavar="WxH", help="pixels (1280x720)")
     group.add_argument(
         "--view", default="front", metavar="NAME",
@@ -157,7 +157,11 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
         "--turn", type=float, default=0.0, metavar="DEG", help="go around it, degrees a second (0)"
     )
     group.add_argument("--at", type=float, metavar="S", help="the moment of a still (the middle)")
-    group.add_argument("--clear", action="store_true", help="a still without the room behind the figure")
+    group.add_argument(
+        "--background", default="room", metavar="NAME|#RRGGBB|FILE",
+        help="room, transparent (.webm, .png and _frames), green, a colour or an image (room)",
+    )  # fmt: skip
+    group.add_argument("--clear", action="store_true", help="the same as --background transparent")
     group.add_argument("--light", action="store_true", help="in light colours")
     group.add_argument("--avatar", type=Path, metavar="VRM", help="this avatar, not the stick figure")
 
@@ -176,7 +180,10 @@ def render_options_of(args: argparse.Namespace) -> RenderOptions:
         raise RequestError(f"There is no avatar at {args.avatar}.", "Check how the path is written.")
     # Numbers besides names: Review hands over the camera as it stands there.
     view = VIEWS.get(args.view) or _view(args.view)
-    return RenderOptions(int(wide), int(high), view, args.turn, args.at, args.clear, args.light, args.avatar)
+    from studio.render.background import Background
+
+    background = Background.parse("transparent" if args.clear else args.background).text
+    return RenderOptions(int(wide), int(high), view, args.turn, args.at, background, args.light, args.avatar)
 
 
 def _view(text: str) -> tuple[float, float, float]:
@@ -224,7 +231,8 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
             case QueueProgressEvent():
                 out.progress(event, entries[event.index].name if entries else "")
             case EntryEvent(state="done"):
-                out.emit(event, f"{event.name}: {', '.join(event.files)}")
+                named = to_name(Path(file) for file in event.files)
+                out.emit(event, f"{event.name}: {', '.join(map(str, named))}")
             case EntryEvent(state="failed"):
                 out.emit(event, f"{event.name}: {event.what} {event.remedy}")
             case EntryEvent(state="cancelled"):

@@ -264,6 +264,7 @@ def _store_figures(
     done = EvaluateDone(
         run=finished.id,
         seed=facts.seed,
+        best_epoch=facts.best_epoch,
         style=facts.style or "average",
         chance={"seed": 0, "liveliness": 1.0},
         poses=poses_measured(finished, 1.0),

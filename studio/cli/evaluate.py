@@ -52,6 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     done = EvaluateDone(
         run=chosen.id,
         seed=chosen.facts.seed,
+        best_epoch=chosen.facts.best_epoch,
         style=args.style or (chosen.facts.style or "average"),
         chance={"seed": args.seed, "liveliness": args.liveliness},
         poses=poses_measured(chosen, args.liveliness),

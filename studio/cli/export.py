@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio import formats
     from studio.cli._project import opened
     from studio.export.options import check_writable, writers_named
-    from studio.export.queue import ClipCache, SourceJob, entries_of, entry_of
+    from studio.export.queue import ClipCache, SourceJob, entries_of, entry_of, to_name
     from studio.files import leftovers
     from studio.ipc.events import FilesDone, ProgressEvent
 
@@ -94,8 +94,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         job = SourceJob(sources.named(args.what[0]), ClipCache(), export_range, render_options)
         # A run's weights take seconds to load: say at once that it works.
         out.progress(ProgressEvent())
-        files = tuple(str(file) for file in run_one(entry_of(job, writer, target), out))
-        out.done(FilesDone(files, note=writer.NOTE), f"Exported {', '.join(files)}. {writer.NOTE}")
+        files = run_one(entry_of(job, writer, target), out)
+        named = ", ".join(str(file) for file in to_name(files))
+        done = FilesDone(tuple(str(file) for file in files), note=writer.NOTE)
+        out.done(done, f"Exported {named}. {writer.NOTE}")
 
 
 class _Sources:

@@ -74,7 +74,7 @@ def _one(
 ) -> None:
     from studio import formats
     from studio.export.options import check_writable
-    from studio.export.queue import ClipCache, SourceJob, entry_of
+    from studio.export.queue import ClipCache, SourceJob, entry_of, to_name
 
     audio = args.audio[0]
     # Into the project's exports: the sound's own folder may be read-only or of another program.
@@ -94,7 +94,7 @@ def _one(
             tuple(str(file) for file in files), seconds=motion.duration, frames=len(motion), fps=motion.fps,
             style=generator.style, seed=args.seed, liveliness=args.liveliness,
         ),
-        f"{motion.duration:.1f} s of motion in {', '.join(str(file) for file in files)}.",
+        f"{motion.duration:.1f} s of motion in {', '.join(map(str, to_name(files)))}.",
     )  # fmt: skip
 
 

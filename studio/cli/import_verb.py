@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -12,12 +13,13 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, as_request
 from studio.errors import RequestError, StudioError, counted
-from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent
+from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent, TrackingEvent
 
 if TYPE_CHECKING:
     from studio.formats import Imported
     from studio.formats._bones import BoneTables
     from studio.formats._find import ImportCandidate
+    from studio.formats.video import VideoReading
     from studio.project import Project
     from studio.sound.sound_file import SoundInfo
     from studio.take import Take
@@ -36,6 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='which joint is which bone, {"joint": "Bone"}; kept for next time',
     )
 
+    videos = parser.add_argument_group("videos")
+    videos.add_argument(
+        "--face", type=int, default=0, metavar="N", help="the Nth face from the left; the largest by default"
+    )
+    videos.add_argument(
+        "--box",
+        metavar="X,Y,W,H",
+        help="look only there, in percent of the picture, such as 75,0,25,30 for a corner camera",
+    )
+    videos.add_argument("--sound-only", action="store_true", help="take the sound and track no face")
+
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Read every recording whole, then save it as a take; one that cannot be read is told and left out."""
@@ -46,8 +59,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     # Found before the project is made: a wrong path leaves no empty project behind.
     sources = find_candidates(args.paths)
     corrections = read_table(args.bones) if args.bones else {}
+    videos = _video_reading(args, len(sources), out)
     with opened_or_made(args.project, out) as project:
-        takes, failed = _import_all(project, sources, bone_tables(project.folder, corrections, out), out)
+        tables = bone_tables(project.folder, corrections, out)
+        takes, failed = _import_all(project, sources, tables, videos, out)
         if not takes:
             raise _why_none(failed)
     left = f"; {len(failed)} could not be read" if failed else ""
@@ -56,7 +71,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _import_all(
-    project: Project, sources: Sequence[ImportCandidate], tables: BoneTables, out: Output
+    project: Project,
+    sources: Sequence[ImportCandidate],
+    tables: BoneTables,
+    videos: VideoReading,
+    out: Output,
 ) -> tuple[list[str], list[StudioError]]:
     """Ids of the takes made, and why the others could not be."""
     from studio.cli._project import offer_table, save_bone_table
@@ -64,7 +83,7 @@ def _import_all(
 
     takes: list[str] = []
     failed: list[StudioError] = []
-    for count, (source, imported) in enumerate(read_all(sources, tables), 1):
+    for count, (source, imported) in enumerate(read_all(sources, tables, videos), 1):
         path, fraction = str(source.path), count / len(sources)
         try:
             if isinstance(imported, StudioError):
@@ -89,6 +108,43 @@ def _import_all(
     return takes, failed
 
 
+def _video_reading(args: argparse.Namespace, of: int, out: Output) -> VideoReading:
+    """How videos are read, as the arguments say.
+
+    Raises:
+        RequestError: they say what cannot be.
+    """
+    from studio.formats.video import VideoReading
+    from studio.tracking.video import VideoOptions
+
+    if args.face < 0:
+        raise RequestError(f"{args.face} is no face.", "Count faces from the left, beginning with 1.")
+    began: dict[Path, tuple[float, float]] = {}
+
+    def on_progress(path: Path, fraction: float) -> None:
+        # From the first that was told: what an earlier try has tracked takes no time.
+        start, since = began.setdefault(path, (fraction, time.monotonic()))
+        done = fraction - start
+        left = (time.monotonic() - since) * (1 - fraction) / done if done > 0 else None
+        out.progress(TrackingEvent(fraction, left, str(path), of), f"tracking the face in {path.name}")
+
+    return VideoReading(VideoOptions(args.face, _box(args.box)), args.sound_only, on_progress)
+
+
+def _box(text: str | None) -> tuple[float, float, float, float] | None:
+    """X,Y,W,H in percent as parts of the picture."""
+    if text is None:
+        return None
+    try:
+        x, y, w, h = (float(part) / 100 for part in text.split(","))
+    except ValueError:
+        x = y = w = h = -1.0
+    if not (0 <= x < 1 and 0 <= y < 1 and 0.02 <= w <= 1 - x + 1e-6 and 0.02 <= h <= 1 - y + 1e-6):
+        what = f"{text} is no box in the picture."
+        raise RequestError(what, "Write left, top, width and height in percent, such as 75,0,25,30.")
+    return x, y, w, h
+
+
 def _save(project: Project, imported: Imported, format_name: str) -> Take:
     from studio.files import leftovers
     from studio.formats._bones import BONES_FROM
@@ -104,6 +160,7 @@ def _save(project: Project, imported: Imported, format_name: str) -> Take:
         created=datetime.now().astimezone().isoformat(timespec="seconds"),
         source=f"imported ({format_name})",
         notes=imported.notes,
+        left_out=imported.left_out,
         extra=extra,
     )
     with tempfile.TemporaryDirectory(prefix=leftovers.scratch_prefix("import")) as folder:
@@ -116,7 +173,7 @@ def _save(project: Project, imported: Imported, format_name: str) -> Take:
 
 def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
     """The file itself where it is WAV or FLAC and whole, else the same sound as FLAC; and what is missing."""
-    from studio.sound.sound_file import read_sound, sound_info, write_sound
+    from studio.sound.sound_file import copy_decoded, sound_info
 
     with as_request():
         info = sound_info(audio)
@@ -124,11 +181,10 @@ def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
             raise RequestError(f"The sound file {audio.name} is empty.", "Choose another file.")
         if audio.suffix.lower() in (".wav", ".flac") and _is_whole(audio, info):
             return audio, info.note
-        sound = read_sound(audio)
-    if sound.samples.shape[1] > 8:
-        raise RequestError(f"{audio.name} has more than 8 channels.", "Mix it down to stereo first.")
-    decoded = folder / "audio.flac"
-    write_sound(decoded, sound, "PCM_24")
+        if info.channels > 8:
+            raise RequestError(f"{audio.name} has more than 8 channels.", "Mix it down to stereo first.")
+        decoded = folder / "audio.flac"
+        copy_decoded(audio, decoded, "PCM_24")
     # A FLAC comes here only where it does not decode to its end.
     damaged = f"{audio.name} is damaged; everything readable was kept."
     return decoded, info.note or (damaged if info.container == "FLAC" else "")

@@ -133,9 +133,12 @@ def number_of(value: object) -> float | None:
 
 
 def load_curve(project: Project) -> LearningCurve | None:
-    """The curve measured last; None where none was, or its file is damaged."""
+    """The curve measured last; None where none was, or its file is damaged or newer than this studio."""
     with suppress(OSError, StudioError, msgspec.ValidationError):
-        curve = msgspec.convert(atomic.read_json(project.runs_folder / FILE), LearningCurve)
+        path = project.runs_folder / FILE
+        facts = atomic.read_json(path)
+        atomic.check_version(path, facts, FORMAT_VERSION)
+        curve = msgspec.convert(facts, LearningCurve)
         if all(0 < one.seconds < _LONGEST_SECONDS and abs(one.follow or 0.0) < 1.5 for one in curve.points):
             return curve
     return None

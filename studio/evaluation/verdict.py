@@ -112,11 +112,9 @@ def verdict(run: Run, curve: LearningCurve | None = None, kinds: Kinds | None = 
 def measured_of(folder: Path, report: RunReport) -> MeasuredRun | None:
     """The figures of a run: those of an evaluation, else of validation while it trained; None without any."""
     with suppress(OSError, StudioError):
-        kept = folder / EVALUATION_FILE
-        found: dict[str, Any] = atomic.read_json(kept)
+        found: dict[str, Any] = atomic.read_json(folder / EVALUATION_FILE)
         # Figures of weights from before the run was resumed say nothing of these.
-        fresh = kept.stat().st_mtime >= (folder / WEIGHTS_FILE).stat().st_mtime
-        if isinstance(found.get("metrics"), dict) and fresh:
+        if isinstance(found.get("metrics"), dict) and _is_of_these_weights(found, folder, report):
             takes, baselines = found.get("takes"), found.get("baselines")
             guess = baselines.get("ridge") if isinstance(baselines, dict) else None
             per_take = found.get("per_take")
@@ -130,6 +128,16 @@ def measured_of(folder: Path, report: RunReport) -> MeasuredRun | None:
                 guess if isinstance(guess, dict) else {},
             )
     return MeasuredRun(report.best_val, "val", report.val) if report.best_val else None
+
+
+def _is_of_these_weights(evaluation: dict[str, Any], folder: Path, report: RunReport) -> bool:
+    """Whether an evaluation measured the weights that lie there now."""
+    epoch = evaluation.get("best_epoch")
+    if epoch is not None and report.best_epoch is not None:
+        # Not by the files' times: copies and archives change them, and so does a style that it is shown.
+        return bool(epoch == report.best_epoch)
+    written = (folder / EVALUATION_FILE).stat().st_mtime
+    return written >= (folder / WEIGHTS_FILE).stat().st_mtime
 
 
 # -- how good --------------------------------------------------------------------------------------

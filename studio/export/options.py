@@ -21,6 +21,7 @@ VIEWS = {
     "side": (-90.0, 4.0, 1.0),
     "back": (180.0, 4.0, 1.0),
     "upper": (0.0, 4.0, 0.55),
+    "bust": (0.0, 4.0, 0.5),
     "face": (0.0, 2.0, 0.25),
 }
 """Where a figure is seen from: degrees around it and above the level, and how near."""
@@ -35,7 +36,7 @@ class RenderOptions:
         view: degrees around the figure and above the level, and how near (1 is all of it).
         turn: degrees a second the camera goes around.
         at: seconds of a still; None for the middle.
-        clear: a still without the room.
+        background: what is behind the figure, as `render.background` has it.
         light: in light colours.
         avatar: a .vrm; None for the stick figure.
     """
@@ -45,18 +46,19 @@ class RenderOptions:
     view: tuple[float, float, float] = VIEWS["front"]
     turn: float = 0.0
     at: float | None = None
-    clear: bool = False
+    background: str = "room"
     light: bool = False
     avatar: Path | None = None
 
     def drawing(self, fps: float, report: Callable[[float], None]) -> Drawing:
         """These options as a `Drawing`, for a writer that draws films or stills."""
+        from studio.render.background import Background
         from studio.render.camera import Orbit
         from studio.render.drawing import Drawing
 
         return Drawing(
-            self.width, self.height, Orbit(*self.view), self.turn, fps, self.at, self.clear, self.light,
-            self.avatar, report,
+            self.width, self.height, Orbit(*self.view), self.turn, fps, self.at,
+            Background.parse(self.background), self.light, self.avatar, report,
         )  # fmt: skip
 
     def args(self) -> list[str]:
@@ -65,7 +67,7 @@ class RenderOptions:
         args.append("--view=" + ",".join(f"{value:.3f}" for value in self.view))
         args += [f"--turn={self.turn:g}"] if self.turn else []
         args += [f"--at={self.at:.4f}"] if self.at is not None else []
-        args += ["--clear"] if self.clear else []
+        args += [f"--background={self.background}"] if self.background != "room" else []
         args += ["--light"] if self.light else []
         return args + (["--avatar", str(self.avatar)] if self.avatar is not None else [])
 
@@ -85,7 +87,7 @@ class FormatChoice:
 
 
 # What avatar programs and animation programs read, then tables, then pictures; the rest by title.
-_FIRST = ("vrma", "bvh", "saia_csv", "mp4", "png")
+_FIRST = ("vrma", "bvh", "saia_csv", "mp4", "webm", "frames", "png")
 
 
 def format_choices() -> list[FormatChoice]:

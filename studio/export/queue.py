@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -258,6 +258,13 @@ def entries_of(
             share = _WEIGHT_DRAWN if getattr(module, "DRAWS", False) else share
             entries.append(entry_of(job, module, target, share))
     return entries
+
+
+def to_name(files: Iterable[Path]) -> list[Path]:
+    """What a person is told of files that were written: of a sequence's pictures their folder alone."""
+    from studio.formats.frames import SUFFIX
+
+    return list(dict.fromkeys(file.parent if file.parent.suffix == SUFFIX else file for file in files))
 
 
 def distinct(names: Sequence[str]) -> list[str]:

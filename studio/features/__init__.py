@@ -4,8 +4,7 @@ audio             Sound as rows of numbers: log-mel bands, MFCC or what a speech
                   exact place
 audio_spec        Which numbers describe the sound: kind and size of a row, where each row lies, and the mel
                   bands
-encoder_download  A wav2vec 2.0 from Hugging Face's hub: gone on with after a break, checked, and never
-                  executed
+encoder_download  A wav2vec 2.0 from Hugging Face's hub: which files it offers, and where they go
 encoders          Pretrained speech encoders: those installed, loading one, and the features it gives
 examples          Training examples: rows of sound and columns of motion of a take on one frame grid, and
                   varied crops of them

@@ -31,6 +31,7 @@ from studio.features.audio_spec import (
 )
 from studio.features.streaming_encoder import FFT, HOP, StreamingWhisper, cut, whisper_levels
 from studio.files import atomic
+from studio.files.download import digest_of
 
 if TYPE_CHECKING:
     from studio.model._wav2vec2 import Wav2Vec2
@@ -134,12 +135,6 @@ def encoders_folder() -> Path:
 def home_of(name: str) -> Path:
     """The folder of an encoder of a name, there or not."""
     return encoders_folder() / name.replace("/", "--")
-
-
-def digest_of(path: Path) -> str:
-    """The SHA-256 of a file, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def bring(folder: Path) -> Installed:

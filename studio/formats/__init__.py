@@ -4,6 +4,7 @@ TITLE: str      what a menu calls it
 SUFFIX: str     of the file it reads or writes, with the dot
 NOTE: str       what the format, or the programs that read it, leave out
 read(path, audio=None) -> Imported          what was guessed stands in its notes
+read(path, audio=None, video=None)          where pictures are tracked; video: VideoReading | None
 read(path, audio=None, tables=None)         where joints have names of their own; tables: BoneTables | None
 joints(path) -> names                       of those; Imported.joints says what they were taken for
 write(path, motion, audio=None) -> files    read back and compared before it returns
@@ -23,6 +24,8 @@ _any_skeleton  Any program's skeleton made a humanoid: its unit, its axes and it
 _bones         Which joint of another program's skeleton is which bone: by its name, and as a person corrected
                it
 _bvh_text      The text of a BVH file: joints, channels and frames, to and from arrays
+_film          Films with their sound, drawn without a window and read back picture by picture: what their
+               kinds share
 _find          Which files belong together: every recording that can be imported from some files and folders
 _glb           GLB, the binary container of glTF 2.0: a JSON document and one block of numbers
 _table         Tables of numbers in text files, whatever their encoding, separator and decimal sign
@@ -63,6 +66,7 @@ class Imported:
         joints: (joint, the bone it was taken for or "") where names of joints had to be matched.
         joints_from: the file they stand in; set by who reads many.
         guessed: whether any of that was a guess nobody has confirmed.
+        left_out: spans (start, end, why) that are of no use, seconds.
     """
 
     name: str
@@ -73,6 +77,7 @@ class Imported:
     joints: tuple[tuple[str, str], ...] = ()
     guessed: bool = False
     joints_from: Path | None = None
+    left_out: tuple[tuple[float, float, str], ...] = ()
 
 
 def names() -> tuple[str, ...]:

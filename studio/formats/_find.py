@@ -14,9 +14,12 @@ from studio.formats import Imported
 from studio.formats._bones import BoneTables
 from studio.formats._table import sanitized_note, why_unknown
 from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
+from studio.formats.video import VideoReading
 from studio.motion.sanitize import sanitized
+from studio.tracking import VIDEO_SUFFIXES
+from studio.tracking.video import has_pictures
 
-SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv"})
+SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus"}) | VIDEO_SUFFIXES
 _LAYOUT = (SHAPES_FOLDER.lower(), BONES_FOLDER.lower())
 
 
@@ -36,13 +39,13 @@ class ImportCandidate:
     audio: Path | None = None
     note: str = ""
 
-    def read(self, tables: BoneTables | None = None) -> Imported:
+    def read(self, tables: BoneTables | None = None, videos: VideoReading | None = None) -> Imported:
         """Read it, joints matched as `tables` say; what was guessed about the pair is its first note."""
         module = formats.load(self.format)
-        if "tables" in inspect.signature(module.read).parameters:
-            imported: Imported = module.read(self.path, self.audio, tables)
-        else:
-            imported = module.read(self.path, self.audio)
+        known = inspect.signature(module.read).parameters
+        # Each format takes what it knows of.
+        more = {name: value for name, value in (("tables", tables), ("video", videos)) if name in known}
+        imported: Imported = module.read(self.path, self.audio, **more)
         notes = ((self.note,) if self.note else ()) + imported.notes
         motion = imported.motion
         if motion is not None:
@@ -100,7 +103,8 @@ def _sources(files: list[Path]) -> Iterator[ImportCandidate]:
         yield ImportCandidate(module.__name__.rsplit(".", 1)[-1], file, audio, note)
     for sound in sounds:
         if sound not in used:
-            yield ImportCandidate("wav", sound)
+            shows = sound.suffix.lower() in VIDEO_SUFFIXES and has_pictures(sound)
+            yield ImportCandidate("video" if shows else "wav", sound)
 
 
 def _partner(file: Path, sounds: list[Path], motions: list[Path]) -> tuple[Path | None, str]:
@@ -147,11 +151,13 @@ def _kinds() -> str:
 
 
 def read_all(
-    sources: Iterable[ImportCandidate], tables: BoneTables | None = None
+    sources: Iterable[ImportCandidate],
+    tables: BoneTables | None = None,
+    videos: VideoReading | None = None,
 ) -> Iterator[tuple[ImportCandidate, Imported | StudioError]]:
     """Each source with what was read of it, or with why it could not be."""
     for source in sources:
         try:
-            yield source, source.read(tables)
+            yield source, source.read(tables, videos)
         except StudioError as error:
             yield source, error

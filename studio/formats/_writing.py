@@ -89,8 +89,8 @@ def painter_of(motion: Motion, drawing: Drawing) -> Painter:
     """
     from studio.formats._vrm import avatar
 
-    # Read here and not in render, which knows no file formats; a face without a body is drawn without one.
-    read = avatar.read(drawing.avatar) if drawing.avatar is not None and motion.bone_names else None
+    # Read here and not in render, which knows no file formats.
+    read = avatar.read(drawing.avatar) if drawing.avatar is not None else None
     return Painter(motion, drawing, read)
 
 

@@ -7,7 +7,6 @@ second, its part behind the point being a fraction of a frame.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,65 +18,9 @@ from studio.formats._table import check_suffix, header, read_table
 from studio.formats._writing import checked, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
-from studio.motion.channels import ARKIT_SHAPES, VRM1_TO_VRM0, canonical_shape, shape_set
+from studio.motion.channels import ARKIT_SHAPES, canonical_shape
 from studio.motion.sanitize import credible, forward_filled
-
-APPROXIMATE: dict[str, dict[str, float]] = {
-    "A": {"JawOpen": 0.7, "MouthLowerDown": 0.2, "MouthUpperUp": 0.1},
-    "I": {"MouthStretch": 0.5, "MouthSmile": 0.2, "JawOpen": 0.1},
-    "U": {"MouthPucker": 0.7, "MouthFunnel": 0.3, "JawOpen": 0.1},
-    "E": {"JawOpen": 0.3, "MouthStretch": 0.3, "MouthSmile": 0.15},
-    "O": {"JawOpen": 0.4, "MouthFunnel": 0.7},
-    "Blink": {"EyeBlink": 1.0},
-    "Blink_L": {"EyeBlinkLeft": 1.0},
-    "Blink_R": {"EyeBlinkRight": 1.0},
-    "Joy": {"MouthSmile": 0.8, "CheekSquint": 0.5},
-    "Fun": {"MouthSmile": 0.6, "EyeSquint": 0.3},
-    "Angry": {"BrowDown": 1.0, "NoseSneer": 0.4, "MouthFrown": 0.3},
-    "Sorrow": {"BrowInnerUp": 1.0, "MouthFrown": 0.6},
-    "Surprised": {"EyeWide": 1.0, "BrowInnerUp": 0.7, "BrowOuterUp": 0.7, "JawOpen": 0.2},
-    "LookUp": {"EyeLookUp": 1.0},
-    "LookDown": {"EyeLookDown": 1.0},
-    "LookLeft": {"EyeLookOutLeft": 1.0, "EyeLookInRight": 1.0},
-    "LookRight": {"EyeLookInLeft": 1.0, "EyeLookOutRight": 1.0},
-    "Neutral": {},
-}
-"""ARKit weights of a full expression; a name without its side means both. Vowels by the shapes of mouths."""
-
-_VRM = {name.lower(): name for name in APPROXIMATE} | {a.lower(): b for a, b in VRM1_TO_VRM0.items()}
-_PLACE = {name.lower(): i for i, name in enumerate(ARKIT_SHAPES)}
-
-
-def arkit_weights(motion: Motion) -> NDArray[np.float64]:
-    """ARKit's 52 weights (T, 52): as they are where the motion has them, else made of VRM's expressions."""
-    weights = np.zeros((len(motion), len(ARKIT_SHAPES)))
-    own = [(s, _PLACE[n.lower()]) for s, n in enumerate(motion.shape_names) if n.lower() in _PLACE]
-    if shape_set(motion.shape_names) != "arkit":
-        mixed = np.zeros_like(weights)
-        for s, name in _expressions(motion.shape_names):
-            for shape, amount in APPROXIMATE[name].items():
-                for place in _places(shape):
-                    mixed[:, place] += amount * motion.shapes[:, s]
-        weights = mixed
-    for s, place in own:
-        weights[:, place] = motion.shapes[:, s]
-    return np.clip(weights, 0.0, 1.0)
-
-
-def _expressions(names: tuple[str, ...]) -> Iterator[tuple[int, str]]:
-    """Which shapes are VRM expressions, each expression once."""
-    seen: set[str] = set()
-    for s, name in enumerate(names):
-        known = _VRM.get(name.lower())
-        if known is not None and known not in seen:
-            seen.add(known)
-            yield s, known
-
-
-def _places(shape: str) -> list[int]:
-    low = shape.lower()
-    return [_PLACE[low]] if low in _PLACE else [_PLACE[low + "left"], _PLACE[low + "right"]]
-
+from studio.motion.shape_sets import arkit_weights
 
 TITLE = "Live Link Face CSV"
 SUFFIX = ".csv"

@@ -42,7 +42,7 @@ def write(
     at = (first + last) / 2 if drawing.at is None else min(max(drawing.at, first), last)
     with painter_of(motion, drawing) as painter:
         picture = painter.picture(at)
-    if not drawing.clear:
+    if not drawing.background.is_clear:
         picture = np.ascontiguousarray(picture[..., :3])
 
     def fits(beside: Path) -> bool:

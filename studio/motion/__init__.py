@@ -17,6 +17,7 @@ rig             What moves of an avatar beside its bones: nodes that copy or aim
 rotation        Rotations as unit quaternions (x, y, z, w) and their other forms
 sanitize        Sanitizes motion: values that are no numbers or impossible, as damaged files have them, are
                 replaced
+shape_sets      VRM's expressions and ARKit's shapes made of one another. Approximate: mouths differ
 skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
 springs         What swings from an avatar: hair, skirts and ears, the same at any frame rate
 """

@@ -105,6 +105,7 @@ class SurfaceMaterial:
         normals: a normal map (H, W, 4), or None; `bumps` scales it.
         order: among blended surfaces, lower ones are drawn first.
         uv: where its pictures lie.
+        metal, rough: of a plain material, 0..1; green of `metal_picture` scales rough, blue metal.
     """
 
     colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
@@ -120,6 +121,9 @@ class SurfaceMaterial:
     bumps: float = 1.0
     order: int = 0
     uv: UvMotion = UvMotion()
+    metal: float = 0.0
+    rough: float = 1.0
+    metal_picture: Pixels | None = None
 
     def value(self, part: str) -> tuple[float, ...] | None:
         """What of it an expression may change, see `MaterialBind`; None where it has no such part."""

@@ -26,7 +26,7 @@ MOST = 9
 """Moods of a run, those with most material: as many as there are keys in Live."""
 _WRITTEN = re.compile(
     r"(?P<name>.+?)(?:\*(?P<strength>\d+(?:\.\d+)?))?"
-    r"(?::(?P<start>\d+(?:\.\d+)?)-(?P<end>\d+(?:\.\d+)?))?",
+    r"(?::(?P<start>\d+(?:\.\d+)?)-(?P<end>\d+(?:\.\d+)?)?)?",
     re.DOTALL,
 )
 
@@ -48,7 +48,7 @@ class MoodSpan:
 
     @classmethod
     def read(cls, text: str) -> MoodSpan:
-        """What is written as NAME, NAME:START-END or NAME*STRENGTH:START-END.
+        """What is written as NAME, NAME:START-END, NAME:START- (to the end) or NAME*STRENGTH:START-END.
 
         Raises:
             RequestError: it is not possible.
@@ -68,8 +68,12 @@ class MoodSpan:
     @property
     def text(self) -> str:
         """As `read` understands it."""
-        strength = f"*{self.strength:g}" if self.strength != 1 else ""
-        where = f":{self.start:.3f}-{self.end:.3f}" if np.isfinite(self.end) else ""
+        end = f"{self.end:.3f}" if np.isfinite(self.end) else ""
+        where = f":{self.start:.3f}-{end}" if end or self.start > 0 else ""
+        found = _WRITTEN.fullmatch(self.name)
+        # A name that ends like a strength or a stretch is told from one by its own strength behind it.
+        plain = self.strength == 1 and found is not None and found["name"] == self.name
+        strength = "" if plain else f"*{self.strength:.6f}".rstrip("0").rstrip(".")
         return f"{self.name}{strength}{where}"
 
 

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from studio.errors import StudioError
 from studio.files import atomic
+from studio.paths import resource
 
 FOLDER = "avatars"
+OWN = resource("avatar", "Saia.vrm")
+"""The studio's own avatar, worn until another or none is chosen; it is never copied."""
 SUFFIX = ".vrm"
 _CHOICE = "chosen.json"
 _VERSION = 1
@@ -27,9 +30,12 @@ def kept(project: Path) -> tuple[Path, ...]:
 def chosen(project: Path) -> Path | None:
     """The avatar that is worn in a project; None for the stick figure, and where the file is gone."""
     try:
-        name = atomic.read_json(project / FOLDER / _CHOICE).get("avatar")
+        record = atomic.read_json(project / FOLDER / _CHOICE)
     except (OSError, StudioError):
-        return None
+        return OWN
+    if "avatar" not in record:
+        return OWN
+    name = record["avatar"]
     return next((path for path in kept(project) if path.name == name), None)
 
 
@@ -40,8 +46,8 @@ def choose(project: Path, avatar: Path | None) -> None:
         StudioError: the folder cannot be written.
     """
     # The name alone: a project has no paths that end when it is moved.
-    name = avatar.name if avatar is not None else None
-    atomic.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, "avatar": name})
+    choice = {} if avatar == OWN else {"avatar": avatar.name if avatar is not None else None}
+    atomic.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, **choice})
 
 
 def adopt(project: Path, source: Path) -> Path:
@@ -55,7 +61,7 @@ def adopt(project: Path, source: Path) -> Path:
     """
     stem, number = atomic.safe_name(source.stem), 1
     # Chosen again from the project's own folder, it stays the one file.
-    if source.parent == project / FOLDER:
+    if source == OWN or source.parent == project / FOLDER:
         return source
     while (target := project / FOLDER / f"{stem}{'' if number == 1 else f' {number}'}{SUFFIX}").exists():
         # Compared by content: avatars of one name come in many versions.

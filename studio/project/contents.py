@@ -30,7 +30,7 @@ _EXPORTS = SOUNDS | {
     ".arrow", ".parquet", ".npz", ".csv", ".bvh", ".vrma", ".vmd", ".glb", ".png", ".json", ".html", ".htm",
     ".txt", ".textgrid", ".eaf", ".saiarun",
 }  # fmt: skip
-_TOP = frozenset({PROJECT_FILE, DATASET_FILE, HISTORY_FILE, "tuning.json", "bones.json"})
+_TOP = frozenset({PROJECT_FILE, DATASET_FILE, HISTORY_FILE, "tuning.json", "moods.json", "bones.json"})
 _ENDINGS = {
     ("takes", "*"): SOUNDS | {".arrow", ".parquet", ".json", ".bin"},
     ("runs", "*"): frozenset({".toml", ".json", ".jsonl", ".safetensors", ".txt", ".html"}),

@@ -10,7 +10,7 @@ from typing import Any
 
 from studio.dataset import edits, relink
 from studio.dataset import history as store
-from studio.dataset.dataset import Dataset, Selection
+from studio.dataset.dataset import Dataset, Label, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError
 from studio.files import atomic, leftovers, lock
@@ -446,11 +446,7 @@ class Project:
 
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
-        new = [
-            Selection(take.id, take.id, performer=performer, split="train" if _is_material(take) else "")
-            for take in self._takes.values()
-            if take.id not in self._seen
-        ]
+        new = [_selection_of(take, performer) for take in self._takes.values() if take.id not in self._seen]
         if not new:
             return
         self._seen.update(s.take for s in new)
@@ -485,6 +481,19 @@ class Project:
             kept = atomic.set_aside(path)
             remedy = f"It was kept as {kept.name}, and the project continues without it."
         self.problems.append((error.what, remedy))
+
+
+def _selection_of(take: Take, performer: str) -> Selection:
+    """What is used of a new take: all but what it says itself is of no use, each span labelled with why."""
+    spans = take.info.left_out
+    return Selection(
+        take.id,
+        take.id,
+        excluded=edits.merged_spans((start, end) for start, end, _ in spans),
+        labels=tuple(Label(start, end - start, "problem", why) for start, end, why in spans),
+        performer=performer,
+        split="train" if _is_material(take) else "",
+    )
 
 
 def _is_material(take: Take) -> bool:

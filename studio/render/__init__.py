@@ -1,6 +1,7 @@
 """A performer as a picture: a stick figure or an avatar in a room, off screen. Pixels, no Qt.
 
 actors      The stick figure and the avatar in VTK: meshes that are moved in place
+background  What is behind a performer: the room, one colour, an image, or nothing
 body        The figure's shape: a capsule for every bone, a ball for every joint, a head with eyes
 camera      Where the figure is seen from: an orbit around the body, and what of it fits the picture
 drawing     Options and painter of films and stills of a motion. No window is needed

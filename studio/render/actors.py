@@ -62,6 +62,15 @@ class Stick:
             if len(vertices):
                 move_mesh(mesh, vertices, normals)
 
+    def bounds(self) -> list[tuple[float, ...]]:
+        """Boxes around what is seen of it: x, y and z from and to, metres."""
+        return [actor.GetBounds() for actor in self._actors if actor.GetVisibility()]
+
+    @property
+    def visible(self) -> bool:
+        """Whether any of it is shown."""
+        return any(actor.GetVisibility() for actor in self._actors)
+
     def set_visible(self, visible: bool) -> None:
         """Show or hide all of it."""
         for actor in self._actors:
@@ -116,6 +125,8 @@ class AvatarActor:
         self._parts: list[tuple[int, Skin, Any]] = []
         self._actors: list[Any] = []
         self._shaders: list[SurfaceShader] = []
+        toons = [material.toon for material in avatar.materials]
+        self._outlines = [toon.outline for toon in toons if toon is not None and toon.outline is not None]
         self._changing: list[tuple[int, SurfaceShader]] = []
         textures = Textures()
         # Opaque surfaces before masked and blended ones, which show what is behind them.
@@ -175,10 +186,26 @@ class AvatarActor:
             if shader.moves:
                 shader.set_time(pose.t)
 
-    def set_aspect(self, aspect: float) -> None:
-        """Width of the picture over its height: outlines may be as wide wherever they are."""
+    def bounds(self) -> list[tuple[float, ...]]:
+        """Boxes around what is seen of it with its lines: x, y and z from and to, metres."""
+        line = max((one.width for one in self._outlines if not one.on_screen), default=0.0)
+        grown = np.tile([-line, line], 3)
+        return [tuple(actor.GetBounds() + grown) for actor in self._actors if actor.GetVisibility()]
+
+    @property
+    def line_share(self) -> float:
+        """Of the picture's height that its lines on the screen are wide."""
+        return max((one.width for one in self._outlines if one.on_screen), default=0.0)
+
+    def set_aspect(self, aspect: float, share: float = 1.0) -> None:
+        """Of what is drawn, as `SurfaceShader.set_aspect`: outlines may be as wide wherever they are."""
         for shader in self._shaders:
-            shader.set_aspect(aspect)
+            shader.set_aspect(aspect, share)
+
+    @property
+    def visible(self) -> bool:
+        """Whether any of it is shown."""
+        return any(actor.GetVisibility() for actor in self._actors)
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all of it."""

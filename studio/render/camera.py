@@ -18,6 +18,9 @@ VIEWS = {"front": (0.0, 4.0), "three_quarter": (-32.0, 9.0), "side": (-90.0, 4.0
 FACE_HEIGHT = 1.44
 """Metres from the ground to what is looked at from close by, at scale 1: the built-in figure's chin."""
 CLOSEST, FARTHEST = 0.25, 3.0
+FRAMINGS = {"face": CLOSEST, "bust": 0.5, "body": 1.0}
+"""How near the camera is, by what it frames."""
+NOWHERE: NDArray[np.float64] = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -51,15 +54,27 @@ class Orbit:
         """The camera moved closer (factor < 1) or away."""
         return replace(self, zoom=min(max(self.zoom * factor, CLOSEST), FARTHEST))
 
-    def target(self, scale: float, face: float = FACE_HEIGHT) -> NDArray[np.float64]:
+    @property
+    def framing(self) -> str:
+        """One of FRAMINGS where the camera is as near as that has it, else ""."""
+        return next((name for name, zoom in FRAMINGS.items() if abs(zoom - self.zoom) < 0.01), "")
+
+    def framed(self, name: str) -> Orbit:
+        """As near as one of FRAMINGS asks for, from the same side."""
+        return replace(self, zoom=FRAMINGS[name])
+
+    def target(
+        self, scale: float, face: float = FACE_HEIGHT, away: NDArray[np.float64] = NOWHERE
+    ) -> NDArray[np.float64]:
         """The point looked at: the body's middle, the face when close.
 
         Args:
             scale: the body's size.
             face: metres from the ground to its face, at scale 1.
+            away: metres from there to where the head is now (3,); counts when close.
         """
         close = min(max((1.0 - self.zoom) / (1.0 - CLOSEST), 0.0), 1.0)
-        return np.array([0.0, (0.84 + (face - 0.84) * close) * scale, 0.0])
+        return np.array([0.0, (0.84 + (face - 0.84) * close) * scale, 0.0]) + away * close
 
     def distance(self, aspect: float, scale: float) -> float:
         """Metres from the target at which the body fits a picture of this width by height."""
@@ -67,11 +82,17 @@ class Orbit:
         fits = max(BODY_HEIGHT / 2 / half, ARM_SPAN / 2 / (half * max(aspect, 0.1)) * 0.86)
         return fits * self.zoom * scale
 
-    def position(self, aspect: float, scale: float, face: float = FACE_HEIGHT) -> NDArray[np.float64]:
-        """Where the camera stands; scale and face as for `target`."""
+    def position(
+        self,
+        aspect: float,
+        scale: float,
+        face: float = FACE_HEIGHT,
+        away: NDArray[np.float64] = NOWHERE,
+    ) -> NDArray[np.float64]:
+        """Where the camera stands; scale, face and away as for `target`."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
         direction = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
-        return self.target(scale, face) + direction * self.distance(aspect, scale)
+        return self.target(scale, face, away) + direction * self.distance(aspect, scale)
 
 
 def to_picture(points: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -80,12 +101,18 @@ def to_picture(points: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def project(
-    points: NDArray[np.float64], orbit: Orbit, width: int, height: int, scale: float
+    points: NDArray[np.float64],
+    orbit: Orbit,
+    width: int,
+    height: int,
+    scale: float,
+    face: float = FACE_HEIGHT,
+    away: NDArray[np.float64] = NOWHERE,
 ) -> NDArray[np.float64]:
-    """Picture-space points (P, 3) as pixels and depth (P, 3), for drawing without OpenGL."""
+    """Picture-space points (P, 3) as pixels and depth (P, 3); scale, face and away as for `Orbit.target`."""
     aspect = width / max(height, 1)
-    eye = orbit.position(aspect, scale)
-    forward = orbit.target(scale) - eye
+    eye = orbit.position(aspect, scale, face, away)
+    forward = orbit.target(scale, face, away) - eye
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -17,9 +16,10 @@ from numpy.typing import NDArray
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion
 from studio.motion.avatar import Avatar
-from studio.render.camera import FIELD_OF_VIEW, Orbit, project, to_picture
+from studio.render.background import ROOM, Background, composed
+from studio.render.camera import Orbit
 from studio.render.face import FaceCard, laid_over
-from studio.render.palette import DARK, LIGHT, Palette, rgb
+from studio.render.palette import DARK, LIGHT, Palette
 from studio.render.world_pose import WorldPose
 
 if TYPE_CHECKING:
@@ -29,10 +29,8 @@ Pixels = NDArray[np.uint8]
 SMALLEST, LARGEST = 64, 3840
 FACE_SHARE, LARGE_FACE_SHARE, MARGIN_SHARE = 0.3, 0.8, 0.022
 """Of the picture's shorter side: a face beside a figure, a face alone, and its distance from the edge."""
-AROUND_M, DRESSED_M = 0.12, 0.3
-"""Metres of a stick figure around its joints, and of an avatar with hair and clothes."""
-_ON_BLACK = Palette("dark", "#000000", DARK.figure, DARK.joint, DARK.ghost, "#000000", "#000000")
-_ON_WHITE = Palette("dark", "#FFFFFF", DARK.figure, DARK.joint, DARK.ghost, "#FFFFFF", "#FFFFFF")
+FINER, MOST_ACROSS = 2, 8192
+"""Figures are drawn so many times as large, for smooth edges, but across no more pixels than OpenGL has."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Drawing:
         turn: degrees a second that the camera goes around the figure.
         fps: of a film; 0 chooses 30, or 60 for a motion that has as many.
         at: seconds of a still; the middle where None.
-        clear: a still without the room behind the figure.
+        background: what is behind the figure.
         light: in the colours of the light theme.
         avatar: a .vrm to draw in place of the stick figure.
         on_progress: told which fraction of a film is done; what it raises ends the work.
@@ -57,7 +55,7 @@ class Drawing:
     turn: float = 0.0
     fps: float = 0.0
     at: float | None = None
-    clear: bool = False
+    background: Background = ROOM
     light: bool = False
     avatar: Path | None = None
     on_progress: Callable[[float], None] = lambda fraction: None
@@ -87,13 +85,17 @@ class Painter:
                 what = f"A picture of {size} pixels in {name} is not possible."
                 raise RequestError(what, f"Choose {SMALLEST} to {LARGEST}.")
         self._motion, self._drawing = motion, drawing
-        shorter, bodily = min(drawing.width, drawing.height), bool(motion.bone_names)
+        self._avatar, shorter = avatar, min(drawing.width, drawing.height)
+        # An avatar shows a face without a body as well: it stands at rest.
+        bodily = bool(motion.bone_names) or avatar is not None
         # A face alone is what there is to see; beside a body it is a detail.
         share = FACE_SHARE if bodily else LARGE_FACE_SHARE
-        faced = bool(motion.shape_names) and (drawing.avatar is None or not bodily)
+        faced = bool(motion.shape_names) and not (avatar is not None and avatar.has_face)
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
-        self._empty: Pixels | None = None
+        self._finer = max(min(FINER, MOST_ACROSS // max(drawing.width, drawing.height)), 1)
+        self._under: Pixels | None = None
+        self._camera: tuple[float, ...] = ()
         # Last: nothing may fail once it is open.
         self._scene = _scene(drawing, avatar) if bodily else None
 
@@ -109,7 +111,7 @@ class Painter:
     def picture(self, t: float) -> Pixels:
         """The picture at a moment of the motion (seconds): RGBA, (height, width, 4), the first row on top."""
         pose = WorldPose.of(self._motion, t)
-        picture = self._body(pose, t) if self._scene is not None else self._wall()
+        picture = self._body(pose, t) if self._scene is not None else self._background().copy()
         if self._card is not None:
             card = self._card.draw(pose.shapes)
             x, y = self._margin, picture.shape[0] - len(card) - self._margin
@@ -119,72 +121,33 @@ class Painter:
         return picture
 
     def _body(self, pose: WorldPose, t: float) -> Pixels:
-        if not self._drawing.clear:
-            picture = self._in_room(pose, t)
-            picture[..., 3] = 255
-            return picture
-        assert self._scene is not None
-        # What shows through is told by the difference between a black and a white room.
-        self._scene.set_palette(_ON_BLACK)
-        black = self._rendered(pose, t)[..., :3].astype(np.int16)
-        self._scene.set_palette(_ON_WHITE)
-        white = self._rendered(pose, t)[..., :3].astype(np.int16)
-        # A point that is the same on black and on white is solid; one that differs by all is clear.
-        alpha = 255 - np.clip((white - black).mean(axis=-1), 0, 255)
-        colour = black * (255.0 / np.maximum(alpha, 1.0))[..., None]
-        return np.dstack([np.clip(colour, 0, 255), alpha]).round().astype(np.uint8)
-
-    def _in_room(self, pose: WorldPose, t: float) -> Pixels:
-        """A picture with the room; where only its middle moves, only that is drawn anew."""
-        if self._empty is None:
-            picture = self._rendered(pose, t).copy()
-            if self._narrow(pose) < self._drawing.width:
-                # Beside the body it is the empty room.
-                self._empty = picture.copy()
-            return picture
-        narrow = self._narrow(pose)
-        if narrow == self._drawing.width:
-            return self._rendered(pose, t).copy()
-        picture = self._empty.copy()
-        left = (self._drawing.width - narrow) // 2
-        picture[:, left : left + narrow] = self._rendered(pose, t, narrow)
-        return picture
-
-    def _narrow(self, pose: WorldPose) -> int:
-        """How wide a picture holds the whole body, seen from the same place: a square, or all of it."""
-        drawing = self._drawing
-        square = drawing.height // 2 * 2
-        if drawing.turn or drawing.width < square * 1.2 or drawing.width % 2 or not pose.usable:
-            return drawing.width
-        assert self._scene is not None
-        size = (drawing.width, drawing.height)
-        seen = project(to_picture(pose.joints), drawing.view, *size, self._scene.scale)
-        per_metre = drawing.height / (2 * math.tan(math.radians(FIELD_OF_VIEW / 2)))
-        around = AROUND_M if drawing.avatar is None else DRESSED_M
-        away = np.abs(seen[:, 0] - drawing.width / 2) + around * per_metre / seen[:, 2]
-        return square if float(away.max()) < square / 2 else drawing.width
-
-    def _rendered(self, pose: WorldPose, t: float, width: int = 0) -> Pixels:
         from studio.render.scene import BODY
 
         assert self._scene is not None
-        drawing = self._drawing
+        drawing, scene = self._drawing, self._scene
+        if self._avatar is not None and not len(pose.joints):
+            pose = replace(WorldPose.rest_pose(self._avatar.skeleton), shapes=pose.shapes, t=t)
         if pose.usable:
-            self._scene.place(BODY, pose)
+            scene.place(BODY, pose)
         view = drawing.view.turned(drawing.turn * t, 0.0) if drawing.turn else drawing.view
-        return self._scene.render(view, width or drawing.width, drawing.height)
+        size, room = (drawing.width, drawing.height), drawing.background.is_room
+        camera = scene.camera(view)
+        if room and camera != self._camera:
+            # One that goes around draws the room anew for every picture, and has no time to draw it finely.
+            self._under, self._camera = (
+                scene.room(view, *size, 1 if drawing.turn else self._finer).copy(),
+                camera,
+            )
+            self._under[..., 3] = 255
+        under = self._under if room and self._under is not None else self._background()
+        return composed(under.copy(), scene.figure(view, *size, self._finer, shadow=room))
 
-    def _wall(self) -> Pixels:
-        """The room without a body: its colours from top to bottom, or nothing."""
+    def _background(self) -> Pixels:
+        """What is behind the figure, without floor and shadow."""
         drawing = self._drawing
-        if drawing.clear:
-            return np.zeros((drawing.height, drawing.width, 4), np.uint8)
-        top, low = (rgb(value).astype(np.float64) for value in (drawing.palette.sky, drawing.palette.floor))
-        mix = np.linspace(0.0, 1.0, drawing.height)[:, None, None]
-        rows = np.concatenate([top * (1 - mix) + low * mix, np.full((drawing.height, 1, 1), 255.0)], axis=2)
-        return np.ascontiguousarray(np.broadcast_to(rows, (drawing.height, drawing.width, 4))).astype(
-            np.uint8
-        )
+        if self._under is None:
+            self._under = drawing.background.painted(drawing.width, drawing.height, drawing.palette)
+        return self._under
 
 
 def _scene(drawing: Drawing, avatar: Avatar | None) -> RenderScene:

@@ -332,9 +332,11 @@ class FaceCard:
 def laid_over(picture: NDArray[np.uint8], card: NDArray[np.uint8], x: int, y: int) -> None:
     """Lay a card (h, w, 4) over a picture (H, W, 4) with its corner at a pixel; the picture is changed."""
     part = picture[y : y + len(card), x : x + card.shape[1]]
-    alpha = card[..., 3:].astype(np.uint16)
-    part[..., :3] = ((card[..., :3] * alpha + part[..., :3] * (255 - alpha)) // 255).astype(np.uint8)
-    part[..., 3:] = np.maximum(part[..., 3:], card[..., 3:])
+    over, under = card[..., 3:] / 255.0, part[..., 3:] / 255.0
+    alpha = over + under * (1.0 - over)
+    colour = card[..., :3] * over + part[..., :3] * under * (1.0 - over)
+    part[..., :3] = (colour / np.maximum(alpha, 1e-6)).round().astype(np.uint8)
+    part[..., 3:] = (255.0 * alpha).round().astype(np.uint8)
 
 
 def _bezier(

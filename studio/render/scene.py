@@ -1,11 +1,14 @@
 """The scene in VTK: an off-screen pyvista plotter that renders a world pose to pixels.
 
-Everything is updated in place and nothing is multi-sampled, which makes it fast even where OpenGL
-runs in software. No Qt: the window and the MP4 export draw with the same code.
+Everything is updated in place, nothing is multi-sampled, and before a background that stays only the
+performer's own part of a picture is drawn, which makes it fast even where OpenGL runs in software. No Qt:
+the window and films draw with the same code.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
@@ -17,20 +20,34 @@ from studio.motion.skeleton import Skeleton
 from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.actors import AvatarActor, Stick, has_body, height_of
-from studio.render.camera import FACE_HEIGHT, FIELD_OF_VIEW, Orbit, to_picture
-from studio.render.palette import DARK, Palette, rgba
+from studio.render.camera import FACE_HEIGHT, FIELD_OF_VIEW, NOWHERE, Orbit, project, to_picture
+from studio.render.palette import DARK, Palette, rgb, rgba
 from studio.render.world_pose import WorldPose
 
 FLOOR_RADIUS = 2.4
 GRID_STEP = 0.3
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class FigureLayer:
+    """A part of a picture without what is behind it.
+
+    Args:
+        x, y: where its upper left corner lies, pixels.
+        pixels: RGBA (h, w, 4), colours multiplied by alpha, the first row on top; a view of rows turned over.
+    """
+
+    x: int
+    y: int
+    pixels: Pixels
 
 
 class Room:
-    """Floor and shadow on a pyvista plotter."""
+    """Wall, floor and shadow on a pyvista plotter."""
 
     def __init__(self, plotter: Any, palette: Palette) -> None:
-        self._plotter = plotter
-        plotter.set_background(palette.floor, top=palette.sky)
+        self._plotter, self._palette = plotter, palette
         flat: dict[str, Any] = {"scalars": "colour", "rgba": True, "lighting": False}
         self._floor = plotter.add_mesh(_grid(palette), line_width=1.0, pickable=False, **flat)
         self._shadow = plotter.add_mesh(_disc(palette), **flat)
@@ -38,6 +55,23 @@ class Room:
             # Blended over the background at once, being drawn first; the pass for translucent things
             # would copy the whole picture and take twice as long.
             actor.ForceOpaqueOn()
+
+    def show(self, wall: bool, shadow: bool) -> None:
+        """Draw wall and floor, or nothing behind the figures; and the shadow, or none."""
+        self._floor.SetVisibility(wall)
+        self._shadow.SetVisibility(shadow)
+        renderer = self._plotter.renderer
+        renderer.SetGradientBackground(wall)
+        renderer.SetBackgroundAlpha(float(wall))
+        for place, colour in (
+            (renderer.SetBackground, self._palette.floor),
+            (renderer.SetBackground2, self._palette.sky),
+        ):
+            place(rgb(colour) / 255.0 if wall else (0.0, 0.0, 0.0))
+
+    def bounds(self) -> list[tuple[float, ...]]:
+        """The box around the shadow, where it is seen."""
+        return [self._shadow.GetBounds()] if self._shadow.GetVisibility() else []
 
     def place_shadow(self, x: float, z: float, scale: float) -> None:
         """Put the shadow under the body."""
@@ -90,6 +124,12 @@ def _disc(palette: Palette) -> Any:
 BODY, GHOST = "body", "ghost"
 STICK_HEIGHT = 1.67
 """Metres from the ground to the top of the built-in stick figure: what cameras are set for."""
+SLACK = 0.05
+"""Metres, at scale 1, that a head may move before a close camera goes with it: one that nods stays calm."""
+ANOTHER_SIZE = 1.1
+"""By how much a stick figure's size differs where it is somebody else's, and not the same one bent."""
+STEP = 64
+"""Pixels by which the window grows that a part is drawn in, so that it is not made anew for each picture."""
 
 
 class RenderScene:
@@ -116,6 +156,7 @@ class RenderScene:
         self._plotter: Any = pv.Plotter(off_screen=True, window_size=[640, 480], lighting="none")
         window: Any = self._plotter.render_window
         window.SetMultiSamples(0)
+        window.SetAlphaBitPlanes(1)
         self._plotter.camera.view_angle = FIELD_OF_VIEW
         self._light()
         self._skeletons: dict[str, Skeleton] = {}
@@ -126,6 +167,7 @@ class RenderScene:
         self._springs: dict[str, Springs] = {}
         self._tall, self._covered = 0.0, False
         self._scale, self._face = 1.0, FACE_HEIGHT
+        self._away, self._settled = NOWHERE, False
         # Setting the size makes the window's buffers anew, so it is done only where it changes.
         self._size = (640, 480)
         self._room = Room(self._plotter, palette)
@@ -165,6 +207,7 @@ class RenderScene:
             self._tall = height_of(avatar) if avatar is not None else 0.0
             self._covered = avatar is not None and has_body(avatar)
             self._face = _face_height(avatar, self._tall) if avatar is not None else FACE_HEIGHT
+            self._settled = False
 
     def place(self, key: str, pose: WorldPose) -> None:
         """Put the BODY or the GHOST somewhere: as the avatar where the stance has turns."""
@@ -178,9 +221,12 @@ class RenderScene:
         joints = to_picture(pose.joints)
         scale = stick.plan.scale(joints)
         if key == BODY:
-            self._scale = self._tall / STICK_HEIGHT if as_avatar and self._tall > 0.05 else scale
+            whole = as_avatar and self._tall > 0.05
+            self._measure(self._tall / STICK_HEIGHT if whole else scale)
             middle = joints[stick.plan.hips if stick.plan.hips >= 0 else 0]
             self._room.place_shadow(float(middle[0]), float(middle[2]), self._scale)
+            if stick.plan.head >= 0:
+                self._follow(joints[stick.plan.head], as_avatar)
         if not (as_avatar and self._covered):
             stick.move(joints, scale)
         stick.set_visible(not (as_avatar and self._covered))
@@ -200,23 +246,45 @@ class RenderScene:
         for key in (BODY, GHOST):
             self.hide(key)
 
-    def render(self, orbit: Orbit, width: int, height: int) -> NDArray[np.uint8]:
+    def render(self, orbit: Orbit, width: int, height: int) -> Pixels:
         """The picture (height, width, 4), RGBA, its first row at the top; a view of rows turned over."""
-        if (width, height) != self._size:
-            self._plotter.render_window.SetSize(width, height)
-            self._size = (width, height)
-        for actor in self._avatar_actors.values():
-            actor.set_aspect(width / height)
-        camera = self._plotter.camera
-        camera.position = tuple(orbit.position(width / height, self._scale, self._face))
-        camera.focal_point = tuple(orbit.target(self._scale, self._face))
-        camera.up = (0.0, 1.0, 0.0)
-        # By hand: VTK would measure all bounds again for every picture.
-        camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
-        window = self._plotter.render_window
-        window.Render()
-        # OpenGL's rows begin at the bottom; turning the view over copies nothing.
-        return self._read(window, width, height)[::-1]
+        self._room.show(wall=True, shadow=True)
+        return self._drawn(orbit, (width, height), (0, 0, width, height))
+
+    def room(self, orbit: Orbit, width: int, height: int, finer: int = 1) -> Pixels:
+        """The room with nobody in it, as `render`; drawn `finer` times as large and made smaller again."""
+        seen = [one for one in self._figures() if one.visible]
+        for one in seen:
+            one.set_visible(False)
+        self._room.show(wall=True, shadow=False)
+        size = width * finer, height * finer
+        pixels = _smaller(self._drawn(orbit, size, (0, 0, *size)), finer)
+        for one in seen:
+            one.set_visible(True)
+        return pixels
+
+    def figure(
+        self, orbit: Orbit, width: int, height: int, finer: int = 1, shadow: bool = False
+    ) -> FigureLayer:
+        """Body and ghost of a picture without what is behind them.
+
+        Args:
+            orbit: the camera.
+            width, height: of the whole picture, pixels.
+            finer: drawn so many times as large and made smaller again, for smooth edges.
+            shadow: with the shadow on the floor.
+        """
+        self._room.show(wall=False, shadow=shadow)
+        left, low, right, high = self._part(orbit, width * finer, height * finer, finer)
+        if left >= right or low >= high:
+            return FigureLayer(0, 0, np.zeros((0, 0, 4), np.uint8))
+        pixels = self._drawn(orbit, (width * finer, height * finer), (left, low, right, high))
+        return FigureLayer(left // finer, height - high // finer, _smaller(pixels, finer))
+
+    def camera(self, orbit: Orbit) -> tuple[float, ...]:
+        """What of the camera changes a picture of the same size: a room is as it was while this is."""
+        eye = orbit.position(1.0, self._scale, self._face, self._away)
+        return (*eye.tolist(), *orbit.target(self._scale, self._face, self._away).tolist())
 
     def close(self) -> None:
         """Free the OpenGL context; nothing works afterwards."""
@@ -224,14 +292,93 @@ class RenderScene:
         self._avatar_actors.clear()
         self._plotter.close()
 
-    def _read(self, window: Any, width: int, height: int) -> NDArray[np.uint8]:
+    def _measure(self, scale: float) -> None:
+        """The size of the body now; who bends or stretches is as large as before."""
+        if not (self._settled and 1 / ANOTHER_SIZE < scale / self._scale < ANOTHER_SIZE):
+            self._scale = scale
+
+    def _follow(self, head: NDArray[np.float64], as_avatar: bool) -> None:
+        """Let a close camera go with a head at (3,) once it leaves what is framed."""
+        rest = _STICK_HEAD * self._scale
+        if as_avatar and self._avatar is not None and "Head" in self._avatar.skeleton.bone_names:
+            names = self._avatar.skeleton.bone_names
+            rest = to_picture(self._avatar.rest_joints[names.index("Head")])
+        away = head - rest
+        off = float(np.linalg.norm(away - self._away))
+        slack = SLACK * self._scale if self._settled else 0.0
+        if off > slack:
+            self._away = self._away + (away - self._away) * (1.0 - slack / off)
+        self._settled = True
+
+    def _figures(self) -> list[Stick | AvatarActor]:
+        return [*self._sticks.values(), *self._avatar_actors.values()]
+
+    def _part(self, orbit: Orbit, width: int, height: int, step: int) -> tuple[int, int, int, int]:
+        """Pixels from the left and from below within which all is that is seen: from, from, to, to."""
+        boxes = [box for one in (*self._figures(), self._room) for box in one.bounds()]
+        whole = (0, 0, width, height)
+        if not boxes:
+            return (0, 0, 0, 0)
+        ends = np.array(boxes, dtype=np.float64).reshape(-1, 3, 2)
+        corners = np.stack(
+            [ends[:, [0, 1, 2], [x, y, z]] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        ).reshape(-1, 3)
+        seen = project(corners, orbit, width, height, self._scale, self._face, self._away)
+        # Of what reaches behind the camera a projection says nothing.
+        if not np.isfinite(seen).all() or seen[:, 2].min() <= 0.05 * self._scale:
+            return whole
+        line = max((one.line_share for one in self._avatar_actors.values()), default=0.0) * height
+        around = 2 * step + line
+        (left, top), (right, bottom) = seen[:, :2].min(axis=0) - around, seen[:, :2].max(axis=0) + around
+        found = (
+            math.floor(left / step) * step,
+            math.floor((height - bottom) / step) * step,
+            math.ceil(right / step) * step,
+            math.ceil((height - top) / step) * step,
+        )
+        return (max(found[0], 0), max(found[1], 0), min(found[2], width), min(found[3], height))
+
+    def _drawn(self, orbit: Orbit, whole: tuple[int, int], part: tuple[int, int, int, int]) -> Pixels:
+        """A part of a picture of a size, both in pixels, the part from the left and from below."""
+        (width, height), (left, low, right, high) = whole, part
+        wide, tall = right - left, high - low
+        if part != (0, 0, *whole):
+            # As wide as the window is anyhow, where that is not far more.
+            wide, tall = (
+                now if least <= now <= min(least + 2 * STEP, most) else min(-(-least // STEP) * STEP, most)
+                for least, now, most in zip((wide, tall), self._size, whole, strict=True)
+            )
+        x, y = min(left, width - wide), min(low, height - tall)
+        if (wide, tall) != self._size:
+            # It makes the window's buffers anew, so it is done only where it changes.
+            self._plotter.render_window.SetSize(wide, tall)
+            self._size = (wide, tall)
+        for actor in self._avatar_actors.values():
+            actor.set_aspect(wide / tall, tall / height)
+        camera, aspect = self._plotter.camera, width / height
+        camera.position = tuple(orbit.position(aspect, self._scale, self._face, self._away))
+        camera.focal_point = tuple(orbit.target(self._scale, self._face, self._away))
+        camera.up = (0.0, 1.0, 0.0)
+        # Of the whole picture's opening the part has its share, and lies beside the middle.
+        half = math.tan(math.radians(FIELD_OF_VIEW / 2)) * tall / height
+        camera.view_angle = math.degrees(2 * math.atan(half))
+        camera.SetWindowCenter((2 * x + wide - width) / wide, (2 * y + tall - height) / tall)
+        # By hand: VTK would measure all bounds again for every picture.
+        camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
+        self._plotter.render_window.Render()
+        # OpenGL's rows begin at the bottom; turning the view over copies nothing.
+        return self._read((left - x, low - y, right - x, high - y))[::-1]
+
+    def _read(self, part: tuple[int, int, int, int]) -> Pixels:
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
+        left, low, right, high = part
         array = vtkUnsignedCharArray()
-        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, array)
-        values: NDArray[np.uint8] = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-        return values.reshape(height, width, 4)
+        window = self._plotter.render_window
+        window.GetRGBACharPixelData(left, low, right - 1, high - 1, 0, array)
+        values: Pixels = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
+        return values.reshape(high - low, right - left, 4)
 
     def _stick(self, key: str, skeleton: Skeleton) -> Stick:
         known = self._skeletons.get(key)
@@ -242,6 +389,7 @@ class RenderScene:
         return self._sticks[key]
 
     def _add(self, key: str, skeleton: Skeleton) -> None:
+        self._settled = self._settled and key != BODY
         self._sticks[key] = Stick(self._plotter, body.Plan.of(skeleton), self._palette, key == GHOST)
         self._skeletons[key] = skeleton
 
@@ -274,6 +422,21 @@ class RenderScene:
             light.position = position
             light.focal_point = (0.0, 0.0, 0.0)
             self._plotter.add_light(light)
+
+
+_STICK_HEAD = to_picture(WorldPose.at_rest(Skeleton.humanoid(("Hips", "Head"))).joints[1])
+"""Where the built-in figure's head rests."""
+
+
+def _smaller(pixels: Pixels, times: int) -> Pixels:
+    """A picture of colours multiplied by alpha, so many times smaller in both directions."""
+    if times == 1:
+        return pixels
+    from PIL import Image
+
+    # RGBX: four numbers to be averaged. Of RGBA it would multiply the colours once more.
+    image = Image.fromarray(np.ascontiguousarray(pixels), "RGBX")
+    return np.asarray(image.reduce(times))
 
 
 def _face_height(avatar: Avatar, tall: float) -> float:

@@ -59,9 +59,24 @@ _BEGIN = """
   vec4 base = vec4(baseColour, baseAlpha);
 """
 _CUT = "  if (base.a < {cutoff:.4f}) discard;\n"
+# glTF's metal and roughness, under two lights: GGX with Smith's correlated shadowing, and Schlick's Fresnel.
+_GGX = """
+vec3 reflected(vec3 n, vec3 v, vec3 l, vec3 diffuse, vec3 f0, float rough) {
+  vec3 h = normalize(l + v);
+  float nl = clamp(dot(n, l), 0.0, 1.0), nv = clamp(dot(n, v), 0.0, 1.0);
+  float nh = clamp(dot(n, h), 0.0, 1.0), vh = clamp(dot(v, h), 0.0, 1.0);
+  float a = rough * rough, aa = a * a, d = nh * nh * (aa - 1.0) + 1.0;
+  float seen = 0.5 / max(nl * sqrt(aa + (1.0 - aa) * nv * nv) + nv * sqrt(aa + (1.0 - aa) * nl * nl), 1e-6);
+  vec3 fresnel = f0 + (1.0 - f0) * exp2((-5.55473 * vh - 6.98316) * vh);
+  return nl * (diffuse + fresnel * (seen * aa / (d * d)));
+}
+"""
 _PLAIN = """
-  float key = max(dot(normal, lightVC), 0.0), fill = max(dot(normal, vec3(-lightVC.x, 0.2, lightVC.z)), 0.0);
-  vec3 colour = base.rgb * (ambientLight + keyLight * key + fillLight * fill);
+  vec3 diffuse = base.rgb * (1.0 - metal), f0 = mix(vec3(0.04), base.rgb, metal);
+  vec3 beside = normalize(vec3(-lightVC.x, 0.2, lightVC.z));
+  // What comes from everywhere is mirrored by metal too.
+  vec3 colour = base.rgb * ambientLight + keyLight * reflected(normal, view, lightVC, diffuse, f0, rough)
+      + fillLight * reflected(normal, view, beside, diffuse, f0, rough);
 """
 _TOON = """
   float facing = dot(normal, lightVC) + shift;
@@ -146,7 +161,7 @@ class SurfaceShader:
         # The pictures themselves are declared by VTK.
         declared = "in vec2 tcoordVCVSOutput;\n" if textured and self._samplers else ""
         for place, text in (
-            ("//VTK::TCoord::Dec", declared + _FUNCTIONS),
+            ("//VTK::TCoord::Dec", declared + _FUNCTIONS + _GGX * (toon is None and not material.unlit)),
             ("//VTK::TCoord::Impl", ""),
             ("//VTK::Color::Impl", ""),
             ("//VTK::Light::Impl", code),
@@ -191,11 +206,12 @@ class SurfaceShader:
             self._uv = replace(self._material.uv, **slide)  # type: ignore[arg-type]
             self.set_time(t)
 
-    def set_aspect(self, aspect: float) -> None:
-        """Width of the picture over its height, for lines of one width on the screen."""
+    def set_aspect(self, aspect: float, share: float = 1.0) -> None:
+        """Width over height of the part drawn, and its share of the height: for lines on the screen."""
         toon = self._material.toon
         if toon is not None and toon.outline is not None and toon.outline.on_screen:
             self._vertex.SetUniformf("lineAspect", aspect)
+            self._vertex.SetUniformf("lineWidth", toon.outline.width / share)
 
     def _sample(self, name: str, picture: Pixels | None, linear: bool = False, ball: bool = False) -> str:
         """What reads a picture, "" where there is none or nothing to read it by."""
@@ -252,7 +268,12 @@ class SurfaceShader:
         if toon is None:
             for name, value in (("ambientLight", AMBIENT), ("keyLight", KEY), ("fillLight", FILL)):
                 self._set(name, value)
-            return _PLAIN
+            self._set("ownMetal", self._material.metal)
+            self._set("ownRough", self._material.rough)
+            body = "  float metal = ownMetal, rough = ownRough;\n"
+            if picture := self._sample("metalPicture", self._material.metal_picture, linear=True):
+                body += f"  metal *= {picture}.b;\n  rough *= {picture}.g;\n"
+            return body + "  rough = max(rough, 0.0525);\n" + _PLAIN
         self._set("shadeColour", toon.shade)
         self._set("shiftOfShade", toon.shift)
         self._set("toony", min(toon.toony, 0.9999))

@@ -88,6 +88,20 @@ class WorldPose:
                 )
         return cls(skeleton, *skeleton.forward(skeleton.rest_positions, turns))
 
+    def looks_like(self, other: WorldPose, moves: bool) -> bool:
+        """Whether a picture of it is that of another pose; with `moves` some of it moves with the time."""
+        if self.skeleton is not other.skeleton and self.skeleton.bone_names != other.skeleton.bone_names:
+            return False
+        turned = (self.turns is None) == (other.turns is None) and (
+            self.turns is None or other.turns is None or np.array_equal(self.turns, other.turns)
+        )
+        return (
+            turned
+            and (self.t == other.t or not moves)
+            and np.array_equal(self.joints, other.joints)
+            and dict(self.shapes) == dict(other.shapes)
+        )
+
     @property
     def usable(self) -> bool:
         """Whether there is something to see, all of it finite."""

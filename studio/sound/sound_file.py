@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -289,6 +290,44 @@ def write_sound(path: Path, sound: Sound, subtype: str = "PCM_16") -> None:
 
     with atomic.written(path) as beside:
         put_sound(beside, sound, subtype, path.suffix.lstrip(".").upper())
+
+
+def copy_decoded(source: Path, target: Path, subtype: str) -> None:
+    """Write a sound of any file anew, block by block, so that hours of it fit into any memory.
+
+    Args:
+        source: any sound or video file with sound.
+        target: a WAV or FLAC, by its suffix.
+        subtype: libsndfile's name of the encoding.
+
+    Raises:
+        StudioError: no sound can be read from it, or the disk is full.
+    """
+    import soundfile
+
+    from studio.files import atomic
+
+    file = open_file(source)
+    decoding = Decoding(source)
+    blocks = _decoded(decoding, source) if file is None else _blocks(file)
+    container = target.suffix.lstrip(".").upper()
+    try:
+        first = next(blocks, np.zeros((0, 1), np.float32))
+        rate = decoding.rate if file is None else file.samplerate
+        with (
+            atomic.written(target) as beside,
+            soundfile.SoundFile(
+                str(beside), "w", rate, first.shape[1], subtype=subtype, format=container
+            ) as out,
+        ):
+            for block in chain([first], blocks):
+                out.write(finite(block))
+    except soundfile.LibsndfileError:
+        # Damaged on the way: FFmpeg goes on behind the damage.
+        write_sound(target, _decode(source), subtype)
+    finally:
+        if file is not None:
+            file.close()
 
 
 def put_sound(path: Path, sound: Sound, subtype: str, container: str) -> None:

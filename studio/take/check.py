@@ -113,7 +113,7 @@ def check_take(take: Take) -> Report:
     stats = _sound_stats(take, findings)
     report = Report("A", "", (), duration=take.info.duration)
     if motion is not None:
-        found, jitter = motion_findings(motion)
+        found, jitter = motion_findings(motion, _merged(take.info.left_out))
         findings += found
         report = replace(report, fps=round(motion.fps, 3), jitter_ms=round(jitter * 1000, 3))
     if stats is not None:
@@ -128,6 +128,7 @@ def check_take(take: Take) -> Report:
         found, report = _together(motion, stats, report)
         findings += found
     findings += _recording(take.info)
+    findings += _filmed(take.info)
     if take.info.duration < 1.0:
         findings.append(
             Finding(
@@ -249,6 +250,59 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         what = f"The motion paused {late} times."
         remedy = "Close other programs where the motion comes from, and use a cable instead of Wi-Fi."
         yield Finding("late", "minor", what, remedy)
+
+
+_FILMED: tuple[tuple[str, float, float, str, str], ...] = (
+    ("face_turned", 0.1, 0.4, "The head is turned too far from the camera", "Look towards the camera."),
+    (
+        "face_blurred",
+        0.2,
+        0.6,
+        "The picture is blurred",
+        "Add light, hold the camera still or clean its lens.",
+    ),
+    ("face_dark", 0.2, 0.6, "The face is too dark", "Turn a lamp towards the face."),
+    ("face_small", 0.2, 0.6, "The face is too small", "Come closer to the camera, or film with more pixels."),
+)
+"""What is said from which share of the frames on, as a minor and as a major fault."""
+
+
+def _filmed(info: TakeInfo) -> Iterator[Finding]:
+    """What the pictures say that the motion was tracked in."""
+    shares = {name: _share(info.extra.get(name, "")) for name in ("face_seen", *(one[0] for one in _FILMED))}
+    seen = shares["face_seen"]
+    if seen is not None and seen < 0.995:
+        what = f"A face was seen in {min(seen, 0.99):.0%} of the video."
+        severity = "major" if seen < 0.5 else "minor" if seen < 0.9 else "note"
+        yield Finding(
+            "face_lost", severity, what, "The other parts are left out; look whether all of them should be."
+        )
+    for name, minor, major, what, remedy in _FILMED:
+        share = shares[name]
+        if share is not None and share >= minor:
+            yield Finding(
+                name, "major" if share >= major else "minor", f"{what} in {share:.0%} of the frames.", remedy
+            )
+
+
+def _share(text: str) -> float | None:
+    """A share as a take's extra facts have it, None where there is none or it makes no sense."""
+    try:
+        share = float(text)
+    except ValueError:
+        return None
+    return share if 0 <= share <= 1 else None
+
+
+def _merged(spans: tuple[tuple[float, float, str], ...]) -> list[tuple[float, float]]:
+    """Spans in order, those that touch joined: a lost face begins and ends with a cut."""
+    joined: list[tuple[float, float]] = []
+    for start, end, _ in sorted(spans):
+        if joined and start <= joined[-1][1]:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
+        else:
+            joined.append((start, end))
+    return joined
 
 
 def _graded(report: Report, findings: list[Finding]) -> Report:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,9 @@ GAP = 0.15
 """Seconds between frames from which it is a gap, and at least three intervals."""
 BONE_STILL = 5.0
 """Seconds without any change from which a bone that else always moves counts as stuck."""
+_SLACK = 0.1
+"""Seconds by which a gap may reach beyond the span that explains it: some frames."""
+Span = tuple[float, float]
 _LIVELY = 0.6
 """Part of the frames in which something changes that counts as always moving."""
 SPIN = 40.0
@@ -28,8 +31,13 @@ _BODY = ("Hips", "Spine", "Chest", "UpperChest", "Neck", "Head")
 _MOVING = ("Head", "Neck", "Chest", "Spine")
 
 
-def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
-    """All that is wrong with a motion of two frames or more, and its jitter in seconds."""
+def motion_findings(motion: Motion, left_out: Sequence[Span] = ()) -> tuple[list[Finding], float]:
+    """All that is wrong with a motion of two frames or more, and its jitter in seconds.
+
+    Args:
+        motion: it.
+        left_out: spans in seconds that are known to be of no use: no gap or stillness in them is told again.
+    """
     steps = np.diff(motion.times)
     # The median: pauses and bursts must not change what counts as an interval.
     median = float(np.median(steps))
@@ -37,8 +45,8 @@ def motion_findings(motion: Motion) -> tuple[list[Finding], float]:
     # Gaps are a finding of their own; within the jitter they would hide it.
     even = steps[steps <= gap_length]
     jitter = float(np.sqrt(np.mean((even - median) ** 2))) if len(even) else 0.0
-    findings = [*_rate(motion, median, jitter), *_gaps(motion, steps, gap_length)]
-    return [*findings, *_still(motion), *_face(motion), *_body(motion)], jitter
+    findings = [*_rate(motion, median, jitter), *_gaps(motion, steps, gap_length, left_out)]
+    return [*findings, *_still(motion, left_out), *_face(motion), *_body(motion, left_out)], jitter
 
 
 def _rate(motion: Motion, median: float, jitter: float) -> Iterator[Finding]:
@@ -51,8 +59,10 @@ def _rate(motion: Motion, median: float, jitter: float) -> Iterator[Finding]:
         yield Finding("jitter", "minor", what, "Close other programs, and use a cable instead of Wi-Fi.")
 
 
-def _gaps(motion: Motion, steps: NDArray[np.float64], gap_length: float) -> Iterator[Finding]:
-    gaps = np.flatnonzero(steps > gap_length)
+def _gaps(
+    motion: Motion, steps: NDArray[np.float64], gap_length: float, left_out: Sequence[Span]
+) -> Iterator[Finding]:
+    gaps = np.flatnonzero((steps > gap_length) & ~_within(left_out, motion.times[:-1], motion.times[1:]))
     if not len(gaps):
         return
     longest = int(gaps[np.argmax(steps[gaps])])
@@ -63,6 +73,16 @@ def _gaps(motion: Motion, steps: NDArray[np.float64], gap_length: float) -> Iter
     remedy = "Exclude the gap, and check the network before the next take."
     start, end = (round(float(motion.times[i]), 3) for i in (longest, longest + 1))
     yield Finding("gap", severity, what, remedy, start, end)
+
+
+def _within(
+    spans: Sequence[Span], starts: NDArray[np.float64], ends: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether each stretch lies within a span, but for a frame at its ends."""
+    inside = np.zeros(len(starts), dtype=bool)
+    for start, end in spans:
+        inside |= (starts >= start - _SLACK) & (ends <= end + _SLACK)
+    return inside
 
 
 def value_findings(motion: Motion) -> Iterator[Finding]:
@@ -99,7 +119,7 @@ def _first(motion: Motion, which: NDArray[np.bool_] | np.bool_) -> float | None:
     return round(t, 3) if np.isfinite(t) else None
 
 
-def _still(motion: Motion) -> Iterator[Finding]:
+def _still(motion: Motion, left_out: Sequence[Span]) -> Iterator[Finding]:
     changes = _changes(motion.shapes) | _changes(motion.rotations) | _changes(motion.positions)
     moving = np.concatenate([[True], changes])
     if not changes.any():
@@ -111,7 +131,8 @@ def _still(motion: Motion) -> Iterator[Finding]:
     ends = np.append(starts[1:], len(motion) - 1)
     lengths = motion.times[ends] - motion.times[starts]
     # Two frames far apart are a gap, not stillness.
-    stuck = (lengths > STILL) & (ends - starts > 3)
+    known = _within(left_out, motion.times[starts], motion.times[ends])
+    stuck = (lengths > STILL) & (ends - starts > 3) & ~known
     if not stuck.any():
         return
     total, longest = float(lengths[stuck].sum()), int(np.argmax(np.where(stuck, lengths, 0.0)))
@@ -149,7 +170,7 @@ def _face(motion: Motion) -> Iterator[Finding]:
         yield Finding("static", "note", what, "They are kept as they are, but not trained on.")
 
 
-def _body(motion: Motion) -> Iterator[Finding]:
+def _body(motion: Motion, left_out: Sequence[Span]) -> Iterator[Finding]:
     names = motion.bone_names
     if not names:
         return
@@ -171,7 +192,8 @@ def _body(motion: Motion) -> Iterator[Finding]:
     # A short interval makes any noise look fast: only turns of more than half a right angle count.
     angle = rotation.angle_between(q[:-1], q[1:]).max(axis=1)
     speed = angle / np.maximum(np.diff(motion.times), 1e-3)
-    jumps = np.flatnonzero((speed > SPIN) & (angle > 0.8))
+    known = _within(left_out, motion.times[:-1], motion.times[1:])
+    jumps = np.flatnonzero((speed > SPIN) & (angle > 0.8) & ~known)
     if len(jumps):
         at = round(float(motion.times[jumps[0]]), 3)
         what = f"The body jumps at {len(jumps)} {'moment' if len(jumps) == 1 else 'moments'}."

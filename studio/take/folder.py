@@ -210,9 +210,16 @@ def _parse_info(content: dict[str, Any]) -> TakeInfo:
     for name in ("audio_file", "motion_file"):
         if values.get(name) is not None:
             values[name] = _file_name(_of_type(values[name], str))
+    values["left_out"] = tuple(map(_span, _of_type(values.get("left_out", []), list)))
     extra = _of_type(values.get("extra", {}), dict)
     values["extra"] = {str(key): str(value) for key, value in extra.items()}
     return TakeInfo(**values)
+
+
+def _span(value: Any) -> tuple[float, float, str]:
+    """A span of TakeInfo.left_out."""
+    start, end, why = _of_type(value, list)
+    return _within(start, _MOST_SECONDS), _within(end, _MOST_SECONDS), _of_type(why, str)
 
 
 def _file_name(text: str) -> str:

@@ -62,6 +62,8 @@ class TakeInfo:
         source: "recorded", "imported" or "performer", and what from; or PREDICTED and a run.
         device: the sound device's name.
         notes: things noticed while recording or importing, one sentence each.
+        left_out: spans (start, end, why) in which nobody was tracked, seconds; what is made of the take
+            excludes them at first.
         extra: avatar title, VMC state and other facts kept as they came.
     """
 
@@ -86,6 +88,7 @@ class TakeInfo:
     source: str = "recorded"
     device: str = ""
     notes: tuple[str, ...] = ()
+    left_out: tuple[tuple[float, float, str], ...] = ()
     extra: dict[str, str] = field(default_factory=dict)
     version: int = FORMAT_VERSION
 

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor
+from torch.overrides import TorchFunctionMode
 
 from studio import model, registry
 from studio.errors import RequestError, StudioError
 from studio.features.motion import Layout
 from studio.files import atomic
+from studio.model._mixture import MATCHED
 from studio.model._network import Network, Sizes
 from studio.training import recipe as recipes
 from studio.training import styles
@@ -33,7 +35,7 @@ from studio.training.styles import FittedStyle
 FORMAT_VERSION = 4
 """2 added styles; files of version 1 have none and are read as they are. 3 gave FaceFormer's weights the
 names that transformers have elsewhere; older ones are renamed while they are read.
-4 added moods; a file without any is written as 3."""
+4 added moods and bodies that play captured takes; a file without either is written as 3."""
 BEST, LAST = "best.safetensors", "last.safetensors"
 _KEY = "saia"
 _OLD_NAMES = (
@@ -141,6 +143,23 @@ class TrainingState:
     facts: dict[str, Any]
 
 
+class _Unfilled(TorchFunctionMode):
+    """Networks are built without the numbers they begin with.
+
+    To draw some for tensors that have no memory torch loads its compiler, which takes over a second.
+    """
+
+    def __torch_function__(
+        self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: dict[str, Any] | None = None
+    ) -> Any:
+        named = kwargs or {}
+        if getattr(func, "__module__", "") == "torch.nn.init":
+            return named["tensor"] if "tensor" in named else args[0]
+        if func is torch.eye:
+            return torch.empty(*args)
+        return func(*args, **named)
+
+
 def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0, moods: int = 0) -> Network:
     """A fresh network for a recipe, telling a number of styles apart, and moods where its form knows of them.
 
@@ -158,7 +177,7 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
         sound.width, layout.width, sound.steps_per_frame, sound.window, float(fps), styles, faces, moods
     )
     try:
-        with torch.device("meta"):  # its sizes alone, without the memory
+        with torch.device("meta"), _Unfilled():  # its sizes alone, without the memory
             probe = module.build(sizes, **recipe.network)
             large = sum(t.numel() for t in probe.state_dict().values())
         if large > _MOST_PARAMETERS:
@@ -170,6 +189,14 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
         raise RequestError(what, "Check the recipe's network settings.") from error
 
 
+def version_of(made: Model) -> int:
+    """The version a model's files are written as: the oldest whose programs can use them.
+
+    Programs of before 2027 can neither leave moods away nor build such a body, and say that it is newer.
+    """
+    return FORMAT_VERSION if made.moods or made.recipe.network.get("body") == MATCHED else 3
+
+
 def save_model(path: Path, made: Model, weights: Mapping[str, Tensor] | None = None) -> None:
     """Write a model in one piece.
 
@@ -179,8 +206,7 @@ def save_model(path: Path, made: Model, weights: Mapping[str, Tensor] | None = N
         weights: to keep instead of the network's own (the averaged ones).
     """
     facts = {
-        # Programs of before 2027 cannot leave moods away, and say that the file is newer.
-        "version": FORMAT_VERSION if made.moods else 3,
+        "version": version_of(made),
         "recipe": made.recipe.as_dict(),
         "layout": made.layout.as_dict(),
         "fps": [made.fps.numerator, made.fps.denominator],
@@ -213,7 +239,7 @@ def load_model(path: Path) -> Model:
         # Before anything is built: the file may come from anybody.
         if sum(t.numel() for t in tensors.values()) > _MOST_PARAMETERS:
             raise ValueError("sizes are not plausible")
-        with torch.device("meta"):  # a hostile header must not make us fill the memory first
+        with torch.device("meta"), _Unfilled():  # a hostile header must not make us fill the memory first
             network = build_network(recipe, layout, fps, len(names), len(moods))
         if network.sizes.moods != len(moods):
             raise ValueError("moods that the network does not know")
@@ -275,7 +301,7 @@ def save_state(path: Path, state: TrainingState) -> None:
         for part in ("network", "optimiser", "average")
         for name, tensor in getattr(state, part).items()
     }
-    _write(path, tensors, {"version": FORMAT_VERSION if state.facts.get("moods") else 3, **state.facts})
+    _write(path, tensors, {"version": FORMAT_VERSION, **state.facts})
 
 
 def load_state(path: Path) -> TrainingState:

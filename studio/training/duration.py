@@ -28,6 +28,7 @@ from studio.training.recipe import Recipe, recipes, usual_recipe
 FILE = "training_times.json"
 _VERSION = 1
 _KEPT, _OF_A_KIND = 40, 5
+_LONGEST_S = 1e8
 _REFERENCE_PROBE_S = 0.02
 """What the probe took on the computer where the minutes in the recipe files were measured."""
 
@@ -67,6 +68,12 @@ class TrainingTime:
     after_s: float
     val_s: float
     takes_s: float
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether a training can have taken so long: no NaN, nothing below zero, no more than years."""
+        values = (self.step_s, self.check_s, self.before_s, self.after_s, self.val_s, self.takes_s)
+        return all(0 <= value < _LONGEST_S for value in values)
 
     def expected_s(self, recipe: Recipe, lengths: Lengths | None) -> float:
         """Seconds that a recipe takes at this pace; on takes as long as these were where None."""
@@ -126,8 +133,10 @@ class TrainingTimes:
         # Whoever spoils this file loses some guesses and no more.
         with suppress(OSError, StudioError, msgspec.ValidationError):
             content = atomic.read_json(self._path)
-            self._kept = msgspec.convert(content.get("trainings", []), list[TrainingTime])
-            self._probe_s = msgspec.convert(content.get("probe_s"), float | None)
+            kept = msgspec.convert(content.get("trainings", []), list[TrainingTime])
+            self._kept = [one for one in kept if one.is_possible]
+            probe_s = msgspec.convert(content.get("probe_s"), float | None)
+            self._probe_s = probe_s if probe_s is not None and 0 < probe_s < _LONGEST_S else None
 
     @property
     def needs_probe(self) -> bool:
@@ -136,6 +145,8 @@ class TrainingTimes:
 
     def remember(self, measured: TrainingTime) -> None:
         """Keep what a training took; a folder that cannot be written keeps nothing."""
+        if not measured.is_possible:
+            return
         self._kept = [*self._kept, measured][-_KEPT:]
         self._save()
 

@@ -150,12 +150,14 @@ class RunSelection:
     @property
     def name(self) -> str:
         """Part of a file's name."""
-        more = self._more()
+        # With its shares: files of two mixes must not have one name.
+        mix = ["mix", *(f"{style}-{100 * share:.0f}" for style, share in self.mix)] if self.mix else None
+        more = self._more(mix)
         return safe_name("_".join([self.run, *more])) if more else self.run
 
-    def _more(self) -> list[str]:
+    def _more(self, mix: list[str] | None = None) -> list[str]:
         """What it differs in from what the run does unasked."""
-        more = ["mix"] if self.mix else [self.style] if self.style else []
+        more = (mix or ["mix"]) if self.mix else [self.style] if self.style else []
         more += [f"x{self.liveliness:g}"] if self.liveliness != 1.0 else []
         return more + ([str(self.seed + 1)] if self.seed else [])
 

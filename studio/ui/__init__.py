@@ -38,6 +38,9 @@ theme              The one theme: colours, spacing, type, icons and style sheet 
 tour/              The tour: the whole job through the real window, every step verified by its effect
 train/             The Train tab: data, presets, curves, runs
 undo               Undo by tab: what it would take back there, and the message that always says what it did
+view_settings      How a performer is seen, camera and background: kept in the settings
+video_import       Before videos are imported: the face model is offered where it is missing, and whose face
+                   it is asked
 welcome_presenter  What the welcome page does: projects opened and made, the sample built, the machine
                    checked
 welcome_view       The welcome page: a new project, one from before, the sample; and whether this machine is

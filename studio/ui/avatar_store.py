@@ -118,11 +118,11 @@ class AvatarStore(QObject):
         self._open(path, project.folder, not project.read_only, asking)
 
     def choices(self) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-        """The project's avatars, and those elsewhere that were used lately."""
+        """The studio's own avatar and the project's, and those elsewhere that were used lately."""
         from studio.project import avatars
 
         project = self._session.project
-        own = avatars.kept(project.folder) if project is not None else ()
+        own = (avatars.OWN, *avatars.kept(project.folder)) if project is not None else ()
         names = {path.name for path in own}
         recent = [Path(text) for text in self._session.settings.recent_avatars]
         return own, tuple(path for path in recent if path.name not in names and path.is_file())
@@ -165,7 +165,7 @@ class AvatarStore(QObject):
         self.opening.emit(path.stem)
 
         def loaded(found: _Opened) -> None:
-            self._show(found, None if quiet else path)
+            self._show(found, None if quiet or found.path == path else path)
             if found.unkept is not None:
                 _show_error(asking, found.unkept)
 

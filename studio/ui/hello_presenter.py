@@ -13,9 +13,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtCore import QObject, Qt, QThreadPool, QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from studio import formats
 from studio.capture.phrase import LONGEST_S, PhraseRecording
 from studio.errors import StudioError
 from studio.files import leftovers
@@ -24,6 +25,7 @@ from studio.performer.speech import read_aloud
 from studio.playback.layers import Tuning, tuned
 from studio.playback.player import Player
 from studio.project import Project
+from studio.project.avatars import OWN
 from studio.project.run import base_voice
 from studio.render.camera import Orbit
 from studio.render.world_pose import WorldPose
@@ -36,7 +38,7 @@ from studio.ui.imports import SOUNDS
 from studio.ui.session import Session
 from studio.ui.widgets.figure.pane import Pane
 
-FRAME_MS, WARM_UP_MS = 16, 900
+FRAME_MS, WARM_UP_MS, CLOSING_MS = 16, 900, 5_000
 FACE = Orbit(azimuth=-14.0, elevation=3.0, zoom=0.3)
 LONGEST_FILE_S, FILE_RATE = 30.0, 48_000
 
@@ -62,6 +64,9 @@ class HelloPresenter(QObject):
         self._player: Player | None = None
         self._phrase: PhraseRecording | None = None
         self._work = tasks.LatestTask(self)
+        # One thread, so that a device is closed before it is opened again; either may take a second.
+        self._devices = QThreadPool(self)
+        self._devices.setMaxThreadCount(1)
         self._task = GenerateTask(self)
         self._frames = QTimer(self)
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
@@ -69,7 +74,7 @@ class HelloPresenter(QObject):
         self._frames.timeout.connect(self._on_frame)
         self.pane = Pane("hello_pane", "", "", "mdi6.human", "figure", face_share=0.5)
         self.pane.figure.set_orbit(FACE)
-        self.pane.show_stance(WorldPose.rest_pose(Skeleton.humanoid()))
+        self.pane.set_avatar(formats.read_avatar(OWN))
         view.add_figure(self.pane)
         self._connect()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
@@ -104,6 +109,7 @@ class HelloPresenter(QObject):
         if self._player is not None:
             self._player.close()
         self._task.close()
+        self._devices.waitForDone(CLOSING_MS)
         self.pane.figure.dispose()
         self._said.close()
 
@@ -143,9 +149,12 @@ class HelloPresenter(QObject):
         chosen = self._session.settings.audio_device
         device = chosen if chosen not in ("", NO_MICROPHONE) else None
         self._view.show_busy(self.tr("Switching the microphone on…"))
-        # Off this thread: a device may take a second to open.
         self._work.run(
-            lambda: PhraseRecording(device), self._on_listening, self._on_failed, PhraseRecording.close
+            lambda: PhraseRecording(device),
+            self._on_listening,
+            self._on_failed,
+            self._let_go,
+            self._devices,
         )
 
     def _on_listening(self, phrase: PhraseRecording) -> None:
@@ -162,7 +171,10 @@ class HelloPresenter(QObject):
     def _close_phrase(self) -> None:
         phrase, self._phrase = self._phrase, None
         if phrase is not None:
-            phrase.close()
+            self._let_go(phrase)
+
+    def _let_go(self, phrase: PhraseRecording) -> None:
+        tasks.run(phrase.close, lambda _: None, pool=self._devices)
 
     # From a sound to the moving figure
 
@@ -232,6 +244,7 @@ class HelloPresenter(QObject):
     def _warm_up(self) -> None:
         if self._view.isVisible() and not self.playing and self._phrase is None:
             self.pane.figure.warm_up()
+            self.pane.show_stance(WorldPose.rest_pose(Skeleton.humanoid()))
 
 
 def _beginning(path: Path) -> Sound:

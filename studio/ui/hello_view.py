@@ -53,7 +53,7 @@ class HelloView(QFrame):
         controls.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         controls.setSpacing(theme.INSIDE)
         controls.addWidget(label(self.tr("Say something"), "title"))
-        about = label(self.tr("The figure says it with you. Nothing to record or train first."), "muted")
+        about = label(self.tr("Saia says it with you. Nothing to record or train first."), "muted")
         about.setWordWrap(True)
         controls.addWidget(about)
         controls.addSpacing(theme.INSIDE)

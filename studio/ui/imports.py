@@ -20,6 +20,7 @@ from studio.ipc.events import (
     ImportDone,
     ProblemEvent,
     TakeEvent,
+    TrackingEvent,
     UnpackDone,
 )
 from studio.ui import messages, undo
@@ -27,6 +28,7 @@ from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
 from studio.ui.messages import counted
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
+from studio.ui.video_import import VideoQuestions
 
 SOUNDS = frozenset(
     {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
@@ -122,20 +124,23 @@ class Importer(QObject):
         self._saved: list[str] = []
         self._adopted = True
         self._refused: list[tuple[str, str]] = []
+        self._paths: tuple[Path, ...] = ()
         self._skeleton: ImportedSkeleton | None = None
         """One whose bones were guessed, or could not be: what the person may correct."""
         self.bones = BoneTablePresenter(session, window)
+        self._questions = VideoQuestions(window, self._begin, self._show_status)
         self._task = ChildTask(self)
         self._task.told.connect(self._on_event)
         self._task.done.connect(self._on_done)
         self._task.failed.connect(self._on_failed)
         self._task.ended.connect(self._on_ended)
         session.import_cancelled.connect(self._task.cancel)
+        session.import_cancelled.connect(self._questions.cancel)
 
     @property
     def running(self) -> bool:
         """Whether a batch is being imported."""
-        return self._task.running
+        return self._task.running or self._questions.running
 
     def start(self, paths: tuple[Path, ...]) -> None:
         """Import paths, or say why not."""
@@ -143,7 +148,7 @@ class Importer(QObject):
         if project is None:
             what = self.tr("No project is open.")
             messages.show_error(self._window, StudioError(what, self.tr("Open or create a project first.")))
-        elif self._task.running:
+        elif self.running:
             what = self.tr("Another import is still running.")
             messages.show_error(self._window, StudioError(what, self.tr("Try again when it has finished.")))
         else:
@@ -156,11 +161,22 @@ class Importer(QObject):
             if not self._session.rolling:
                 self._session.tab_requested.emit("curate")
             self._show_status(self.tr("Importing…"), None)
-            self._task.start(["import", str(project.folder), *map(str, paths)])
+            self._paths = paths
+            self._questions.ask(paths)
 
     def close(self) -> None:
         """End the child; what it has saved stays."""
+        self._questions.close()
         self._task.close()
+
+    def _begin(self, args: list[str]) -> None:
+        """Import what was asked about; another project may be open by now."""
+        project = self._session.project
+        if project is None or project.folder != self._folder:
+            self._show_status("", None)
+            return
+        self._show_status(self.tr("Importing…"), None)
+        self._task.start(["import", str(self._folder), *map(str, self._paths), *args])
 
     def _on_event(self, event: ChildEvent) -> None:
         match event:
@@ -169,6 +185,10 @@ class Importer(QObject):
             case ProblemEvent():
                 self._refused.append((event.what, event.remedy))
                 self._show_status(self.tr("Importing…"), event.fraction)
+            case TrackingEvent():
+                done = (len(self._saved) + len(self._refused) + event.fraction) / max(event.of, 1)
+                text = self.tr("Tracking the face in {0}…").format(Path(event.path).name)
+                self._show_status(text, done)
             case TakeEvent():
                 self._saved.append(event.take)
                 self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)

@@ -126,8 +126,8 @@ class MainWindow(QMainWindow):
     def import_files(self) -> None:
         """Ask for files and import them."""
         title = self.tr("Import sound and motion")
-        endings = "*.wav *.mp3 *.flac *.ogg *.m4a *.mp4 *.mov *.csv *.bvh *.vrma *.vmd *.arrow"
-        kinds = self.tr("Sound and motion ({0});;All files (*)").format(endings)
+        endings = "*.wav *.mp3 *.flac *.ogg *.m4a *.mp4 *.mov *.mkv *.webm *.csv *.bvh *.vrma *.vmd *.arrow"
+        kinds = self.tr("Sound, motion and videos ({0});;All files (*)").format(endings)
         chosen, _ = QFileDialog.getOpenFileNames(self, title, str(Path.home()), kinds)
         if chosen:
             self.importer.start(tuple(Path(one) for one in chosen))

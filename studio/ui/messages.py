@@ -40,7 +40,7 @@ LEAST_WIDTH = 420
 TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
 
-Action = tuple[str, Callable[[], None]]
+Action = tuple[str, Callable[[], object]]
 """A button of a message: its words and what it does."""
 
 KINDS = {
@@ -76,8 +76,9 @@ class Toast(QFrame):
         self.remedy.setObjectName("toast_remedy")
         self.remedy.setTextFormat(Qt.TextFormat.PlainText)
         theme.as_role(self.remedy, "muted")
-        self.action = QPushButton()
+        self.action, self.also = QPushButton(), QPushButton()
         self.action.setObjectName("toast_action")
+        self.also.setObjectName("toast_also")
         close = QToolButton()
         close.setObjectName("toast_close")
         theme.as_role(close, "quiet")
@@ -94,6 +95,7 @@ class Toast(QFrame):
         row.addWidget(self._icon)
         row.addLayout(texts, 1)
         row.addWidget(self.action)
+        row.addWidget(self.also)
         row.addWidget(close)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
@@ -105,10 +107,12 @@ class Toast(QFrame):
         close.setToolTip(f"{_tr('Dismiss')} ({', '.join(one.toString() for one in (going, dismissing))})")
         self._close = close
         self.bad = self._stays = False
-        self._on_action: Callable[[], None] | None = None
+        self._on_action: Callable[[], object] | None = None
+        self._on_also: Callable[[], object] | None = None
         self._until: SignalInstance | None = None
-        self.action.clicked.connect(self._run_action)
-        for watched in (place or window, self.text, self.remedy, self.action, close):
+        self.action.clicked.connect(lambda: self._run(self._on_action))
+        self.also.clicked.connect(lambda: self._run(self._on_also))
+        for watched in (place or window, self.text, self.remedy, self.action, self.also, close):
             watched.installEventFilter(self)
         if place is not None:
             window.installEventFilter(self)
@@ -123,6 +127,7 @@ class Toast(QFrame):
         action: Action | None = None,
         until: SignalInstance | None = None,
         stays: bool = False,
+        also: Action | None = None,
     ) -> None:
         """Show a message in place of the one before.
 
@@ -131,8 +136,9 @@ class Toast(QFrame):
             remedy: what to do about it.
             kind: "note" goes soon; "warning" and "error" stay longer, an error until dismiss_error.
             action: a button's words and what it does.
-            until: takes the button away, for what it does is then past; the words stay.
+            until: takes the buttons away, for what they do is then past; the words stay.
             stays: it goes only when somebody answers or dismisses it, or with the next message.
+            also: a second button.
         """
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
@@ -141,10 +147,10 @@ class Toast(QFrame):
         self.text.setText(text)
         self.remedy.setText(remedy)
         self.remedy.setVisible(bool(remedy))
-        self.action.setVisible(action is not None)
-        if action is not None:
-            self.action.setText(action[0])
-        self._on_action = action[1] if action else None
+        for button, offered in ((self.action, action), (self.also, also)):
+            button.setVisible(offered is not None)
+            button.setText(offered[0] if offered else "")
+        self._on_action, self._on_also = action[1] if action else None, also[1] if also else None
         self._clear_until()
         if until is not None:
             self._until = until
@@ -200,7 +206,8 @@ class Toast(QFrame):
 
     def _withdraw_action(self) -> None:
         self.action.hide()
-        self._on_action = None
+        self.also.hide()
+        self._on_action = self._on_also = None
         self._clear_until()
         if self.isVisible():
             self._place()
@@ -211,10 +218,10 @@ class Toast(QFrame):
             with suppress(RuntimeError):  # the tab it came from is gone
                 until.disconnect(self._withdraw_action)
 
-    def _run_action(self) -> None:
+    def _run(self, work: Callable[[], object] | None) -> None:
         self.hide()
-        if self._on_action is not None:
-            self._on_action()
+        if work is not None:
+            work()
 
     def _place(self) -> None:
         """Lie over the window's place for messages, from its right edge; deeper with more to say.
@@ -269,11 +276,12 @@ def show_note(
     action: Action | None = None,
     until: SignalInstance | None = None,
     stays: bool = False,
+    also: Action | None = None,
 ) -> None:
-    """Say that something went well; goes by itself unless it `stays`, and its button with `until`."""
+    """Say that something went well; goes by itself unless it `stays`, and its buttons with `until`."""
     toast = _toast(parent)
     if toast is not None:
-        toast.show_message(text, remedy, "note", action, until, stays)
+        toast.show_message(text, remedy, "note", action, until, stays, also)
 
 
 def show_warning(
@@ -282,11 +290,12 @@ def show_warning(
     remedy: str = "",
     action: Action | None = None,
     until: SignalInstance | None = None,
+    also: Action | None = None,
 ) -> None:
-    """Say that something is done, but not as it was probably meant; its button goes with `until`."""
+    """Say that something is done, but not as it was probably meant; its buttons go with `until`."""
     toast = _toast(parent)
     if toast is not None:
-        toast.show_message(text, remedy, "warning", action, until)
+        toast.show_message(text, remedy, "warning", action, until, also=also)
 
 
 def dismiss_error(parent: QWidget) -> None:

@@ -87,8 +87,9 @@ class ShortcutsDialog(QDialog):
         columns = QHBoxLayout()
         columns.setSpacing(40)
         listed = key_groups()
-        # The figure's keys go below those of the window: so both columns are about as long.
-        for part in ((*listed[:2], listed[-1]), listed[2:-1]):
+        # The figure's keys and Train's go below those of the window: so both columns are about as long.
+        left = [*listed[:2], *(one for one in listed if one[0] in (_tr("Train"), _tr("Figure")))]
+        for part in (left, [one for one in listed if one not in left]):
             column = QVBoxLayout()
             column.setSpacing(theme.INSIDE)
             for title, keys in part:

@@ -137,11 +137,13 @@ class LatestTask:
         on_done: Callable[[T], None],
         on_error: Callable[[BaseException], None] | None = None,
         unwanted: Callable[[T], None] | None = None,
+        pool: QThreadPool | None = None,
     ) -> None:
         """As `run` of this module, in place of what was asked for before.
 
         Args:
-            work, on_done, on_error: as there; neither of the last two is called once a newer request came.
+            work, on_done, on_error, pool: as there; on_done and on_error are not called once a newer request
+                came.
             unwanted: called instead of on_done then, where a result holds something that has to be closed.
         """
         self._newest += 1
@@ -163,7 +165,7 @@ class LatestTask:
             else:
                 on_error(error)
 
-        run(work, done, failed, owner=self._owner)
+        run(work, done, failed, owner=self._owner, pool=pool)
 
 
 def _studio(arguments: list[str]) -> Sequence[str]:

@@ -46,6 +46,9 @@ class Sink(Protocol):
     def time(self, seconds: float) -> None:
         """The sender's clock says so."""
 
+    def age(self, seconds: float) -> None:
+        """What the next frame shows happened so long before it was sent."""
+
     def state(self, numbers: tuple[int, ...]) -> None:
         """Loaded, calibration state and mode, tracking: as many as came."""
 
@@ -122,6 +125,9 @@ class Decoder:
                 sink.root(self._placed(_seven(arguments)))
                 if part.startswith(_ROOT_HEAD) and len(arguments) == 8:
                     self._root_head = part[:-28]
+            case "/Saia/Age":
+                # The studio's own webcam says so; other programs pass over what they do not know.
+                sink.age(_number(osc.arguments(part), 0))
             case "/VMC/Ext/OK":
                 numbers = tuple(a for a in osc.arguments(part)[:4] if isinstance(a, int))
                 self._last_state = part, numbers

@@ -96,6 +96,11 @@ def encode_frame(
     return list(_bundles(state, bones, ending))
 
 
+def encode_age(seconds: float) -> bytes:
+    """A datagram that says how long before it is sent the next frame happened; the studio's own message."""
+    return message("/Saia/Age", float(seconds))
+
+
 def message(address: str, *arguments: str | int | float) -> bytes:
     """Any OSC message of strings, ints and floats.
 

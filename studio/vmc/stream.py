@@ -24,6 +24,8 @@ _HABIT = 3
 # Seconds after which a channel that several senders have goes to another one.
 _OWNER_GONE = 0.5
 _BRIEF = 0.5
+# Seconds that what a frame shows may lie back; a sender that claims more is wrong.
+_OLDEST = 0.5
 # Seconds after which a channel counts as left out, by a sender that still sends others.
 _MISSING_AFTER = 1.0
 # Channels of all senders together; one that uses up its own leaves as many to the others.
@@ -100,6 +102,7 @@ class Stream:
         self.decoder = decoder
         self._on_end = on_end
         self._closed = False
+        self._age = 0.0
         self._opener = ""
         self._bones_trail = self._root_trails = self._time_trails = False
         self._usual_bones = self._usual_shapes = 0
@@ -164,6 +167,10 @@ class Stream:
             self._leading, self._time_trails = 0, True
             self._closed = self._closed or not self._marks_with_apply()
         self.sender_time = seconds
+
+    def age(self, seconds: float) -> None:
+        """What the next frame shows happened so long ago: that is its moment, and not its arrival."""
+        self._age = seconds if 0 <= seconds <= _OLDEST else 0.0
 
     def state(self, numbers: tuple[int, ...]) -> None:
         """Kept; it belongs to no frame."""
@@ -294,8 +301,8 @@ class Stream:
         if self.empty:
             # T came right before it, so the frame began with T.
             led = self.arrival - self._led_at <= GAP
-            self.first = self._led_at if led else self.arrival
-            self._led_at = -math.inf
+            self.first = (self._led_at if led else self.arrival) - self._age
+            self._led_at, self._age = -math.inf, 0.0
         if not self._opener:
             self._opener = name
         self.last = self.arrival

@@ -9,6 +9,7 @@ import pytest
 from studio import cli
 from studio.cli import doctor
 from studio.ipc.events import SystemCheckEvent
+from tests.ports import free_port
 
 NAMES = [
     "system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "speech", "disk",
@@ -48,12 +49,6 @@ def test_a_free_port_is_well() -> None:
 def test_a_port_that_does_not_exist(port: int) -> None:
     check = doctor.check_port(port)
     assert (check.ok, check.what) == (False, f"Port {port} does not exist.")
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def test_the_virtual_device_is_found(virtual_audio: str) -> None:

@@ -1,4 +1,4 @@
-"""`--tune`: a preset of the Tune page over what is written and sent."""
+"""`--tune`, a preset of the Tune page over what is written and sent, and `--background` of pictures."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from pythonosc.osc_packet import OscPacket
 
 from studio.cli import main
@@ -75,3 +76,35 @@ def test_what_is_sent_is_tuned(tmp_path: Path) -> None:
         messages = [timed.message for timed in OscPacket(listener.recv(65536)).messages]
     values = {m.params[0]: m.params[1] for m in messages if m.address == "/VMC/Ext/Blend/Val"}
     assert values == {"A": pytest.approx(0.5), "E": pytest.approx(0.0)}
+
+
+def test_pictures_are_drawn_on_any_background_at_any_size_and_rate(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.frames"
+    words = ["export", str(folder), "full", "-o", str(path), "--part=body", "--size=96x64", "--fps=10"]
+    assert main([*words, "--to=0.5", "--view=bust", "--background=transparent"]) == 0
+    assert capsys.readouterr().out.startswith(f"Exported {path}. ")
+    found = [np.asarray(Image.open(file)) for file in sorted(path.iterdir())]
+    assert len(found) == 5
+    assert all(one.shape == (64, 96, 4) and one[0, 0, 3] == 0 and one[..., 3].max() == 255 for one in found)
+    assert main([*words, "--to=0.2", "--background=green", "--force"]) == 0
+    found = [np.asarray(Image.open(file)) for file in sorted(path.iterdir())]
+    assert [one.shape for one in found] == [(64, 96, 3)] * 2
+    assert found[0][0, 0].tolist() == [0x00, 0xB1, 0x40]
+
+
+def test_what_cannot_be_behind_stops_before_anything_is_written(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    how = 'Choose room, transparent, green, a colour such as "#204060", or an image (PNG or JPEG).\n'
+    for text, what in (("#12", "#12 is no colour."), ("sea", "There is no background called sea.")):
+        words = ["export", str(folder), "full", "-o", str(tmp_path / "x.png"), "--background", text]
+        assert main(words) == 2
+        assert capsys.readouterr().err == f"{what} {how}"
+    assert main(["export", str(folder), "full", "-o", str(tmp_path / "x.mp4"), "--clear"]) == 2
+    assert capsys.readouterr().err == (
+        "A film that ends in .mp4 cannot be transparent. "
+        "Write a .webm film or a PNG sequence, or choose another background.\n"
+    )
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["in.wav", folder.name]

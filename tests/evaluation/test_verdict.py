@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,17 @@ def test_a_run_is_praised_for_what_it_does_and_told_what_it_was_measured_on(tmp_
     assert told.basis == (
         "Measured on Chat_003, which also chose the version kept: that flatters it a little."
     )
+
+
+@pytest.mark.parametrize(("measured", "known"), [(7, True), (5, False), (None, False)])
+def test_figures_count_for_the_weights_they_were_measured_of_whatever_the_files_times(
+    tmp_path: Path, measured: int | None, known: bool
+) -> None:
+    found = {"metrics": GOOD | {"pearson_mouth": 0.7}, "split": "test", "takes": ["Chat_004"]}
+    run = run_of(tmp_path, {"best_val": GOOD, "best_epoch": 7}, found | {"best_epoch": measured})
+    # As after unpacking a project, or after the run was shown a style.
+    os.utime(run.folder / "evaluation.json", (1e9, 1e9))
+    assert ("closely" in verdict(run).quality) is known
 
 
 @pytest.mark.parametrize(
@@ -157,4 +169,7 @@ def test_figures_that_nothing_measured_are_passed_over(tmp_path: Path) -> None:
     for point in ('"seconds": 1e400, "follow": 0.4', '"seconds": NaN', '"seconds": 9, "follow": 1e308'):
         (project.runs_folder / FILE).write_text(f'{{"points": [{{{point}}}]}}', encoding="utf-8")
         assert load_curve(project) is None
+    newer = '{"version": 2, "points": [{"seconds": 9, "follow": 0.4}]}'
+    (project.runs_folder / FILE).write_text(newer, encoding="utf-8")
+    assert load_curve(project) is None
     project.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -13,9 +14,11 @@ import soundfile
 from PIL import Image
 
 from studio.errors import RequestError, StudioError
-from studio.formats import mp4, png
+from studio.formats import _film, mp4, png, webm
+from studio.formats import frames as sequence
 from studio.motion import Motion
 from studio.motion.channels import BONES
+from studio.render.background import CLEAR, Background
 from studio.render.camera import Orbit
 from studio.render.drawing import Drawing, Painter
 from studio.render.palette import DARK
@@ -129,16 +132,16 @@ def test_an_ended_film_leaves_nothing_behind(tmp_path: Path) -> None:
 
 
 def test_a_film_that_reads_back_otherwise_is_not_called_written(tmp_path: Path) -> None:
-    path, fps = tmp_path / "a.mp4", mp4.frame_rate(20.0)
+    path, fps = tmp_path / "a.mp4", _film.frame_rate(20.0)
     mp4.write(path, a_motion(20), None, SMALL)
     first = frames_of(path)[0]
-    mp4.read_back(path, path.name, SMALL, fps, 7, 0.0, first)
+    _film.read_back(mp4.KIND, path, path.name, SMALL, fps, 7, 0.0, first)
     for count, seconds, picture in ((8, 0.0, first), (7, 1.0, first), (7, 0.0, 255 - first)):
         with pytest.raises(StudioError) as error:
-            mp4.read_back(path, path.name, SMALL, fps, count, seconds, picture)
+            _film.read_back(mp4.KIND, path, path.name, SMALL, fps, count, seconds, picture)
         assert error.value.what == "a.mp4 did not read back as it was written."
     with pytest.raises(StudioError) as error:  # what a closed film says of itself is chance
-        mp4.read_back(path, path.name, SMALL, mp4.frame_rate(25.0), 7, 0.0, first)
+        _film.read_back(mp4.KIND, path, path.name, SMALL, _film.frame_rate(25.0), 7, 0.0, first)
     told = str(error.value.__cause__)
     assert told.startswith("7 of 7 pictures, 0 of 0 s, 20 fps, ")
     assert told.endswith(", 192 x 108")
@@ -171,7 +174,7 @@ def test_a_still_holds_the_points_that_were_drawn(tmp_path: Path) -> None:
 
 
 def test_a_still_may_have_nothing_behind_the_figure(tmp_path: Path) -> None:
-    drawing = replace(SMALL, width=160, height=160, clear=True)
+    drawing = replace(SMALL, width=160, height=160, background=CLEAR)
     body = replace(a_motion(30), shape_names=(), shapes=np.zeros((30, 0), np.float32))
     png.write(tmp_path / "a.png", body, None, drawing)
     found = np.asarray(Image.open(tmp_path / "a.png"))
@@ -209,3 +212,99 @@ def test_what_is_not_possible_is_a_sentence(tmp_path: Path, drawing: Drawing, se
         mp4.write(tmp_path / "a.mp4", a_motion(10), None, drawing)
     assert error.value.what == sentence
     assert not list(tmp_path.iterdir())
+
+
+def seen(rgba: np.ndarray) -> None:
+    """A figure in the middle, and nothing in the corners."""
+    alpha = rgba[..., 3]
+    assert all(alpha[y, x] == 0 for y in (0, -1) for x in (0, -1))
+    assert (alpha > 250).mean() > 0.02
+
+
+BODY_ALONE = replace(a_motion(30), shape_names=(), shapes=np.zeros((30, 0), np.float32))
+
+
+@pytest.mark.parametrize("dressed", [False, True])
+def test_a_webm_film_may_show_through(tmp_path: Path, dressed: bool) -> None:
+    vrm = Maker(1).write(tmp_path / "a.vrm") if dressed else None
+    sound = a_sound(tmp_path / "voice.wav", 0.5)
+    webm.write(tmp_path / "a.webm", BODY_ALONE, sound, replace(SMALL, background=CLEAR, avatar=vrm))
+    with av.open(str(tmp_path / "a.webm")) as film:
+        assert film.streams.audio[0].codec_context.name == "opus"
+        assert film.streams.video[0].metadata["ALPHA_MODE"] == "1"
+        # The decoder that FFmpeg chooses by itself leaves away what shows through.
+        decoder: Any = av.CodecContext.create("libvpx-vp9", "r")
+        found = [frame for packet in film.demux(video=0) for frame in decoder.decode(packet)]
+    assert len(found) == 10
+    for frame in found:
+        seen(frame.to_ndarray(format="rgba"))
+
+
+def test_a_webm_film_with_something_behind_is_an_ordinary_film(tmp_path: Path) -> None:
+    webm.write(tmp_path / "a.webm", BODY_ALONE, None, replace(SMALL, background=Background("#00B140")))
+    first = frames_of(tmp_path / "a.webm")[0].astype(int)
+    assert np.abs(first[0, 0] - [0, 0xB1, 0x40]).max() < 12
+
+
+def test_an_mp4_film_cannot_show_through_and_says_what_can(tmp_path: Path) -> None:
+    with pytest.raises(RequestError) as error:
+        mp4.write(tmp_path / "a.mp4", BODY_ALONE, None, replace(SMALL, background=CLEAR))
+    assert error.value.what == "A film that ends in .mp4 cannot be transparent."
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sequence_is_as_long_as_a_film_and_replaces_only_its_own(tmp_path: Path) -> None:
+    folder = tmp_path / "名前.frames"
+    drawing = replace(SMALL, background=CLEAR)
+    sequence.write(folder, a_motion(60), None, SMALL)
+    files = sequence.write(folder, BODY_ALONE, a_sound(tmp_path / "voice.wav", 0.5), drawing)
+    assert [file.name for file in files] == [f"名前_{number:05d}.png" for number in range(1, 11)]
+    assert sorted(folder.iterdir()) == list(files)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["voice.wav", "名前.frames"]
+    for file in files:
+        seen(np.asarray(Image.open(file)))
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(RequestError) as error:
+        sequence.write(folder, BODY_ALONE, None, drawing)
+    assert error.value.what == "名前.frames holds other files."
+    assert len(list(folder.iterdir())) == 11
+
+
+@pytest.mark.parametrize("text", ["room", "transparent", "#204060", "image"])
+def test_every_background_is_behind_the_figure(tmp_path: Path, text: str) -> None:
+    if text == "image":
+        # Taller than the picture: its middle is seen, all over.
+        Image.new("RGB", (50, 200), (200, 30, 90)).save(tmp_path / "wall.png")
+        text = str(tmp_path / "wall.png")
+    background = Background.parse(text)
+    png.write(tmp_path / "a.png", BODY_ALONE, None, replace(SMALL, background=background))
+    found = np.asarray(Image.open(tmp_path / "a.png")).astype(int)
+    wanted = background.painted(SMALL.width, SMALL.height, DARK)[..., : found.shape[2]]
+    assert np.abs(found[0] - wanted[0]).max() <= 2
+    assert (np.abs(found - wanted).max(axis=-1) > 60).mean() > 0.02
+
+
+def test_a_background_that_is_none_is_a_sentence(tmp_path: Path) -> None:
+    for text, what in (
+        ("#12", "#12 is no colour."),
+        ("nowhere.png", "There is no background called nowhere.png."),
+    ):
+        with pytest.raises(RequestError) as error:
+            Background.parse(text)
+        assert error.value.what == what
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    with pytest.raises(StudioError) as broken:
+        Background(str(tmp_path / "broken.png")).painted(64, 64, DARK)
+    assert broken.value.what == "The background broken.png cannot be read as an image."
+
+
+def test_a_face_without_a_body_is_worn_by_an_avatar_at_rest(tmp_path: Path) -> None:
+    vrm = Maker(0).write(tmp_path / "a.vrm")
+    face = mouth_opening_at(0.1, 0.4, bones=False)
+    near = replace(SMALL, background=CLEAR, view=Orbit.preset("front", 0.25), avatar=vrm, at=0.0)
+    png.write(tmp_path / "shut.png", face, None, near)
+    png.write(tmp_path / "open.png", face, None, replace(near, at=0.3))
+    shut, opened = (np.asarray(Image.open(tmp_path / f"{name}.png")).astype(int) for name in ("shut", "open"))
+    assert shut[0, 0, 3] == 0
+    assert (shut[..., 3] > 250).mean() > 0.1
+    assert (np.abs(shut - opened).max(axis=-1) > 40).sum() > 10

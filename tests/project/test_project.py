@@ -84,6 +84,20 @@ def test_every_new_take_is_selected(tmp_path: Path, sound: Path) -> None:
     assert project.undo_name == ""
 
 
+def test_what_a_take_says_is_of_no_use_is_left_out_with_its_reason(tmp_path: Path, sound: Path) -> None:
+    project = Project.create(tmp_path / "p")
+    spans = ((1.0, 2.0, "No face"), (1.9, 2.1, "Cut"))
+    project.add_take("film", TakeInfo("film", left_out=spans), None, sound)
+    again = Project.open(tmp_path / "p")
+    assert again.take("film").info.left_out == spans
+    selection = again.dataset["film"]
+    assert selection.excluded == ((1.0, 2.1),)
+    assert [(label.t, label.tier, label.text) for label in selection.labels] == [
+        (1.0, "problem", "No face"),
+        (1.9, "problem", "Cut"),
+    ]
+
+
 def test_refresh_finds_what_another_process_recorded(tmp_path: Path, sound: Path) -> None:
     project = with_takes(tmp_path / "p", sound, 1)
     code = (

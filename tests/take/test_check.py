@@ -292,3 +292,39 @@ def test_files_that_hold_less_than_was_recorded_are_found_out(tmp_path: Path) ->
     proof = proof_of(take, check_take(take))
     assert proof.what == "Only 5.0 of 24.0 s of sound are in the file."
     assert proof.remedy == "Check the disk, then record the take again."
+
+
+def filmed(
+    folder: Path, moves: Motion, spans: tuple[tuple[float, float, str], ...] = (), **facts: str
+) -> Take:
+    folder.mkdir(exist_ok=True)
+    audio = folder / "in.wav"
+    write_sound(audio, Sound(voice()[:, None], RATE))
+    info = TakeInfo("a", source="imported (video)", left_out=spans, extra=dict(facts))
+    return save_take(folder / "takes" / "a_001", info, moves, audio)
+
+
+def test_a_gap_that_is_left_out_already_is_told_once(tmp_path: Path) -> None:
+    whole = motion(fps=30.0)
+    rows = np.flatnonzero((whole.times < 8) | (whole.times > 11))
+    spans = ((7.93, 8.07, "Cut"), (8.0, 11.0, "No face"))
+    report = check_take(filmed(tmp_path, whole.at_rows(rows), spans, face_seen="0.875"))
+    assert [(f.kind, f.severity, f.what) for f in report.findings] == [
+        ("face_lost", "minor", "A face was seen in 88% of the video.")
+    ]
+    assert "gap" in kinds(filmed(tmp_path / "bare", whole.at_rows(rows)))
+
+
+def test_what_the_pictures_lack_is_said(tmp_path: Path) -> None:
+    shares = {
+        "face_seen": "1.0",
+        "face_blurred": "0.7",
+        "face_turned": "0.15",
+        "face_dark": "0",
+        "face_small": "x",
+    }
+    report = check_take(filmed(tmp_path, motion(fps=30.0), (), **shares))
+    assert [(f.kind, f.severity, f.what) for f in report.findings] == [
+        ("face_blurred", "major", "The picture is blurred in 70% of the frames."),
+        ("face_turned", "minor", "The head is turned too far from the camera in 15% of the frames."),
+    ]

@@ -100,6 +100,8 @@ def test_unknown_facts_are_passed_over_and_known_ones_checked(tmp_path: Path) ->
         ("number", None),
         ("extra", ["avatar"]),
         ("version", "1"),
+        ("left_out", [[0.0, 1.0]]),
+        ("left_out", [[0.0, "x", "No face"]]),
     ],
 )
 def test_a_fact_of_another_kind_is_damage(tmp_path: Path, name: str, value: object) -> None:

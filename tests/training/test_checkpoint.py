@@ -22,6 +22,7 @@ from studio.training import checkpoint
 from studio.training.checkpoint import Model, TrainingState
 from studio.training.recipe import load_recipe
 from studio.training.styles import FittedStyle
+from tests.inference.live.test_steps import untrained
 
 
 def small_model() -> Model:
@@ -137,6 +138,15 @@ def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
     with pytest.raises(StudioError):
         checkpoint.load_model(path)
     assert not touched.exists()
+
+
+@pytest.mark.parametrize(("overrides", "version"), [((), 4), (("network.body=flow",), 3)])
+def test_a_body_that_plays_takes_is_newer_to_older_programs(
+    tmp_path: Path, overrides: tuple[str, ...], version: int
+) -> None:
+    path = tmp_path / "best.safetensors"
+    checkpoint.save_model(path, untrained("balanced", "30", *overrides))
+    assert header(path)["version"] == version
 
 
 def test_a_newer_file_says_so(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -85,3 +86,17 @@ def test_nothing_remembered_is_probed_once_and_a_spoilt_file_is_no_matter(tmp_pa
 )
 def test_it_is_said_in_words(seconds: float, words: str) -> None:
     assert Expected(seconds).words == words
+
+
+@pytest.mark.parametrize("bad", ["NaN", "-1", "1e400"])
+def test_times_that_cannot_be_are_passed_over(tmp_path: Path, bad: str) -> None:
+    good = kept(tmp_path).expected(usual_recipe("quick"))
+    text = (tmp_path / FILE).read_text(encoding="utf-8")
+    one = json.dumps(json.loads(text)["trainings"][0])
+    spoilt = one.replace('"step_s": 0.0001', f'"step_s": {bad}')
+    assert spoilt != one
+    (tmp_path / FILE).write_text(f'{{"probe_s": {bad}, "trainings": [{one}, {spoilt}]}}', encoding="utf-8")
+    times = TrainingTimes(tmp_path)
+    assert times.expected(usual_recipe("quick")) == good
+    (tmp_path / FILE).write_text(f'{{"probe_s": {bad}, "trainings": [{spoilt}]}}', encoding="utf-8")
+    assert TrainingTimes(tmp_path).needs_probe

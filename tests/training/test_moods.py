@@ -132,6 +132,14 @@ def test_a_resumed_run_keeps_its_moods_whatever_the_labels_are_now(taught: Run, 
 def test_what_is_written_on_the_command_line_comes_back() -> None:
     for text in ("happy", "happy*0.5", "happy:2.000-5.500", "so: what*1.5:0.000-3.250"):
         assert MoodSpan.read(text).text == text
+    for span in (
+        MoodSpan("happy", 2.0),
+        MoodSpan("happy*2", 1.0, 3.0),
+        MoodSpan("happy:1-2"),
+        MoodSpan("sad", 0.0, 2.0, 0.00002),
+        MoodSpan("a:1-*1", 1.5, strength=0.0),
+    ):
+        assert MoodSpan.read(span.text) == span, span.text
     for bad in ("", "happy:5-2"):
         with pytest.raises(RequestError, match="is no mood"):
             MoodSpan.read(bad)

@@ -15,11 +15,13 @@ from studio.project import Project
 from studio.ui import messages
 from studio.ui.curate.view import CurateView
 from studio.ui.live.stage_view import Controls
+from studio.ui.live.view import LiveView
 from studio.ui.main_window import MainWindow
 from studio.ui.record.view import RecordView
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
 from studio.ui.shortcuts import key_groups, name_of, tip_of
+from studio.ui.train.view import TrainView
 from studio.ui.widgets.figure.figure import StickFigure
 
 WINDOW = [one.id for one in ACTIONS.values() if one.keys and not one.places]
@@ -142,7 +144,41 @@ def test_a_key_of_review_asks_for_what_it_says(qtbot: QtBot, action: str, key: s
     view.stage.dispose()
 
 
-@pytest.mark.parametrize(("action", "key"), keys("live"))
+def test_esc_in_train_closes_what_is_open_one_at_each_press(qtbot: QtBot) -> None:
+    view = TrainView()
+    shown(qtbot, view)
+    view.show_empty(False)
+    opened = [view.runs.details, view.progress.details, view.recipe.advanced]
+    for button in opened:
+        button.setChecked(True)
+    for left in (2, 1, 0, 0):
+        press(qtbot, view, "Esc")
+        assert sum(button.isChecked() for button in opened) == left
+    # From a button as well, which the keyboard was on.
+    view.recipe.advanced.click()
+    press(qtbot, view.recipe.advanced, "Esc")
+    assert not view.recipe.drawer.isVisible()
+
+
+def test_esc_in_live_leaves_what_is_held_and_lets_nobody_be_heard(qtbot: QtBot) -> None:
+    view = LiveView()
+    shown(qtbot, view)
+    controls = view.controls
+    controls.show_live(True)
+    controls.moods.show_moods(("happy",))
+    for name in ("mute", "freeze", "neutral"):
+        controls.button(name).click()
+    controls.moods.chips["mood_1"].click()
+    said: list[object] = []
+    controls.switched.connect(lambda *what: said.append(what))
+    controls.mood_chosen.connect(said.append)
+    for _ in range(5):
+        press(qtbot, view, "Esc")
+    assert said == ["", ("freeze", False), ("neutral", False)]
+    assert controls.button("mute").isChecked()
+
+
+@pytest.mark.parametrize(("action", "key"), [one for one in keys("live") if one[0] != "let_go"])
 def test_a_key_of_live_asks_for_what_it_says(qtbot: QtBot, action: str, key: str) -> None:
     controls = Controls()
     shown(qtbot, controls)
@@ -167,11 +203,12 @@ def test_a_key_of_the_figure_moves_its_camera(qtbot: QtBot, action: str, key: st
 
 def test_the_list_shows_each_key_once_with_what_it_does() -> None:
     titles = [title for title, _ in key_groups()]
-    assert titles == ["Everywhere", "Record", "Curate and Review", "Curate", "Review", "Live", "Figure"]
+    tabs = ["Record", "Curate and Review", "Curate", "Train", "Review", "Live"]
+    assert titles == ["Everywhere", *tabs, "Figure"]
     everywhere = dict(key_groups()[0][1])
     assert everywhere["Ctrl+1 … 5"] == "Record, Curate, Train, Review, Live"
     assert everywhere["Ctrl+Z, Ctrl+Shift+Z"] == "Undo, redo (or Ctrl+Y) in this tab"
-    assert dict(key_groups()[6][1])["Drag, ← → ↑ ↓"] == "Turn around the figure"
+    assert dict(key_groups()[7][1])["Drag, ← → ↑ ↓"] == "Turn around the figure"
     assert dict(key_groups()[3][1])["Shift"] == "with ← → Home End: select a span"
 
 

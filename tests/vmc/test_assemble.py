@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from studio.motion.channels import ARKIT_SHAPES
 from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.decode import MAX_BONES, MAX_SHAPES
-from studio.vmc.encode import message
+from studio.vmc.encode import encode_age, message
 from studio.vmc.osc import MOST_MESSAGES
 from tests.capture import floods
 
@@ -710,3 +710,21 @@ def test_noise_never_raises(datagram: bytes) -> None:
     assembler.feed(0.0, b"#bundle\x00" + datagram)
     assembler.feed(0.0, b"/VMC/Ext/Bone/Pos\x00\x00\x00" + datagram)
     assembler.flush(1.0)
+
+
+def aged(k: int, age: float) -> list[bytes]:
+    """A frame of a sender that says how old what it shows is, as the studio's webcam does."""
+    return [encode_age(age), bundle(bone("Head", k / 10), shape("A", k / 100), APPLY, sender_time(k / 60))]
+
+
+def test_a_frame_that_says_how_old_it_is_is_stamped_with_its_moment() -> None:
+    _, found = run(aged(k, 0.03 + 0.002 * (k % 3)) for k in range(30))
+    assert len(found) == 30
+    for k, frame in enumerate(found):
+        assert frame.arrival == pytest.approx(k / 60 + 0.001 - 0.03 - 0.002 * (k % 3), abs=1e-6)
+
+
+@pytest.mark.parametrize("age", [-1.0, 3.0])
+def test_an_age_that_cannot_be_changes_nothing(age: float) -> None:
+    _, found = run(aged(k, age) for k in range(5))
+    assert [frame.arrival for frame in found] == pytest.approx([k / 60 + 0.001 for k in range(5)])

@@ -38,6 +38,13 @@ _BUSINESS = {
     "corporation": "Commercial use is allowed.",
 }
 
+_PACKED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshoptimizer",
+    "KHR_meshopt_compression": "meshoptimizer",
+}
+_CC0 = "creativecommons.org/publicdomain/zero"
+
 
 def read_licence(meta: Any, old: bool) -> Licence:
     """Title, authors and terms; what the file leaves open is left out."""
@@ -57,6 +64,8 @@ def read_licence(meta: Any, old: bool) -> Licence:
         who = _WHO.get(str(meta.get("avatarPermission", "onlyAuthor")))
         business = _BUSINESS.get(str(meta.get("commercialUsage", "personalNonProfit")))
         licence, title = _text(meta.get("licenseUrl")), _text(meta.get("name"))
+        if _CC0 in _text(meta.get("otherLicenseUrl")):
+            return Licence(title, tuple(author for author in authors if author), ("Free for any use (CC0).",))
     terms = [sentence for sentence in (who, business) if sentence]
     terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))
@@ -83,6 +92,7 @@ def read(path: Path) -> Avatar:
     """
     glb = _glb.read(path)
     try:
+        _check_packing(glb)
         made = _avatar(glb)
     except (KeyError, IndexError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise _glb.damaged(path) from error
@@ -110,6 +120,16 @@ def _avatar(glb: Glb) -> Avatar:
         licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
         (*meshes.notes, *notes, *still), rig, read_look_at(extension, old),
     )  # fmt: skip
+
+
+def _check_packing(glb: Glb) -> None:
+    """Raise StudioError where its meshes are compressed."""
+    for name in glb.document.get("extensionsRequired") or ():
+        if name in _PACKED:
+            raise StudioError(
+                f"{glb.path.name} is compressed by {_PACKED[name]}, which the studio cannot unpack.",
+                "Export the avatar again without mesh compression.",
+            )
 
 
 def _extension(glb: Glb) -> tuple[dict[str, Any], bool]:

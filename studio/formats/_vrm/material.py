@@ -81,6 +81,9 @@ def _gltf(
         _number((one.get("normalTexture") or {}).get("scale", 1.0), -4.0, 4.0),
         int(_number((toon or {}).get("renderQueueOffsetNumber", 0), -9.0, 9.0)),
         _uv(texture.get("extensions", {}).get("KHR_texture_transform", {}), toon or {}),
+        _number(base.get("metallicFactor", 1.0)),
+        _number(base.get("roughnessFactor", 1.0)),
+        pictures.of(base.get("metallicRoughnessTexture")),
     )
 
 
@@ -126,8 +129,8 @@ class _Properties:
     def number(self, name: str, usual: float, least: float = 0.0, most: float = 1.0) -> float:
         return _number(self.floats.get(name, usual), least, most)
 
-    def colour(self, name: str, usual: Sequence[float]) -> Colour:
-        r, g, b = _rgb(self.vectors.get(name, usual), BLACK)
+    def colour(self, name: str, usual: Sequence[float], most: float = 1.0) -> Colour:
+        r, g, b = _rgb(self.vectors.get(name, usual), BLACK, most)
         return linear(r), linear(g), linear(b)
 
 
@@ -171,8 +174,8 @@ def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
         table.number("_Cutoff", 0.5),
         table.number("_CullMode", 2.0, most=2.0) == 0.0,
         toon=toon,
-        # HDR, and linear already.
-        glow=_rgb(table.vectors.get("_EmissionColor"), BLACK, _BRIGHTEST),
+        # HDR, in sRGB as its other colours are: above 1 too.
+        glow=table.colour("_EmissionColor", BLACK, _BRIGHTEST),
         glow_picture=picture("_EmissionMap"),
         normals=picture("_BumpMap"),
         bumps=table.number("_BumpScale", 1.0, -4.0, 4.0),

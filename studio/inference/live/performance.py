@@ -120,7 +120,9 @@ class Performance:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
-        self._next_look_ahead: LookAhead | None = None
+        self._next_look_ahead = look_ahead
+        self._network_lock = threading.Lock()
+        """Held while the network is set to a look-ahead, or asked for the rest pose by another thread."""
         self._mood = self._next_mood = np.zeros(len(model.moods), dtype=np.float32)
         self._voice_output: DelayedVoiceOutput | None = None
         rest = dict(zip(layers.bone_names, layers.rest.positions, strict=True))
@@ -172,7 +174,9 @@ class Performance:
         """Play in other moods (moods,) from the next block on, and rest in them."""
         self._next_mood = mood
         # Here, not on the live thread: lasting silence takes longer to work out than a frame may.
-        self.layers.set_rest(rest_motion(self.model, self._style, mood))
+        with self._network_lock:
+            rest = rest_motion(self.model, self._style, mood)
+        self.layers.set_rest(rest)
 
     def set_voice_output(self, output: DelayedVoiceOutput | None) -> None:
         """Hand the voice on to a started output, late; None to nobody."""
@@ -257,7 +261,7 @@ class Performance:
         self._notice_sleep()
         # This thread's own time: what other programs take is no load of ours.
         began = time.thread_time()
-        if self._next_look_ahead is not None:
+        if self._next_look_ahead is not self._look_ahead:
             self._change()
         if self._next_mood is not self._mood:
             self._mood = self._next_mood
@@ -322,9 +326,9 @@ class Performance:
         self._line.discard_before(now - self._delay.value - KEPT_S)
 
     def _change(self) -> None:
-        assert self._next_look_ahead is not None
-        self._look_ahead, self._next_look_ahead = self._next_look_ahead, None
-        self._steps = LiveSteps(self.model, self._look_ahead, self._style, self._sampling)
+        self._look_ahead = self._next_look_ahead
+        with self._network_lock:
+            self._steps = LiveSteps(self.model, self._look_ahead, self._style, self._sampling)
         self._steps.set_mood(self._mood, at_once=True)
         # The new steps count their frames from here; older poses stay in the line until they were shown.
         self._base = self._seconds_heard

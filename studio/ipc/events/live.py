@@ -333,3 +333,91 @@ class SettingsDone(DoneEvent, frozen=True):
     VERBS = ("settings",)
 
     settings: tuple[str, ...] = ()
+
+
+class FaceModelEvent(ChildEvent, frozen=True):
+    """Whether faces can be tracked here, and what the model is.
+
+    Args:
+        here: whether the model is on this computer.
+        runs: whether MediaPipe is installed.
+        url, size, licence, sha256: of the model: where it comes from, bytes, its licence and digest.
+        what, remedy: what is missing and what to do, "" where nothing is.
+    """
+
+    NAME = "face_model"
+
+    here: bool = False
+    runs: bool = False
+    url: str = ""
+    size: int = 0
+    licence: str = ""
+    sha256: str = ""
+    what: str = ""
+    remedy: str = ""
+
+
+class CameraEvent(ChildEvent, frozen=True):
+    """A camera of this computer: what opens it, and its name for people."""
+
+    NAME = "camera"
+
+    id: str = ""
+    title: str = ""
+
+
+class CameraStartedEvent(ChildEvent, frozen=True):
+    """The camera is open, and its motion is sent from an address to a port."""
+
+    NAME = "started"
+    VERBS = ("camera",)
+
+    host: str = ""
+    port: int = 0
+    sender: str = ""
+
+
+class CameraStatusEvent(ChildEvent, frozen=True):
+    """How the camera is doing, ten times a second; fields as WebcamStatus has them."""
+
+    NAME = "status"
+    VERBS = ("camera",)
+
+    fps: float = 0.0
+    hints: tuple[str, ...] = ()
+    face: bool = False
+    delay_ms: float = 0.0
+    dropped: int = 0
+    calibrating: float = 0.0
+    calibrated: bool = False
+
+
+class CameraPreviewEvent(ChildEvent, frozen=True):
+    """What the camera sees, as a mirror shows it, with the face's points: a JPEG in Base64.
+
+    It is never stored.
+    """
+
+    NAME = "preview"
+    VERBS = ("camera",)
+
+    jpeg: str = ""
+
+
+class FacesEvent(ChildEvent, frozen=True):
+    """A picture of a video, a JPEG in Base64, and its faces from the left: x, y, width and height, 0..1."""
+
+    NAME = "faces"
+
+    jpeg: str = ""
+    faces: tuple[tuple[float, float, float, float], ...] = ()
+
+
+class CameraDone(DoneEvent, frozen=True):
+    """Frames that were sent, the model's file, or the ids of the cameras: whichever was asked for."""
+
+    VERBS = ("camera",)
+
+    frames: int = 0
+    model: str = ""
+    cameras: tuple[str, ...] = ()

@@ -29,6 +29,20 @@ class BonesEvent(ChildEvent, frozen=True):
     take: str | None = None
 
 
+class TrackingEvent(ProgressEvent, frozen=True):
+    """How far the tracking of a video is, beside what was imported already.
+
+    Args:
+        path: the video.
+        of: how many recordings are imported.
+    """
+
+    VERBS = ("import",)
+
+    path: str = ""
+    of: int = 1
+
+
 class ImportDone(DoneEvent, frozen=True):
     """Ids of the takes made, and how many files failed."""
 

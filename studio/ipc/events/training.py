@@ -262,6 +262,7 @@ class EvaluateDone(DoneEvent, frozen=True):
 
     Args:
         run, seed: its id, and the seed it was trained with.
+        best_epoch: whose weights were measured; None where the run does not say.
         style: the style it moved in.
         chance: seed and liveliness of what was generated.
         poses: whether expected poses were measured, or drawn ones.
@@ -275,6 +276,7 @@ class EvaluateDone(DoneEvent, frozen=True):
 
     run: str = ""
     seed: int | None = None
+    best_epoch: int | None = None
     style: str = ""
     chance: Mapping[str, float] = msgspec.field(default_factory=dict)
     poses: str = ""
@@ -425,9 +427,9 @@ class ReadEvent(ChildEvent, frozen=True):
 
 
 class DownloadProgressEvent(ProgressEvent, frozen=True):
-    """How much of a speech encoder is here: `bytes` of `of`, which is 0 where nobody knows."""
+    """How much of a speech encoder or the face model is here: `bytes` of `of`, 0 where nobody knows."""
 
-    VERBS = ("encoder",)
+    VERBS = ("encoder", "camera")
 
     bytes: int = 0
     of: int = 0

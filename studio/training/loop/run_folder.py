@@ -306,6 +306,6 @@ def save_progress(
     progress: Progress,
 ) -> None:
     """Write into a run's folder where its training stands."""
-    facts = progress.as_dict() | columns_to_keep(model)
+    facts = {"version": checkpoint.version_of(model)} | progress.as_dict() | columns_to_keep(model)
     tensors = checkpoint.optimiser_tensors(optimiser)
     checkpoint.save_state(run / LAST, TrainingState(model.network.state_dict(), tensors, average, facts))

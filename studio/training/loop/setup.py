@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -150,8 +150,14 @@ def leave_together(fabric: lightning_fabric.Fabric) -> None:
         torch.distributed.destroy_process_group()
 
 
-def fresh_model(data: Gathered, recipe: Recipe) -> Model:
-    """The recipe's network for some takes, knowing their means and nothing else."""
+def fresh_model(data: Gathered, recipe: Recipe, on_note: Callable[[str], None] = lambda _: None) -> Model:
+    """The recipe's network for some takes, knowing their means and nothing else.
+
+    Args:
+        data: the takes.
+        recipe: of the network.
+        on_note: told in a sentence where the network cannot begin as the recipe says.
+    """
     network = checkpoint.build_network(recipe, data.layout, data.fps, len(data.styles), len(data.moods))
     rows = np.concatenate([example.sound for example in data.train])
     # Digital silence is far below speech in dB and would stretch the scale until speech is a sliver of it.
@@ -161,8 +167,9 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     # A band without any sound has deviation 0; held above it, its rows stay finite.
     network.row_deviation.copy_(torch.from_numpy(np.maximum(rows.std(axis=0), 1e-3)))
     network.pose_mean.copy_(mean)
-    if recipe.training.start_from == "base_voice":
-        _hear_as_base_voice(network, recipe, float(data.fps))
+    starts_there = recipe.training.start_from == "base_voice"
+    if starts_there and (differs := _hear_as_base_voice(network, recipe, float(data.fps))):
+        on_note(f"The training starts from scratch and not from the base voice: {differs}.")
     if recipe.training.start_at_mean:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
@@ -175,11 +182,14 @@ def fresh_model(data: Gathered, recipe: Recipe) -> Model:
     return Model(network, recipe, data.layout, data.fps, styles=data.styles, moods=moods)
 
 
-def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
+def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> str:
     """Begin with the base voice's weights up to the poses; left as it is where recipe or frame rate differ.
 
     Scales of the rows are taken over too, since its weights know sound by them. Styles it has none of: their
     columns stay as drawn.
+
+    Returns:
+        What differs, in words; "" where it begins so.
     """
     base = checkpoint.load_model(base_voice().folder / BEST)
     known, own = _hearing(base.network), _hearing(network)
@@ -190,11 +200,15 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> None:
         and (value.shape == known[name].shape or name == "lstm.weight_ih_l0")
         for name, value in own.items()
     )
-    same_sound = recipe.sound.cache_key == base.recipe.sound.cache_key
-    if not (fits and same_sound and abs(fps / float(base.fps) - 1) <= _RATE_APART):
-        return
+    if recipe.sound.cache_key != base.recipe.sound.cache_key:
+        return "this recipe hears sound in another form"
+    if abs(fps / float(base.fps) - 1) > _RATE_APART:
+        return f"that knows {float(base.fps):g} frames a second, and your motion has {fps:g}"
+    if not fits:
+        return "this recipe's network has other sizes"
     for name, value in own.items():
         value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
+    return ""
 
 
 def _hearing(network: Network) -> dict[str, torch.Tensor]:

@@ -143,7 +143,9 @@ class _Training:
         )  # fmt: skip
         # Right before the weights are drawn, so that runs repeat whatever gathering did.
         torch.manual_seed(recipe.training.seed)
-        self.model = fresh_model(self.data, recipe)
+        self.notes = list(self.data.notes)
+        # Weights of a run that goes on are read afterwards: nothing of how this one begins is left.
+        self.model = fresh_model(self.data, recipe, self.notes.append if state is None else lambda _: None)
         check_precision(self.model.network, recipe.training, fabric.device)
         loss = make_loss(self.data, recipe, fabric.device)
         self.steps = TrainingSteps(fabric, self.data, self.model, loss, state)
@@ -307,7 +309,7 @@ class _Training:
         data, progress = self.data, self.progress
         crops, processes = self.recipe.training.crops, self.fabric.world_size
         idle = (f"Only {crops} of {processes} processes have work: raise training.crops to {processes}.",)
-        for text in (*data.notes, *self.folder.notes, *(idle if crops < processes else ())):
+        for text in (*self.notes, *self.folder.notes, *(idle if crops < processes else ())):
             self.tell(NoteEvent(text))
         self.tell(
             StartedEvent(
@@ -358,7 +360,7 @@ class _Training:
             channels=data.layout.width,
             parameters=sum(p.numel() for p in self.model.network.parameters()),
             device=str(self.fabric.device),
-            notes=(*data.notes, *self.folder.notes),
+            notes=(*self.notes, *self.folder.notes),
         )
 
     @property

@@ -1,5 +1,7 @@
 """The Live tab: a run performs what a microphone or a sound file says, now.
 
+avatar_window         The avatar alone in a window without a frame, for OBS to capture
+avatar_window_presenter  Presenter of that window: opens it, moves its avatar, remembers how it stood
 latency_presenter     Presenters of the latency card and of the delayed voice
 latency_view          How late the avatar is, what to type into OBS, the delayed voice, the look-ahead slider
 model                 What the tab knows: the performance, its last state, the run and the sound

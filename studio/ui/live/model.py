@@ -29,6 +29,7 @@ from studio.ipc.events import (
 )
 from studio.motion import Pose, Skeleton
 from studio.project import Run
+from studio.render.world_pose import WorldPose
 from studio.training.styles import RunSelection, newest
 from studio.ui.live.task import LiveTask
 from studio.ui.session import Session
@@ -288,6 +289,14 @@ class Ready:
         positions[: len(moved)] = moved
         root = (np.asarray(row, dtype=np.float32) for row in (event.root_position, event.root_rotation))
         return Pose(shapes, positions, rotations, *root)
+
+    def stance(self, event: PoseEvent, t: float) -> WorldPose | None:
+        """How the performer stands at a moment (seconds); None where the pose is not of these channels."""
+        pose = self.pose(event)
+        if pose is None:
+            return None
+        shapes = dict(zip(self.shape_names, map(float, pose.shapes), strict=True))
+        return WorldPose.of_pose(self.skeleton, pose, shapes, t)
 
 
 def target_state(target: LiveTarget) -> TargetState:

@@ -6,6 +6,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.ui import messages
 from studio.ui.avatar_store import Avatars
+from studio.ui.live.avatar_window_presenter import AvatarWindowPresenter
 from studio.ui.live.latency_presenter import DelayedVoicePresenter, LatencyPresenter
 from studio.ui.live.model import LiveModel
 from studio.ui.live.obs_presenter import ObsPresenter
@@ -46,6 +47,7 @@ class LivePresenter(QObject):
         self.obs = ObsPresenter(view.stream.obs, model, session)
         self.remote = RemotePresenter(view.stream, model, session)
         self.avatars = Avatars(view.stage, session)
+        self.window = AvatarWindowPresenter(view.stream, model, session)
         model.about_to_start.connect(lambda: messages.dismiss_error(view))
         model.task.failed.connect(self._on_failed)
         model.task.forced.connect(self._on_forced)
@@ -72,6 +74,8 @@ class LivePresenter(QObject):
 
     def close(self) -> None:
         """The window closes."""
+        self.window.close()
+        self.stage.close()
         self.status.close()
         self.remote.close()
         self.obs.close()

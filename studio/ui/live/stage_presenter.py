@@ -8,12 +8,12 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.capture.device_names import title_of
 from studio.ipc.events import LiveStateEvent, PoseEvent
-from studio.render.world_pose import WorldPose
 from studio.ui.live.model import LiveModel
 from studio.ui.live.task import Phase
 from studio.ui.live.view import LiveView
 from studio.ui.session import Session
 from studio.ui.shortcuts import sequence
+from studio.ui.view_settings import ViewSettings
 
 NOTICE_MS = 6_000
 """How long a notice of the child is shown in the place of the status."""
@@ -25,6 +25,8 @@ class LiveStagePresenter(QObject):
     def __init__(self, view: LiveView, model: LiveModel, session: Session) -> None:
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
+        stage = view.stage
+        self._seen = ViewSettings(stage, (stage.pane,), stage.backgrounds, session, "live_camera")
         view.controls.switched.connect(model.switch)
         view.controls.mood_chosen.connect(model.choose_mood)
         model.posed.connect(self._on_pose)
@@ -34,18 +36,20 @@ class LiveStagePresenter(QObject):
         model.run_chosen.connect(self._show_moods)
         model.runs_changed.connect(self._show_moods)
 
+    def close(self) -> None:
+        """The window closes."""
+        self._seen.close()
+
     def _show_moods(self) -> None:
         run = self._model.run
         self._view.controls.moods.show_moods(run.facts.moods if run is not None else ())
 
     def _on_pose(self, event: PoseEvent) -> None:
         ready = self._model.ready
-        pose = ready.pose(event) if ready is not None else None
-        if ready is None or pose is None:
-            return
-        shapes = dict(zip(ready.shape_names, map(float, pose.shapes), strict=True))
-        self._view.meters.show_values(shapes)
-        self._view.stage.show_stance(WorldPose.of_pose(ready.skeleton, pose, shapes, time.monotonic()))
+        stance = ready.stance(event, time.monotonic()) if ready is not None else None
+        if stance is not None:
+            self._view.meters.show_values(stance.shapes)
+            self._view.stage.show_stance(stance)
 
     def _on_state(self, state: LiveStateEvent) -> None:
         shown = self._model.switches.shown

@@ -23,6 +23,7 @@ from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
 from studio.ui.widgets.avatar_button import AvatarButton
+from studio.ui.widgets.background_menu import BackgroundButton
 from studio.ui.widgets.figure.pane import Pane
 
 
@@ -46,6 +47,9 @@ class LiveStage(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.pane)
+        self.backgrounds = BackgroundButton("live_")
+        theme.as_role(self.backgrounds, "chip")
+        self.figure.add_tool(self.backgrounds)
         self.avatar = AvatarButton(self, "live_")
         self.avatar.raise_()
 
@@ -194,6 +198,15 @@ class Controls(QWidget):
                 buttons[name].click()
                 return True
         return super().eventFilter(watched, event)
+
+    def let_go(self) -> None:
+        """Leave a mood, else the freeze, else the neutral pose. Mute stays: nobody is heard by mistake."""
+        none = self.moods.chips.get("mood_0")
+        held = [self._buttons[name] for name in ("freeze", "neutral") if self._buttons[name].isChecked()]
+        if none is not None and none.isEnabled() and not none.isChecked():
+            none.click()
+        elif held:
+            held[0].click()
 
     def button(self, name: str) -> QPushButton:
         """One of the switches."""

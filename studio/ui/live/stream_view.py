@@ -21,11 +21,13 @@ class StreamCard(Card):
         remote_switched: whether other programs may press Live's keys.
         copy_requested: an address, to the clipboard.
         keep_requested: the last minutes are to be kept.
+        window_switched: whether the avatar is to have a window of its own.
     """
 
     remote_switched = Signal(bool)
     copy_requested = Signal(str)
     keep_requested = Signal()
+    window_switched = Signal(bool)
 
     def __init__(self) -> None:
         super().__init__(self.tr("On stream"))
@@ -45,12 +47,19 @@ class StreamCard(Card):
         row.setSpacing(theme.INSIDE)
         row.addWidget(self.words, 1)
         row.addWidget(self.addresses, 0, Qt.AlignmentFlag.AlignTop)
+        self.avatar_window = QPushButton(name_of("avatar_window"))
+        self.avatar_window.setObjectName("live_avatar_window")
+        self.avatar_window.setToolTip(tip_of("avatar_window"))
+        self.avatar_window.setCheckable(True)
+        theme.set_icon(self.avatar_window, "mdi6.dock-window", "muted", "accent")
+        self.avatar_window.toggled.connect(self.window_switched)
         self.keep = QPushButton(name_of("keep_live"))
         self.keep.setObjectName("live_keep")
         self.keep.setToolTip(tip_of("keep_live"))
         theme.set_icon(self.keep, "mdi6.history", "muted")
         self.keep.clicked.connect(self.keep_requested)
         self.obs = ObsPanel()
+        self.body.addWidget(self.avatar_window)
         self.body.addWidget(self.keep)
         self.body.addWidget(self.obs)
         self.body.addWidget(self.remote)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from studio.ui import theme
@@ -10,6 +11,7 @@ from studio.ui.live.latency_view import LatencyCard
 from studio.ui.live.source_view import LiveSourceCard
 from studio.ui.live.stage_view import Controls, LiveStage
 from studio.ui.live.stream_view import StreamCard
+from studio.ui.shortcuts import pressed
 from studio.ui.widgets.card import Card, Picture, columns, label, rows
 from studio.ui.widgets.meters import ShapeMeters
 from studio.ui.widgets.send_panel import SendPanel, TargetRow
@@ -27,6 +29,13 @@ class LiveView(QWidget):
         for box in self.findChildren(QComboBox):
             self.controls.claim_keys_of(box)
         self.send.row_added.connect(self._on_target)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Go back: leave one thing that is held at each press."""
+        if pressed(event, "live") == "let_go":
+            self.controls.let_go()
+        else:
+            super().keyPressEvent(event)
 
     def show_status(self, words: str, health: str = "") -> None:
         """The sentence under the avatar; health is "good", "warn", "bad" or ""."""

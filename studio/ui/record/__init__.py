@@ -20,4 +20,6 @@ tracker_pictures       Pictures of the tracker cards: the steps, and the code fo
 trackers_presenter     Presenter of the tracker cards: finds who sends, and listens to it from then on
 trackers_view          How are you tracked? A card for each tracker, with its steps, its light and its address
 view                   Layout of the tab and its keys
+webcam_presenter       Presenter of the webcam's page: its camera in a child process, its model, its hints
+webcam_view            The webcam's page among the trackers: what the camera sees, and what would help it
 """

@@ -77,6 +77,8 @@ class InputsPresenter(QObject):
         card.practice_toggled.connect(model.set_practising)
         model.practice_moved.connect(self._on_practice_moved)
         card.trackers_requested.connect(model.trackers_requested)
+        card.webcam_stop_requested.connect(model.webcam_stop_requested)
+        model.webcam_changed.connect(card.webcam.setVisible)
         card.clip_reset_requested.connect(model.clear_clip)
         session.microphones_requested.connect(self._on_requested)
         model.recorder_changed.connect(self._on_recorder)

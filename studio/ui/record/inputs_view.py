@@ -47,6 +47,7 @@ class InputsCard(Card):
         sync_test_requested: begin the sync test, or give it up.
         level_test_requested: begin the test of the microphone's level, or give it up.
         trackers_requested: show how a tracker is connected.
+        webcam_stop_requested: turn the webcam off.
         phone_chosen: the address of a phone to be asked for its face; "" for none.
     """
 
@@ -61,6 +62,7 @@ class InputsCard(Card):
     phone_chosen = Signal(str)
     level_test_requested = Signal()
     trackers_requested = Signal()
+    webcam_stop_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__(self.tr("Inputs"))
@@ -199,6 +201,13 @@ class InputsCard(Card):
         self.trackers.setToolTip(self.tr("Connect VSeeFace, an iPhone and others, step by step"))
         self.trackers.clicked.connect(self.trackers_requested)
         self.body.addWidget(self.trackers)
+        self.webcam = QPushButton(self.tr("Stop the webcam"))
+        self.webcam.setObjectName("stop_webcam")
+        theme.set_icon(self.webcam, "mdi6.webcam", "accent")
+        self.webcam.setToolTip(self.tr("Your face is tracked by this computer's camera."))
+        self.webcam.clicked.connect(self.webcam_stop_requested)
+        self.webcam.hide()
+        self.body.addWidget(self.webcam)
 
     def _build_more(self) -> QToolButton:
         """Further ports: a second VMC program, or a phone that tracks the face."""

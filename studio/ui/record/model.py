@@ -69,6 +69,8 @@ class RecordModel(QObject):
         practice_changed: the practice performer was started or stopped.
         practice_moved: another program holds the port of motion: that one, and the one used instead.
         trackers_requested: show how a tracker is connected.
+        webcam_changed: this computer's webcam tracks or does not, True or False.
+        webcam_stop_requested: it is to stop.
         finding_changed: all known ports are to be listened on now, or those chosen again.
         saved: a SavedTake is in the open project.
         cut_off: the CutOff of a take that is not in the open project.
@@ -85,6 +87,8 @@ class RecordModel(QObject):
     practice_changed = Signal()
     practice_moved = Signal(int, int)
     trackers_requested = Signal()
+    webcam_changed = Signal(bool)
+    webcam_stop_requested = Signal()
     finding_changed = Signal()
     saved = Signal(object)
     cut_off = Signal(object)
@@ -101,6 +105,8 @@ class RecordModel(QObject):
         self.slate, self.number = session.settings.slate, 1
         self.problems: dict[str, tuple[str, str]] = {}
         """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
+        self.webcam_sender = ""
+        """Where the motion of this computer's webcam comes from, "" while it does not send."""
         self.may_refresh = True
         """Whether looking for microphones anew would interrupt no sound that is being played."""
         self.finding = False

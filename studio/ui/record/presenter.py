@@ -16,6 +16,7 @@ from studio.ui.record.stage_presenter import RecordStagePresenter
 from studio.ui.record.takes_presenter import TakesPresenter
 from studio.ui.record.trackers_presenter import TrackersPresenter
 from studio.ui.record.view import RecordView
+from studio.ui.record.webcam_presenter import WebcamPresenter
 from studio.ui.session import Session
 
 WARM_UP_MS = 600
@@ -41,6 +42,9 @@ class RecordPresenter(QObject):
         self.slate = SlatePresenter(view.slate_bar, model, session)
         self.prompter = PrompterPresenter(view.prompter, model, session)
         self.trackers = TrackersPresenter(view.trackers, model, session)
+        self.webcam = WebcamPresenter(view.trackers.webcam, model, session)
+        view.trackers.opened.connect(self.webcam.look)
+        view.trackers.closed.connect(self.webcam.rest)
         self.stage = RecordStagePresenter(view, model, session)
         model.open()
 
@@ -82,6 +86,7 @@ class RecordPresenter(QObject):
     def close(self) -> None:
         """The window closes: let go of microphone, port and OpenGL."""
         self.inputs.close()
+        self.webcam.close()
         self.model.close()
         self._view.figure.dispose()
 

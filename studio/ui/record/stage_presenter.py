@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 from PySide6.QtCore import QObject
 
 from studio.capture.snapshot import Snapshot
 from studio.motion import Pose, Skeleton
 from studio.render.world_pose import WorldPose
+from studio.ui.avatar_store import Avatars
 from studio.ui.record.model import RecordModel
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
@@ -21,6 +23,7 @@ class RecordStagePresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         self._skeleton: Skeleton | None = None
+        self._avatars = Avatars(view, session)
         view.figure.empty_clicked.connect(self._on_empty_clicked)
         model.frame_due.connect(self._show_frame)
         model.text_due.connect(self._show_text)
@@ -45,12 +48,16 @@ class RecordStagePresenter(QObject):
             stance = self._stance(snap.bone_names, snap.pose) if snap.pose is not None else None
         playing = self.tr("Playing {0}").format(player.take_id) if player.take_id else ""
         view.figure.set_caption(playing or practice.speaking)
+        worn = view.figure.avatar
+        if stance is None and worn is not None and shapes:
+            stance = WorldPose.rest_pose(worn.skeleton)
         if stance is not None:
-            view.figure.show_stance(stance)
+            view.figure.show_stance(replace(stance, shapes=shapes))
         if shapes:
             view.shapes.show_values(shapes)
-        view.face.setVisible(bool(shapes))
-        view.face.show_values(shapes or None)
+        drawn = bool(shapes) and not (worn is not None and worn.has_face)
+        view.face.setVisible(drawn)
+        view.face.show_values(shapes if drawn else None)
 
     def _show_text(self, snap: Snapshot) -> None:
         view, model = self._view, self._model

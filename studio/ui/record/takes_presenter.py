@@ -89,20 +89,21 @@ class TakesPresenter(QObject):
 
     def _show_saved(self, take: Take, moved_ms: float) -> None:
         play = (self.tr("Play"), lambda: self._model.player.toggle(take.id))
+        back, rolls = (self.tr("Undo"), lambda: self._remove(take.id)), self._session.rolling_changed
         seconds = f"{take.info.duration:.1f}"
         if not take.info.frames:
             text = self.tr("{0} is saved with sound only: {1} s.").format(take.id, seconds)
             remedy = self.tr(
                 "No motion came in. Start your tracking app or the practice performer, then re-record."
             )
-            messages.show_warning(self._card, text, remedy, play)
+            messages.show_warning(self._card, text, remedy, play, rolls, back)
             return
         details = list(losses(take.info))
         if moved_ms:
             moved = self.tr("Motion is shifted by {0} ms, based on the sync test.")
             details.insert(0, moved.format(f"{moved_ms:+.0f}"))
         text = self.tr("{0} is saved: {1} s.").format(take.id, seconds)
-        messages.show_note(self._card, text, " ".join(details), play)
+        messages.show_note(self._card, text, " ".join(details), play, rolls, also=back)
 
     def _on_recovered(self, takes: tuple[Take, ...], failed: tuple[tuple[str, StudioError], ...]) -> None:
         if takes:
@@ -198,19 +199,25 @@ class TakesPresenter(QObject):
         self._edit(lambda: self._session.edit(name, changed, TAB))
 
     def _on_redo(self, take_id: str) -> None:
+        take = self._remove(take_id)
+        if take is not None:
+            self._redone = self._model.undo_scope.undo_name
+            self._model.record_again(take)
+
+    def _remove(self, take_id: str) -> Take | None:
+        """Move a take to the trash, from where undo brings it back; None where it cannot be."""
         project = self._session.project
-        if project is None or self._session.rolling:
-            return
-        take = project.take(take_id)
+        take = next((one for one in project.takes if one.id == take_id), None) if project else None
+        if take is None or self._session.rolling:
+            return None
         self._model.player.stop()
         try:
             self._session.remove_take(take_id, TAB)
         except StudioError as error:
             messages.show_error(self._card, error)
-            return
+            return None
         undo.tell_change(self._card, self._model.undo_scope, self.tr("{0} is in the trash.").format(take_id))
-        self._redone = self._model.undo_scope.undo_name
-        self._model.record_again(take)
+        return take
 
     def _on_redo_cancelled(self) -> None:
         """Give up the countdown of a take that takes another's place: the old one comes back."""

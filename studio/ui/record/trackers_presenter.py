@@ -11,7 +11,7 @@ from studio.capture.trackers import TRACKERS, Tracker
 from studio.ui import tasks
 from studio.ui.messages import counted
 from studio.ui.record.model import RecordModel
-from studio.ui.record.trackers_view import TrackerCard, TrackersDialog
+from studio.ui.record.trackers_view import WEBCAM, TrackerCard, TrackersDialog
 from studio.ui.session import Session
 from studio.vmc.stream import Sender
 
@@ -31,7 +31,8 @@ class TrackersPresenter(QObject):
         self._senders: tuple[Sender, ...] = ()
         # Names of the programs by their address: looked up once each.
         self._programs: dict[str, str] = {}
-        page.show_tiles([(one.id, self._translated(one.title)) for one in TRACKERS])
+        tiles = [(one.id, self._translated(one.title)) for one in TRACKERS]
+        page.show_tiles([(WEBCAM, self.tr("This webcam")), *tiles])
         page.chosen.connect(self._on_chosen)
         page.use_requested.connect(self._on_use)
         page.practice_requested.connect(self._on_practice)
@@ -45,15 +46,21 @@ class TrackersPresenter(QObject):
             self._page.open_page()
 
     def _on_opened(self) -> None:
-        self._picked, self._senders = False, ()
+        webcam = bool(self._model.webcam_sender)
+        self._picked, self._senders = webcam, ()
         self._address = trackers.own_address()
         self._show(self._shown)
+        if webcam:
+            self._page.show_webcam()
         self._page.show_heard(frozenset(), self.tr("Listening…"), False)
         self._model.set_finding(True)
 
     def _on_chosen(self, tracker: str) -> None:
         self._picked = True
-        self._show(_BY_ID[tracker])
+        if tracker == WEBCAM:
+            self._page.show_webcam()
+        else:
+            self._show(_BY_ID[tracker])
 
     def _show(self, tracker: Tracker) -> None:
         self._shown, port = tracker, self._port(tracker)
@@ -77,7 +84,10 @@ class TrackersPresenter(QObject):
     def _show_heard(self, snap: Snapshot) -> None:
         if not self._page.isVisible():
             return
-        self._senders = trackers.fresh(snap.sources, clock.now())
+        heard_now = trackers.fresh(snap.sources, clock.now())
+        # The webcam of this window is no other VMC program.
+        self._senders = tuple(one for one in heard_now if one.sender != self._model.webcam_sender)
+        mine = frozenset({WEBCAM} if len(self._senders) < len(heard_now) else ())
         for sender in self._senders:
             self._look_up(sender)
         known = [one for one in self._senders if one.sender in self._programs]
@@ -86,7 +96,7 @@ class TrackersPresenter(QObject):
             self._show(found[0])
         heard = self._heard()
         lit = frozenset(one.id for one in found) | ({self._shown.id} if heard else frozenset())
-        self._page.show_heard(lit, self._sentence(heard, snap), heard is not None)
+        self._page.show_heard(lit | mine, self._sentence(heard, snap), heard is not None)
 
     def _heard(self) -> Sender | None:
         """Who sends as the card shown does; any VMC program may be the one meant."""

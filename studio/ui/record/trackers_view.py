@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QDialog,
     QHBoxLayout,
     QPushButton,
+    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -18,7 +19,11 @@ from PySide6.QtWidgets import (
 
 from studio.ui import theme
 from studio.ui.record.tracker_pictures import PhoneCode, StepPicture
+from studio.ui.record.webcam_view import WebcamPane
 from studio.ui.widgets.card import Card, Picture, label
+
+WEBCAM = "webcam"
+"""Id of the tile that shows the webcam's page instead of steps."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,9 @@ class TrackersDialog(QDialog):
         self._list = QVBoxLayout()
         self._list.setSpacing(theme.TIGHT)
         self._card = Card()
+        self.webcam = WebcamPane()
+        self.webcam.finished.connect(self.accept)
+        self._pages = QStackedWidget()
         self._title = label("", "title", "tracker_title")
         self._steps = [(StepPicture(), label("", "", f"tracker_step_{i + 1}")) for i in range(3)]
         self.code = PhoneCode()
@@ -113,6 +121,7 @@ class TrackersDialog(QDialog):
     def show_card(self, card: TrackerCard) -> None:
         """Show a tracker's steps."""
         self._tiles[card.id].setChecked(True)
+        self._pages.setCurrentWidget(self._card)
         self._title.setText(card.title)
         for number, ((picture, words), (kind, text)) in enumerate(
             zip(self._steps, card.steps, strict=True), 1
@@ -125,6 +134,11 @@ class TrackersDialog(QDialog):
         self.address.setText(self.tr("{0}  port {1}").format(card.address, card.port))
         self._note.setText(card.note)
         self._note.setVisible(bool(card.note))
+
+    def show_webcam(self) -> None:
+        """Show the webcam's page in place of a tracker's steps."""
+        self._tiles[WEBCAM].setChecked(True)
+        self._pages.setCurrentWidget(self.webcam)
 
     def show_heard(self, trackers: frozenset[str], sentence: str, heard: bool) -> None:
         """Light the tiles of trackers that are heard, and say what comes in for the one shown.
@@ -191,5 +205,7 @@ class TrackersDialog(QDialog):
         row.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         row.setSpacing(theme.BETWEEN)
         row.addLayout(self._list)
-        row.addWidget(self._card, 1)
-        self.resize(900, 500)
+        for page in (self._card, self.webcam):
+            self._pages.addWidget(page)
+        row.addWidget(self._pages, 1)
+        self.resize(900, 540)

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.motion.avatar import Avatar
 from studio.ui import theme
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.inputs_view import InputsCard
@@ -26,6 +27,7 @@ from studio.ui.record.slate_view import SlateBar
 from studio.ui.record.takes_view import TakesCard
 from studio.ui.record.trackers_view import TrackersDialog
 from studio.ui.shortcuts import sequence
+from studio.ui.widgets.avatar_button import AvatarButton
 from studio.ui.widgets.card import Card
 from studio.ui.widgets.figure.figure import StickFigure
 from studio.ui.widgets.figure.sketch import DrawnFace
@@ -44,10 +46,12 @@ class RecordView(QWidget):
     Signals:
         record_requested: the one key or the button.
         cancel_requested: Escape.
+        avatar_too_slow: the avatar is left away from now on, since drawing it takes too long.
     """
 
     record_requested = Signal()
     cancel_requested = Signal()
+    avatar_too_slow = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -59,6 +63,8 @@ class RecordView(QWidget):
         self.face = DrawnFace(self.figure)
         self.face.resize(FACE)
         self.face.hide()
+        self.avatar = AvatarButton(self.figure, "record_", brief=True)
+        self.figure.avatar_too_slow.connect(self.avatar_too_slow)
         self.prompter = PrompterCard()
         self.slate_bar = SlateBar()
         self.shapes = ShapeMeters()
@@ -82,11 +88,17 @@ class RecordView(QWidget):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self.figure and isinstance(event, QResizeEvent):
             self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
+            self.avatar.place(event.size())
         return False
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.prompter.show_brief(event.size().height() < LOW)
+
+    def set_avatar(self, avatar: Avatar | None) -> None:
+        """Show who performs as an avatar; None for the stick figure."""
+        self.avatar.show_avatar(avatar)
+        self.figure.set_avatar(avatar)
 
     def show_stage(self, problem: str, practising: bool) -> None:
         """Say on the empty stage why no motion comes, and what its button does.

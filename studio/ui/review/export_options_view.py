@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QWidget
+from PySide6.QtCore import QRegularExpression, QSignalBlocker, Signal
+from PySide6.QtGui import QRegularExpressionValidator
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
+from studio.render.background import ROOM, Background
 from studio.ui import theme
 from studio.ui.review.tune_controls import Fold
+from studio.ui.widgets.background_menu import BackgroundButton
 from studio.ui.widgets.card import label
 
-SIZES = ((1280, 720), (1920, 1080), (1080, 1080), (1080, 1920), (640, 360))
+SIZES = ((1280, 720), (1920, 1080), (3840, 2160), (1080, 1080), (1080, 1920), (640, 360))
 LABELS_PX = 52
 
 
@@ -24,14 +28,14 @@ class ExportOptions:
         selection: only what is selected on the timeline.
         tuned: with the sliders of Tune.
         size: pixels of a film or still.
-        clear: a still without the room.
+        background: what is behind the performer.
     """
 
     part: str = "all"
     selection: bool = False
     tuned: bool = True
     size: tuple[int, int] = SIZES[0]
-    clear: bool = False
+    background: Background = ROOM
 
 
 class OptionsForm(QWidget):
@@ -54,10 +58,16 @@ class OptionsForm(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.INSIDE)
         grid.setColumnStretch(1, 1)
-        for row, (text, box) in enumerate(((self._size_words, self.picture), (self._span_words, self.span))):
-            grid.addWidget(text, 2 * row, 0)
-            grid.addWidget(box, 2 * row, 1)
-        grid.addWidget(self.clear_room, 1, 0, 1, 2)
+        self._behind_words = caption(self.tr("Behind"))
+        for row, (text, box) in enumerate(
+            (
+                (self._size_words, self.picture),
+                (self._behind_words, self.background),
+                (self._span_words, self.span),
+            )
+        ):
+            grid.addWidget(text, row, 0)
+            grid.addWidget(box, row, 1)
         self.fold = Fold("export", self.tr("Options"), is_open=False)
         for row, (title, box) in enumerate(((self.tr("Part"), self.part), (self.tr("Frames"), self.fps))):
             self.fold.grid.addWidget(caption(title), row, 0)
@@ -66,7 +76,7 @@ class OptionsForm(QWidget):
         self.fold.reset_requested.connect(self._on_reset)
         self.changed.connect(self._show_changed)
         self.show_selection(None)
-        self.show_drawn(film=False, still=False)
+        self.show_drawn(False)
 
     @property
     def options(self) -> ExportOptions:
@@ -75,8 +85,8 @@ class OptionsForm(QWidget):
             str(self.part.currentData()),
             bool(self.span.currentData()) and self.span.isEnabled(),
             self.tuned.isChecked(),
-            tuple(self.picture.currentData()),
-            self.clear_room.isChecked(),
+            self._size(),
+            self.background.background,
         )
 
     def show_selection(self, span: tuple[float, float] | None) -> None:
@@ -94,13 +104,24 @@ class OptionsForm(QWidget):
                 self.span.setCurrentIndex(0)
         self._fit()
 
-    def show_drawn(self, film: bool, still: bool) -> None:
-        """Ask for the size of pictures where some are drawn."""
-        self._drawn = film or still
-        self.picture.setVisible(film or still)
-        self._size_words.setVisible(film or still)
-        self.clear_room.setVisible(still)
+    def show_drawn(self, drawn: bool) -> None:
+        """Ask for the size of pictures, and what is behind, where some are drawn."""
+        self._drawn = drawn
+        for widget in (self.picture, self._size_words, self.background, self._behind_words):
+            widget.setVisible(drawn)
         self._fit()
+
+    def show_background(self, background: Background) -> None:
+        """Propose what is behind: as the stage shows it."""
+        self.background.show_background(background)
+        self.changed.emit()
+
+    def _size(self) -> tuple[int, int]:
+        """What is written in the box; where that is no size, the usual one."""
+        wide, _, high = self.picture.currentText().replace("×", "x").lower().partition("x")
+        with suppress(ValueError):
+            return int(wide), int(high)
+        return SIZES[0]
 
     def _fit(self) -> None:
         # An empty row would leave a gap.
@@ -137,14 +158,23 @@ class OptionsForm(QWidget):
         self.span.addItem(self.tr("Selection"), True)
         self.span.setToolTip(self.tr("Select a span on the timeline by dragging with Shift held"))
         self.picture = self._box("export_size", self.tr("Picture"))
+        self.picture.setEditable(True)
+        self.picture.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        written = QRegularExpression(r"\d{2,4} *[xX×] *\d{2,4}")
+        self.picture.setValidator(QRegularExpressionValidator(written, self.picture))
+        self.picture.setToolTip(self.tr("Width x height in pixels. Choose one or type your own"))
         for wide, high in SIZES:
             self.picture.addItem(f"{wide} x {high}", (wide, high))
+        self.background = BackgroundButton("export_")
+        self.background.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.background.chosen.connect(self._on_background)
         self.tuned = QCheckBox(self.tr("With Tune settings"))
         self.tuned.setObjectName("export_tuned")
         self.tuned.setChecked(True)
         self.tuned.toggled.connect(lambda _: self.changed.emit())
-        self.clear_room = QCheckBox(self.tr("Still on a transparent background"))
-        self.clear_room.setObjectName("export_clear")
+
+    def _on_background(self, text: str) -> None:
+        self.show_background(Background.parse(text))
 
     def _box(self, name: str, text: str) -> QComboBox:
         box = QComboBox()

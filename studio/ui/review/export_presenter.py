@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,13 @@ from PySide6.QtGui import QDesktopServices
 
 from studio.errors import StudioError
 from studio.export.options import RenderOptions, format_choices
+from studio.export.queue import to_name
 from studio.export.range import cut_sound
 from studio.files import leftovers
 from studio.ipc.events import ChildEvent, FilesDone, ProgressEvent
 from studio.motion import Motion
 from studio.motion.motion import only_part
+from studio.render.background import Background
 from studio.take.motion_file import write_motion
 from studio.ui import messages, theme
 from studio.ui.review.export_options_view import ExportOptions
@@ -73,6 +76,7 @@ class ExportPresenter(QObject):
         self._child.ended.connect(lambda: self._panel.show_busy(None))
         self._panel.show_formats(format_choices())
         self._panel.show_fps(session.settings.export_fps)
+        self._show_background()
         session.settings_changed.connect(self._on_settings)
         self._panel.export_requested.connect(self._on_export)
         self._panel.cancel_requested.connect(self._child.cancel)
@@ -93,6 +97,12 @@ class ExportPresenter(QObject):
     def _on_settings(self, changed: frozenset[str]) -> None:
         if "export_fps" in changed:
             self._panel.show_fps(self._session.settings.export_fps)
+        if "stage_background" in changed:
+            self._show_background()
+
+    def _show_background(self) -> None:
+        """What is behind the performer on the stage is proposed for films and stills, too."""
+        self._panel.options.show_background(Background(self._session.settings.stage_background))
 
     def _show_target(self) -> None:
         """What would be exported now, and what it would be called."""
@@ -172,7 +182,7 @@ class ExportPresenter(QObject):
     def _on_done(self, done: FilesDone) -> None:
         self._files = [Path(file) for file in done.files]
         self._panel.show_busy(None)
-        names = ", ".join(_distinct_names(self._files))
+        names = ", ".join(_distinct_names(to_name(self._files)))
         lines = [self.tr("Exported and verified: {0}.").format(names)] if names else []
         lines += [f"{one.name}: {one.what} {one.remedy}" for one in done.failed]
         self._panel.show_result("\n".join(lines), not done.failed)
@@ -217,11 +227,17 @@ def _render_options(shown: ExportInput, options: ExportOptions) -> RenderOptions
     light = theme.colours().name == "light"
     width, height = options.size
     return RenderOptions(
-        width, height, shown.view, at=at, clear=options.clear, light=light, avatar=shown.avatar
+        width,
+        height,
+        shown.view,
+        at=at,
+        background=options.background.text,
+        light=light,
+        avatar=shown.avatar,
     )
 
 
-def _distinct_names(files: list[Path]) -> list[str]:
+def _distinct_names(files: Sequence[Path]) -> list[str]:
     """The files' names, with their folders where two are called the same."""
     # SAIA CSV writes one name into three folders.
     if len({file.name for file in files}) == len(files):

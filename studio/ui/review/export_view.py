@@ -31,8 +31,10 @@ from studio.ui.review.export_options_view import ExportOptions, OptionsForm, cap
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
-DRAWN = frozenset({"mp4", "png"})
+DRAWN = frozenset({"mp4", "webm", "frames", "png"})
 """Formats that are pictures."""
+SOLID = "mp4"
+"""The one of them that cannot be transparent."""
 
 
 class MoreFormats(QToolButton):
@@ -121,6 +123,7 @@ class ExportPanel(QWidget):
         self.what.hide()
         self.options = OptionsForm()
         self.fps = self.options.fps
+        self.options.changed.connect(self._show_note)
         self._build_format(form)
         form.addWidget(self.options)
         form.addLayout(self._build_target())
@@ -226,14 +229,17 @@ class ExportPanel(QWidget):
         theme.as_role(self.note, "warn" if empty else "caption")
         self._show_possible()
         names = {one.name for one in (choice, *also) if one is not None}
-        self.options.show_drawn(bool(names & DRAWN), "png" in names)
+        self.options.show_drawn(bool(names & DRAWN))
         self.note.show()
         self._fit_note()
 
     def _empty(self) -> str:
-        """What is chosen that would hold nothing of this motion, as a sentence; "" where all would."""
+        """Why what is chosen cannot be written of this motion, as a sentence; "" where all can."""
         chosen = (self._chosen(), *self._also())
         titles = [one.title for one in chosen if one is not None and one.bones_only]
+        solid = any(one is not None and one.name == SOLID for one in chosen)
+        if solid and self.options.options.background.is_clear:
+            return self.tr("An .mp4 film cannot be transparent. Choose .webm, or another background.")
         if not (self._ready and titles) or self._body:
             return ""
         return self.tr("{0} holds a body alone, and this motion is a face. Choose another format.").format(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -10,10 +9,10 @@ from PySide6.QtCore import QObject, Signal
 
 from studio.metrics.comparison import MotionComparison
 from studio.motion import Motion
-from studio.motion.moods import MoodSpan
 from studio.playback.layers import Tuning
 from studio.playback.player import Player
 from studio.project import Run, sounds
+from studio.project.painted_moods import PaintedMoods
 from studio.sound.peaks import Peaks
 from studio.training.styles import RunChoice, RunSelection, newest, run_choice
 from studio.ui import tasks
@@ -26,24 +25,6 @@ A, B = 0, 1
 """The two sides that are compared: their place in `ReviewModel.sides`."""
 Mix = tuple[tuple[str, float], ...]
 """Styles with their shares."""
-
-
-@dataclass(frozen=True)
-class PaintedMoods:
-    """What was painted over the sounds.
-
-    Args:
-        spans: by the item's key.
-        strengths: by the mood's name; 1 where not said.
-    """
-
-    spans: Mapping[str, tuple[MoodSpan, ...]] = field(default_factory=dict)
-    strengths: Mapping[str, float] = field(default_factory=dict)
-
-    def of(self, key: str) -> tuple[MoodSpan, ...]:
-        """The spans of an item, as strong as they are to be."""
-        strengths = self.strengths
-        return tuple(replace(one, strength=strengths.get(one.name, 1.0)) for one in self.spans.get(key, ()))
 
 
 @dataclass

@@ -1,16 +1,21 @@
-"""Presenter of the moods in Review: paints them over the sound, and has the motion made anew."""
+"""Presenter of the moods in Review: paints them over the sound, and keeps them with the project."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QThreadPool, QTimer
 
 from studio.dataset import Label
+from studio.files import atomic
 from studio.motion.moods import MoodSpan
+from studio.project.painted_moods import PaintedMoods, read_moods, write_moods
 from studio.project.run import BASE_VOICE
-from studio.ui.review.model import A, Mix, PaintedMoods, ReviewModel
+from studio.ui import tasks
+from studio.ui.review.model import A, Mix, ReviewModel
 from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
 from studio.ui.undo import Step, StepsUndo
 from studio.ui.widgets.timeline.content import LabelEdit
 
@@ -22,18 +27,27 @@ RESTED_MS = 400
 class MoodsPresenter(QObject):
     """Shows what the run in A knows, and keeps what was painted over each sound.
 
+    Files are touched on the pool.
+
     Args:
         view: the tab.
         model: what is on the stage.
+        session: knows the open project.
 
     Attributes:
         steps: what was painted or mixed, for undo.
     """
 
-    def __init__(self, view: ReviewView, model: ReviewModel) -> None:
+    def __init__(self, view: ReviewView, model: ReviewModel, session: Session) -> None:
         super().__init__(view)
-        self._view, self._model = view, model
+        self._view, self._model, self._session = view, model, session
         self.steps = StepsUndo(self)
+        # None where nothing is kept: no project, one only to look at, or one that was not read yet.
+        self._folder: Path | None = None
+        self._reading: tasks.Task | None = None
+        self._pool = QThreadPool(self)
+        # One after another: what was written last is what stays.
+        self._pool.setMaxThreadCount(1)
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
         self._resting.setInterval(RESTED_MS)
@@ -45,6 +59,10 @@ class MoodsPresenter(QObject):
             changed.connect(self._show)
         model.project_changed.connect(self._on_project)
         model.leaving.connect(self._resting.stop)
+
+    def close(self) -> None:
+        """The window closes: what was painted is written by then."""
+        self._pool.waitForDone()
 
     def _show(self) -> None:
         """What the run knows, and what is painted over this sound."""
@@ -102,6 +120,7 @@ class MoodsPresenter(QObject):
             # A mix is of one run's styles.
             same = self._model.sides[A].selection.run == run
             self._model.set_moods(these, so_mixed if same else self._mix)
+            self._write()
 
         show(moods, mix)
         self.steps.push(Step(name, lambda: show(before, mixed), lambda: show(moods, mix)))
@@ -110,6 +129,40 @@ class MoodsPresenter(QObject):
         self._resting.stop()
         self._model.moods = PaintedMoods()
         self.steps.forget()
+        if self._reading is not None:
+            self._reading.forget()
+        self._folder, project = None, self._session.project
+        if project is not None:
+            folder, keeps = project.folder, not project.read_only
+
+            def failed(error: BaseException) -> None:
+                self._model.failed.emit(error)
+                if not isinstance(error, atomic.NewerVersionError):
+                    # It is set aside once something is painted.
+                    self._on_read(PaintedMoods(), folder if keeps else None)
+
+            def done(found: PaintedMoods) -> None:
+                self._on_read(found, folder if keeps else None)
+
+            self._reading = tasks.run(lambda: read_moods(folder), done, failed, owner=self, pool=self._pool)
+
+    def _on_read(self, found: PaintedMoods, folder: Path | None) -> None:
+        """What was painted the last time; somebody who was quicker than the disk has the last word."""
+        self._folder, now = folder, self._model.moods
+        both = now.over(found)
+        if both != now:
+            if self._model.player is not None:
+                self._model.set_moods(both, self._mix)
+            else:
+                self._model.moods = both
+        if both != found:
+            self._write()
+
+    def _write(self) -> None:
+        folder, moods = self._folder, self._model.moods
+        if folder is not None:
+            failed = self._model.failed.emit
+            tasks.run(lambda: write_moods(folder, moods), lambda _: None, failed, owner=self, pool=self._pool)
 
 
 def _label(span: MoodSpan, end: float) -> Label:

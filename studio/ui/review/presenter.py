@@ -42,7 +42,7 @@ class ReviewPresenter(QObject):
         self.sources = SourcesPresenter(view, model, session)
         self.runs = RunPresenter(view.bar, model, session)
         self.style = StylePresenter(view.bar, model, session)
-        self.moods = MoodsPresenter(view, model)
+        self.moods = MoodsPresenter(view, model, session)
         self.tune = TunePresenter(view, model, session)
         self.presets = TuningPresetPresenter(view.tune, session)
         self.send = SendPresenter(view.send, model, session)
@@ -77,7 +77,8 @@ class ReviewPresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         # The model goes last, with the player that all of them follow.
-        for card in (self.transport, self.runs, self.style, self.send, self.export, self.batch):
+        self.stage.close()
+        for card in (self.transport, self.runs, self.style, self.moods, self.send, self.export, self.batch):
             card.close()
         self.model.close()
         self._view.stage.dispose()

@@ -14,6 +14,7 @@ from studio.ui.review.clip import ReviewItem, most_active_first
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 from studio.ui.session import Session
+from studio.ui.view_settings import ViewSettings
 
 CAPTURED_COLOUR, PREDICTED_COLOUR = 1, 0
 LOADING_MS = 250
@@ -33,6 +34,8 @@ class StagePresenter(QObject):
         super().__init__(view)
         self._view, self._model = view, model
         self._avatars = Avatars(view.stage, session)
+        panes = (view.stage.predicted, view.stage.captured)
+        self._seen = ViewSettings(view, panes, view.camera.backgrounds, session, "review_camera")
         self._loading = QTimer(self)
         self._loading.setSingleShot(True)
         self._loading.setInterval(LOADING_MS)
@@ -45,6 +48,10 @@ class StagePresenter(QObject):
         view.bar.ghost_toggled.connect(lambda _: self.show_layout())
         view.bar.view_requested.connect(view.stage.set_view)
         view.curve_chosen.connect(lambda _: self.show_curves())
+
+    def close(self) -> None:
+        """The window closes."""
+        self._seen.close()
 
     def show_motion(self) -> None:
         """Everything that follows from the motions on the stage."""

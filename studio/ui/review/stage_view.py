@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolButton, QWidget
 
 from studio.motion.avatar import Avatar
+from studio.render.background import Background
 from studio.render.camera import Orbit
 from studio.ui import theme
 from studio.ui.widgets.avatar_button import AvatarButton
+from studio.ui.widgets.background_menu import BackgroundMenu
 from studio.ui.widgets.figure.pane import Pane
 
 
@@ -91,6 +94,11 @@ class Stage(QWidget):
         super().resizeEvent(event)
         self.avatar.place(self.size())
 
+    def set_background(self, background: Background) -> None:
+        """What is behind both."""
+        for pane in (self.predicted, self.captured):
+            pane.set_background(background)
+
     def set_view(self, name: str) -> None:
         """Look at both from "front", "three_quarter" or "side"."""
         self.predicted.figure.set_view(name)
@@ -135,13 +143,20 @@ class CameraButton(QToolButton):
             ("three_quarter", self.tr("Three-quarter"), Orbit.preset("three_quarter")),
             ("side", self.tr("Side"), Orbit.preset("side")),
             ("back", self.tr("Back"), Orbit(180.0, 4.0)),
-            ("upper", self.tr("Upper body"), Orbit(0.0, 4.0, 0.55)),
-            ("face", self.tr("Face"), Orbit(0.0, 2.0, 0.25)),
         ):
             action = menu.addAction(text)
             action.setObjectName(f"view_{name}")
-            action.triggered.connect(lambda _=False, seen=orbit: self._set_view(seen))
+            action.triggered.connect(lambda _=False, seen=orbit: self._look_from(seen))
         menu.addSeparator()
+        for name, text in (
+            ("face", self.tr("Face")), ("bust", self.tr("Bust")), ("body", self.tr("Body"))
+        ):  # fmt: skip
+            action = menu.addAction(text)
+            action.setObjectName(f"view_{name}")
+            action.triggered.connect(lambda _=False, name=name: self._frame(name))
+        menu.addSeparator()
+        self.backgrounds = BackgroundMenu(menu, "review_")
+        menu.addMenu(self.backgrounds)
         self.turntable: QAction = menu.addAction(self.tr("Turntable"))
         self.turntable.setObjectName("turntable")
         self.turntable.setCheckable(True)
@@ -162,10 +177,16 @@ class CameraButton(QToolButton):
         if self._stage.isVisible():
             figure.set_orbit(figure.orbit.turned(TURN_DEGREES_S * TURN_MS / 1000.0, 0.0))
 
-    def _set_view(self, orbit: Orbit) -> None:
+    def _look_from(self, orbit: Orbit) -> None:
+        """Another side, as near as before."""
         # A view that was chosen stays; the turntable would turn away from it.
         self.turntable.setChecked(False)
-        self._stage.predicted.figure.set_orbit(orbit)
+        figure = self._stage.predicted.figure
+        figure.set_orbit(replace(orbit, zoom=figure.orbit.zoom))
+
+    def _frame(self, name: str) -> None:
+        """Nearer or farther, from the same side; the turntable goes on."""
+        self._stage.predicted.figure.set_view(name)
 
 
 ROW_PX = 20

@@ -8,13 +8,13 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.dataset import edits
 from studio.errors import StudioError
-from studio.evaluation.learning_curve import LearningCurve, load_curve
+from studio.evaluation.learning_curve import LearningCurve
 from studio.evaluation.verdict import RunVerdict
 from studio.project import Run
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.data_facts import DataFacts, data_facts, one_for_validation
-from studio.ui.train.run_facts import RunReader, verdict_kinds
+from studio.ui.train.run_facts import RunReader
 from studio.ui.train.run_trash import RunTrash
 from studio.ui.train.task import TrainRequest, TrainTask
 from studio.ui.undo import DatasetUndo, JointUndo
@@ -116,14 +116,14 @@ class TrainModel(QObject):
     def curve(self) -> LearningCurve | None:
         """What more takes would bring, as it was measured last."""
         project = self._session.project
-        return load_curve(project) if project is not None else None
+        return self.reader.curve(project) if project is not None else None
 
     def verdict_on(self, run: Run) -> RunVerdict:
         """How good a run is, and what would help most."""
         project = self._session.project
         if project is None:
             return RunVerdict()
-        return self.reader.verdict(run, self.curve, verdict_kinds(project.dataset, project.takes))
+        return self.reader.verdict(run, project)
 
     def verdict_of(self, run_id: str) -> RunVerdict:
         """As `verdict_on`, of the open project's run of this id; empty where it has none."""

@@ -56,11 +56,11 @@ class ProgressCard(Card):
         theme.set_icon(self.watch, "mdi6.play", "accent")
         self.watch.clicked.connect(self.watch_requested)
         self.watch.hide()
-        self._log_button = QPushButton(name_of("training_details"))
-        self._log_button.setObjectName("show_log")
-        self._log_button.setCheckable(True)
-        self._log_button.setToolTip(tip_of("training_details"))
-        theme.as_role(self._log_button, "quiet")
+        self.details = QPushButton(name_of("training_details"))
+        self.details.setObjectName("show_log")
+        self.details.setCheckable(True)
+        self.details.setToolTip(tip_of("training_details"))
+        theme.as_role(self.details, "quiet")
         self.stop = QPushButton(name_of("stop_training"))
         self.stop.setObjectName("stop_training")
         self.stop.clicked.connect(self.stop_requested)
@@ -70,7 +70,7 @@ class ProgressCard(Card):
         self.cancel.clicked.connect(self.cancel_requested)
         head.addWidget(self._run_title)
         head.addWidget(self._run_line, 1)
-        for button in (self.watch, self._log_button, self.stop, self.cancel):
+        for button in (self.watch, self.details, self.stop, self.cancel):
             head.addWidget(button)
         self.body.addLayout(head)
         self._bar = QProgressBar()
@@ -92,7 +92,7 @@ class ProgressCard(Card):
         self._log.setPlaceholderText(self.tr("What a training says is kept here until the next one begins."))
         self._log.hide()
         for part in (self._log, self.loss_plot):
-            self._log_button.toggled.connect(part.setVisible)
+            self.details.toggled.connect(part.setVisible)
         self.body.addWidget(self._log)
 
     def show_running(self, running: bool, stopping: bool = False, measuring: bool = False) -> None:

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from studio.dataset.coverage import kinds_of
 from studio.dataset.dataset import Dataset
-from studio.evaluation.learning_curve import LearningCurve
+from studio.evaluation.learning_curve import FILE as CURVE_FILE
+from studio.evaluation.learning_curve import LearningCurve, load_curve
 from studio.evaluation.verdict import Kinds, RunVerdict, verdict
 from studio.ipc.events import EpochEvent
 from studio.metrics.scores import STILL_RATIO
-from studio.project import Run
+from studio.project import Project, Run
 from studio.project.run import list_run_folders
 from studio.take import Take
 
@@ -134,6 +135,8 @@ class RunReader:
         self._runs: dict[Path, tuple[tuple[Stamp, bool], Run]] = {}
         self._facts: dict[Path, tuple[Stamp, RunFacts]] = {}
         self._verdicts: dict[Path, tuple[tuple[object, ...], RunVerdict]] = {}
+        self._curve: tuple[Path, Stamp, LearningCurve | None] | None = None
+        self._kinds: tuple[Dataset, tuple[Take, ...], Kinds] | None = None
 
     def newest_first(self, folder: Path) -> list[Run]:
         """The runs in a folder."""
@@ -149,8 +152,17 @@ class RunReader:
             known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
         return known[1]
 
-    def verdict(self, run: Run, curve: LearningCurve | None, kinds: Kinds) -> RunVerdict:
-        """What is said of a run."""
+    def curve(self, project: Project) -> LearningCurve | None:
+        """What more takes would bring, as it was measured last."""
+        path = project.runs_folder / CURVE_FILE
+        stamp = _stamp(path)
+        if self._curve is None or self._curve[:2] != (path, stamp):
+            self._curve = path, stamp, load_curve(project)
+        return self._curve[2]
+
+    def verdict(self, run: Run, project: Project) -> RunVerdict:
+        """What is said of a run of a project."""
+        curve, kinds = self.curve(project), self._kinds_of(project.dataset, project.takes)
         stamps = [
             _stamp(run.folder / name) for name in ("report.json", "evaluation.json", "best.safetensors")
         ]
@@ -159,6 +171,12 @@ class RunReader:
         if known is None or known[0] != state:
             known = self._verdicts[run.folder] = (state, verdict(run, curve, kinds))
         return known[1]
+
+    def _kinds_of(self, dataset: Dataset, takes: tuple[Take, ...]) -> Kinds:
+        """Once for all the runs of a list: a dataset that is the same one has the same kinds."""
+        if self._kinds is None or self._kinds[0] is not dataset or self._kinds[1] != takes:
+            self._kinds = dataset, takes, verdict_kinds(dataset, takes)
+        return self._kinds[2]
 
     def _run(self, folder: Path) -> Run:
         stamp = _stamp(folder / "report.json"), (folder / "best.safetensors").is_file()

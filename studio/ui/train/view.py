@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -14,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
-from studio.ui.shortcuts import name_of, tip_of
+from studio.ui.shortcuts import name_of, pressed, tip_of
 from studio.ui.train.data_view import DataCard
 from studio.ui.train.progress_view import ProgressCard
 from studio.ui.train.recipe_view import RecipeCard
@@ -98,6 +99,17 @@ class TrainView(QWidget):
             inside.setContentsMargins(0, 0, 0, 0)
             inside.addWidget(card)
             rows.addWidget(held, share)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Go back: close one thing that was opened at each press."""
+        if pressed(event, "train") != "close_opened":
+            super().keyPressEvent(event)
+            return
+        opened = (self.runs.details, self.progress.details, self.recipe.advanced)
+        button = next((one for one in opened if one.isChecked()), None)
+        if button is not None:
+            button.setChecked(False)
+        self.setFocus()
 
     def show_empty(self, empty: bool) -> None:
         """Show the empty state, or the cards."""

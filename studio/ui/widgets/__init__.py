@@ -1,6 +1,7 @@
 """Pieces that several tabs draw with.
 
 avatar_button  The button in a picture's corner that chooses an avatar, and what its file allows
+background_menu  The menu of backgrounds: the room, transparent, green, any colour, or an image
 card           Cards, headings and empty states: the furniture every tab shares
 face_dialog    An avatar's faces: each shape, what moves it, a try, and a person's correction
 figure/        A performer on the screen: the stick figure or an avatar, and a drawn face beside it

@@ -23,6 +23,7 @@ class AvatarButton(QWidget):
     Args:
         parent: the picture it stands on.
         prefix: begins the names of its parts, where a window has several.
+        brief: the button alone; its tip says what the file allows.
 
     Signals:
         wanted: a Path, or None for the stick figure.
@@ -36,7 +37,7 @@ class AvatarButton(QWidget):
     faces_requested = Signal()
     menu_opening = Signal()
 
-    def __init__(self, parent: QWidget | None = None, prefix: str = "") -> None:
+    def __init__(self, parent: QWidget | None = None, prefix: str = "", brief: bool = False) -> None:
         super().__init__(parent)
         self.button = QToolButton()
         self.button.setObjectName(f"{prefix}avatar_button")
@@ -54,7 +55,8 @@ class AvatarButton(QWidget):
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._text, self._faced = "", False
+        self._text, self._faced, self._brief = "", False, brief
+        self.terms.setHidden(brief)
         row = self._row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)
@@ -103,6 +105,8 @@ class AvatarButton(QWidget):
         self._row.invalidate()
         self._row.activate()  # it stands in no layout that would ask it to
         self._show_text(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
+        if (around := self.parentWidget()) is not None:
+            self.place(around.size())
 
     def show_busy(self, name: str) -> None:
         """An avatar is being opened."""
@@ -111,6 +115,8 @@ class AvatarButton(QWidget):
     def place(self, room: QSize) -> None:
         """Stand in the lower right corner of a picture, beside its small face."""
         left = min(FACE_SIDE, room.height() // 3, room.width() // 3) + theme.BETWEEN
+        if self._brief:
+            left = max(left, room.width() - self.button.sizeHint().width() - theme.INSIDE)
         height = self.sizeHint().height()
         bottom = room.height() - height - theme.INSIDE
         self.setGeometry(left, bottom, room.width() - left - theme.INSIDE, height)
@@ -127,7 +133,7 @@ class AvatarButton(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """A soft ground behind the words, which stand over the picture."""
         super().paintEvent(event)
-        if not self.terms.text():
+        if self._brief or not self.terms.text():
             return
         wide = self.terms.fontMetrics().horizontalAdvance(self.terms.text()) + 2 * theme.INSIDE
         rect = QRectF(self.terms.geometry())

@@ -65,7 +65,8 @@ def compare(avatar: Avatar, motion: Motion, seen: dict[str, Any]) -> None:
         assert np.degrees(far.max()) < 0.1, names[int(far.argmax())]
         weights = avatar.morph_weights(FACES if t else {})
         for surface, own, wanted in zip(avatar.surfaces, weights, there["vertices"], strict=True):
-            vertices, _ = Skin(surface, len(joints)).pose(avatar.placements(joints, turns), own)
+            placements = avatar.placements(joints, turns)
+            vertices, _ = Skin(surface, len(placements) - 1).pose(placements, own)
             assert len(wanted) > 3
             for vertex in wanted:
                 same = np.linalg.norm(surface.vertices - vertex["rest"], axis=1) < 1e-6

@@ -92,22 +92,28 @@ def test_a_batch_shrinks_until_there_is_nothing_left_to_take_away() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "begins_there"),
+    ("changes", "begins_there", "said"),
     [
-        ((), True),
-        (("style_by=take",), True),
-        (("start_from=fresh",), False),
-        (("units=8",), False),
-        (("sound.window_ms=20",), False),
-        (("channels.fps=60",), False),
+        ((), True, ""),
+        (("style_by=take",), True, ""),
+        (("start_from=fresh",), False, ""),
+        (("units=8",), False, "this recipe's network has other sizes"),
+        (("sound.window_ms=20",), False, "this recipe hears sound in another form"),
+        (
+            ("channels.fps=60",),
+            False,
+            "that knows 30 frames a second, and your motion has 60",
+        ),
     ],
 )
-def test_a_quick_look_hears_as_the_base_voice_from_the_start_where_it_fits(
-    make_toy_project: MakeProject, changes: tuple[str, ...], begins_there: bool
+def test_a_quick_look_hears_as_the_base_voice_from_the_start_where_it_fits_and_says_where_not(
+    make_toy_project: MakeProject, changes: tuple[str, ...], begins_there: bool, said: str
 ) -> None:
-    recipe = load_recipe("quick").with_overrides(changes)
+    recipe, notes = load_recipe("quick").with_overrides(changes), list[str]()
     data = gather(make_toy_project(("train", "train", "val")), recipe)
-    network = fresh_model(data, recipe).network
+    network = fresh_model(data, recipe, notes.append).network
+    told = f"The training starts from scratch and not from the base voice: {said}."
+    assert notes == ([told] if said else [])
     own = network.core.state_dict() | {"row_mean": network.row_mean}
     base = load_model(base_voice().folder / BEST).network.state_dict()
     for name in ("row_mean", "convolution.weight", "lstm.weight_ih_l0", "lstm.weight_hh_l1"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable
 
 import pytest
@@ -15,13 +14,8 @@ from studio.ui.live.view import LiveView
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from tests.inference.live.runs import add_run
+from tests.ports import free_port
 from tests.ui.live.children import Room
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def performs(view: LiveView, live: LivePresenter) -> bool:

@@ -13,13 +13,8 @@ from pytestqt.qtbot import QtBot
 from studio.ipc.commands import Command
 from studio.project import Project
 from tests.inference.live.runs import add_run
+from tests.ports import free_port
 from tests.ui.live.children import FakeChild, Room, ready, state
-
-
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
 
 
 def press(name: str, port: int) -> int:
@@ -35,7 +30,7 @@ def test_a_remote_goes_live_turns_switches_and_ends_it(
     room: Callable[..., Room], toy_project: Project, child: FakeChild, qtbot: QtBot
 ) -> None:
     add_run(toy_project)
-    port = free_port()
+    port = free_port(socket.SOCK_STREAM)
     view, presenter, session = room(toy_project, child, remote_port=port)
     assert presenter.remote.port == 0  # nothing listens before it is switched on
     assert "in front" in view.stream.words.text()

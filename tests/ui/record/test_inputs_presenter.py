@@ -25,16 +25,11 @@ from studio.ui.session import MicrophoneRequest, Session
 from studio.vmc.decode import HELLO, IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
 from studio.vmc.stream import Sender
+from tests.ports import free_port
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
 BODY = Sender("127.0.0.1:5", 39539, "VMC", ("Hips", "Head"), ("Joy",))
 PHONE = Sender("192.168.0.9:5", 49983, "iFacialMocap", (), ("JawOpen",))
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.fixture

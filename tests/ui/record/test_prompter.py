@@ -26,14 +26,9 @@ from studio.ui.record.prompter_view import PrompterCard
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
 from studio.vmc.encode import encode_frame
+from tests.ports import free_port
 
 Tab = tuple[RecordView, RecordPresenter, Session]
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.fixture

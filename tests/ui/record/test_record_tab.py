@@ -35,12 +35,7 @@ from studio.ui.record.view import RecordView
 from studio.ui.session import Session
 from studio.vmc.encode import encode_frame
 from tests.fakes import FakeChildTask
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+from tests.ports import free_port
 
 
 class Sender:
@@ -630,3 +625,10 @@ def test_a_take_without_motion_is_saved_with_a_warning(room: Room, tmp_path: Pat
     assert toast.text.text() == "Alone_001 is saved with sound only: 1.0 s."
     assert toast.remedy.text().startswith("No motion came in.")
     assert not toast.bad
+    assert (toast.action.text(), toast.also.text()) == ("Play", "Undo")
+    toast.also.click()
+    assert room.project.takes == ()
+    assert toast.text.text() == "Alone_001 is in the trash."
+    assert (toast.action.text(), toast.also.isVisible()) == ("Undo", False)
+    toast.action.click()
+    assert [one.id for one in room.project.takes] == ["Alone_001"]

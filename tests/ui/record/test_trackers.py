@@ -23,14 +23,9 @@ from studio.ui.session import Session
 from studio.vmc.decode import IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
 from studio.vmc.stream import Sender
+from tests.ports import free_port
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.fixture

@@ -72,7 +72,7 @@ def test_a_still_is_what_is_seen_and_a_face_alone_has_no_body(qtbot: QtBot, tab:
     view.export.folder.setText(str(tmp_path))
     view.export.options.picture.setCurrentIndex(view.export.options.picture.findText("640 x 360"))
     view.export.options.part.setCurrentIndex(1)
-    view.export.options.clear_room.click()
+    view.export.options.background.chosen.emit("transparent")
     told = _export(qtbot, view)
     assert told == (
         "Exported and verified: toy_003.png.\n"
@@ -96,6 +96,24 @@ def test_a_film_of_the_selection_has_its_length_and_its_sound(qtbot: QtBot, tab:
     with av.open(str(tmp_path / "toy_003.mp4")) as film:
         assert film.streams.audio
         assert sum(1 for _ in film.decode(video=0)) == 30
+
+
+def test_what_is_behind_on_the_stage_is_proposed_and_pictures_of_any_size_are_made(
+    qtbot: QtBot, tab: Tab, tmp_path: Path
+) -> None:
+    view, _ = tab
+    view.camera.backgrounds.chosen.emit("transparent")
+    assert view.stage.predicted.figure.background.is_clear
+    _choose(view, "frames")
+    view.export.folder.setText(str(tmp_path))
+    view.export.options.picture.setEditText("96x64")
+    view.timeline.span_selected.emit((1.0, 1.2))
+    view.export.options.span.setCurrentIndex(1)
+    assert _export(qtbot, view) == "Exported and verified: toy_003.frames."
+    pictures = sorted((tmp_path / "toy_003.frames").iterdir())
+    assert [one.name for one in pictures] == [f"toy_003_{number:05d}.png" for number in range(1, 7)]
+    with Image.open(pictures[0]) as first:
+        assert (first.size, first.mode) == ((96, 64), "RGBA")
 
 
 def test_cancel_works_while_it_is_prepared(qtbot: QtBot, tab: Tab, tmp_path: Path) -> None:

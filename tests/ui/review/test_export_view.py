@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QScrollArea
 from pytestqt.qtbot import QtBot
 
 from studio.export.options import FormatChoice, format_choices
+from studio.render.background import CLEAR
 from studio.ui import theme
 from studio.ui.review.export_options_view import ExportOptions
 from studio.ui.review.export_view import ExportPanel
@@ -83,3 +84,24 @@ def test_a_face_alone_is_not_exported_as_bones(panel: ExportPanel, tmp_path: Pat
     panel.show_target("Hello_002", tmp_path, ready=True, body=True)
     assert panel.export.isEnabled()
     assert panel.export.toolTip() == ""
+
+
+def test_a_film_that_cannot_be_transparent_says_which_can(panel: ExportPanel, tmp_path: Path) -> None:
+    panel.show_formats(format_choices())
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    panel.options.show_background(CLEAR)
+    for name, possible in (("mp4", False), ("webm", True), ("frames", True), ("png", True)):
+        panel.format.setCurrentIndex(panel.format.findData(name))
+        assert panel.export.isEnabled() == possible
+    panel.format.setCurrentIndex(panel.format.findData("mp4"))
+    assert panel.note.text() == "An .mp4 film cannot be transparent. Choose .webm, or another background."
+    panel.options.background.chosen.emit("#102030")
+    assert panel.export.isEnabled()
+    assert panel.options.options.background.text == "#102030"
+
+
+def test_a_size_may_be_typed(panel: ExportPanel) -> None:
+    panel.options.picture.setEditText("1600 × 900")
+    assert panel.options.options.size == (1600, 900)
+    panel.options.picture.setEditText("16")
+    assert panel.options.options.size == (1280, 720)

@@ -12,10 +12,12 @@ from pytestqt.qtbot import QtBot
 
 from studio.motion import Motion
 from studio.project import Project
+from studio.project.painted_moods import read_moods
 from studio.training.styles import RunChoice
 from studio.ui.review.model import A
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
+from studio.ui.session import Session
 from studio.ui.widgets.timeline.timeline import Timeline
 from tests import toys
 from tests.training.loop.test_train import tiny, trained
@@ -57,7 +59,9 @@ def drag(timeline: Timeline, start: float, end: float) -> None:
     QTest.mouseRelease(timeline, Qt.MouseButton.LeftButton, pos=b)
 
 
-def test_a_mood_is_painted_heard_by_the_run_undone_and_clicked_away(qtbot: QtBot, tab: Tab) -> None:
+def test_a_mood_is_painted_heard_by_the_run_undone_clicked_away_and_kept(
+    qtbot: QtBot, tab: Tab, session: Session
+) -> None:
     view, presenter = tab
     plain = made(qtbot, presenter)
     assert list(view.moods.chips) == ["happy"]
@@ -80,6 +84,16 @@ def test_a_mood_is_painted_heard_by_the_run_undone_and_clicked_away(qtbot: QtBot
     drag(view.timeline, 3.0, 3.0)
     assert view.timeline.content.labels == ()
     assert presenter.undo_scope.undo_name == "Remove happy"
+    assert presenter.undo_scope.undo() == "Remove happy"
+    # Opened again, what was painted is there as it was left.
+    presenter.close()
+    assert session.project is not None
+    (kept,) = read_moods(session.project.folder).spans.values()
+    assert [span.name for span in kept] == ["happy"]
+    session.project_opened.emit()
+    qtbot.waitUntil(lambda: presenter.model.moods.spans != {})
+    assert presenter.model.moods.spans == dict.fromkeys(presenter.model.moods.spans, kept)
+    assert presenter.undo_scope.undo_name == ""
 
 
 def test_sliders_mix_styles_and_say_how_strong_a_mood_is(qtbot: QtBot, tab: Tab) -> None:

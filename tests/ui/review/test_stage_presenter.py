@@ -79,14 +79,15 @@ def test_it_is_taken_off_and_offered_again(qtbot: QtBot, tab: Tab, session: Sess
     view, _ = tab
     wear(qtbot, view, file)
     menu = view.stage.avatar.menu
-    assert choices(menu) == ["None (stick figure)", file.stem, "Open a VRM avatar…", "Face shapes…"]
+    expected = ["None (stick figure)", "Saia", file.stem, "Open a VRM avatar…", "Face shapes…"]
+    assert choices(menu) == expected
     menu.actions()[0].trigger()
     assert view.stage.worn is None
     assert view.stage.avatar.button.text() == "Avatar"
     assert session.project is not None
     assert avatars.chosen(session.project.folder) is None
     choices(menu)
-    menu.actions()[1].trigger()
+    menu.actions()[2].trigger()
     qtbot.waitUntil(lambda: view.stage.worn is not None)
     assert len(avatars.kept(session.project.folder)) == 1
 
@@ -115,7 +116,16 @@ def test_two_avatars_of_one_name_are_both_kept(tmp_path: Path, toy_project: Proj
     assert (first.name, again.name, other.name) == ("me.vrm", "me.vrm", "me 2.vrm")
 
 
-@pytest.mark.parametrize("written", ['{"avatar": "../../secret.vrm"}', '{"avatar": 5}', "nonsense", "{}"])
+def test_a_new_project_wears_the_studios_own_avatar_and_never_copies_it(tmp_path: Path) -> None:
+    assert avatars.chosen(tmp_path) == avatars.OWN
+    avatars.choose(tmp_path, None)
+    assert avatars.chosen(tmp_path) is None
+    avatars.choose(tmp_path, avatars.adopt(tmp_path, avatars.OWN))
+    assert avatars.chosen(tmp_path) == avatars.OWN
+    assert avatars.kept(tmp_path) == ()
+
+
+@pytest.mark.parametrize("written", ['{"avatar": "../../secret.vrm"}', '{"avatar": 5}', '{"avatar": null}'])
 def test_a_choice_that_leads_nowhere_is_the_stick_figure(tmp_path: Path, written: str) -> None:
     (tmp_path / "avatars").mkdir()
     (tmp_path / "avatars" / "chosen.json").write_text(written)

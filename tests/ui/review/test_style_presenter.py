@@ -41,14 +41,10 @@ def toy_project(trained: Path, tmp_path: Path) -> Iterator[Project]:
 
 
 @pytest.fixture
-def tab(qtbot: QtBot, tab: Tab) -> Tab:
-    """A take on the stage, and what the run makes of its sound."""
-    view, presenter = tab
-    presenter.show_run("quick_001")
-    qtbot.waitUntil(
-        lambda: presenter.model.predicted is not None and presenter.model.complete, timeout=MINUTE
-    )
-    return view, presenter
+def tab(tab: Tab) -> Tab:
+    """A take on the stage, and the run that is to make something of its sound; nobody waits for that."""
+    tab[1].show_run("quick_001")
+    return tab
 
 
 def _wait_for_motion(qtbot: QtBot, presenter: ReviewPresenter) -> None:
@@ -68,6 +64,7 @@ def test_the_selected_stretch_becomes_a_style_that_is_chosen(
     model, box = presenter.model, view.bar.first.styles
     item = model.item
     assert item is not None
+    _wait_for_motion(qtbot, presenter)
     model.set_span((2.0, 9.0))
     before = model.predicted
     _move_like_this(qtbot, view)

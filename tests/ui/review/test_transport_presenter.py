@@ -82,7 +82,8 @@ def test_the_other_run_is_seen_at_once_while_it_plays(qtbot: QtBot, tab: Tab) ->
 def test_views_and_the_turntable_move_both_figures(qtbot: QtBot, tab: Tab) -> None:
     view, _ = tab
     figures = view.stage.predicted.figure, view.stage.captured.figure
-    _trigger(view, "view_face")
+    for name in ("view_front", "view_face"):
+        _trigger(view, name)
     assert [(one.orbit.azimuth, one.orbit.zoom) for one in figures] == [(0.0, 0.25)] * 2
     view.camera.turntable.trigger()
     qtbot.waitUntil(lambda: figures[0].orbit.azimuth > 2.0)

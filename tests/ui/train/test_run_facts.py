@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from studio.evaluation.learning_curve import CurvePoint, LearningCurve, save_curve
 from studio.ipc.events import EpochEvent
-from studio.project import Run
-from studio.ui.train.run_facts import curves, epochs_of, run_facts
+from studio.project import Project, Run
+from studio.ui.train.run_facts import RunReader, curves, epochs_of, run_facts
 
 
 def _epoch(
@@ -62,3 +63,17 @@ def test_lines_that_make_no_sense_are_passed_over(tmp_path: Path) -> None:
     )
     facts = run_facts(epochs_of(Run.load(tmp_path)))
     assert (facts.epochs, facts.of, facts.best) == (1, None, None)
+
+
+def test_the_learning_curve_is_read_again_only_where_its_file_changed(tmp_path: Path) -> None:
+    project, reader = Project.create(tmp_path / "P"), RunReader()
+    assert reader.curve(project) is None
+    save_curve(project, LearningCurve((CurvePoint(30.0, 0.4),), ("A",), "test", ("B",)))
+    first = reader.curve(project)
+    assert first is not None
+    assert reader.curve(project) is first
+    save_curve(project, LearningCurve((CurvePoint(30.0, 0.4), CurvePoint(60.0, 0.5)), ("A",), "test", ("B",)))
+    second = reader.curve(project)
+    assert second is not None
+    assert second.seconds == 60.0
+    project.close()

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 import time
 from collections import deque
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QCloseEvent,
@@ -24,22 +20,29 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from studio.actions import FIGURE
 from studio.motion.avatar import Avatar
-from studio.render.camera import VIEWS, Orbit
+from studio.render.background import ROOM, Background
+from studio.render.camera import FRAMINGS, Orbit
+from studio.render.palette import Palette
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
+from studio.ui.widgets.figure.picture import Detail, FigurePicture, background_image, draw_checkers, loaded
+from studio.ui.widgets.figure.view_buttons import ViewButtons
 
 FRAME_PX = 4
 QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
 """Pictures may take this share of the GUI thread's time: those made within QUICK seconds hold up nobody and
 reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
+FINEST = 2
+REST_MS, REST_COST = 300, 0.02
+"""After which a picture that stays is drawn once more, finely, where it took no longer (s) before."""
 TOO_SLOW, FAR_TOO_SLOW = 0.25, 2.0
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
 _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
@@ -86,7 +89,12 @@ class StickFigure(QWidget):
         self._avatar: Avatar | None = None
         self._costs: deque[float] = deque(maxlen=_COSTS_KEPT)
         self._detail = Detail()
-        self._image: QImage | None = None
+        self._picture: FigurePicture | None = None
+        self._shown: tuple[WorldPose | None, WorldPose | None] = (None, None)
+        """What the picture was made of."""
+        self.background = ROOM
+        self.checkered = True
+        """False where a transparent background is to be seen through, and not shown by a board."""
         self.empty_text, self._empty_icon = empty_text or self.tr("No motion to show yet."), empty_icon
         self.rolling = self._ring = False
         self.caption = self.overlay = ""
@@ -96,6 +104,11 @@ class StickFigure(QWidget):
         self._next.setTimerType(Qt.TimerType.PreciseTimer)
         self._next.timeout.connect(self._draw_picture)
         self._last_drawn = 0.0
+        self._rest = QTimer(self)
+        self._rest.setSingleShot(True)
+        self._rest.setInterval(REST_MS)
+        self._rest.timeout.connect(self._draw_finely)
+        self._token = "figure"
         self._drag_from: QPointF | None = None
         self.empty_button = QPushButton(empty_button, self)
         self.empty_button.setObjectName("figure_empty_button")
@@ -114,12 +127,12 @@ class StickFigure(QWidget):
         """Show a performer, as the avatar where the stance has turns and an avatar is worn."""
         if stance.usable:
             self._stance = stance
-            self._request()
+            self._request_if(stance, self._shown[0])
 
     def show_ghost_stance(self, stance: WorldPose | None) -> None:
         """Show a second performer in another colour; None hides it."""
         self._ghost = stance if stance is not None and stance.usable else None
-        self._request()
+        self._request_if(self._ghost, self._shown[1])
 
     def set_avatar(self, avatar: Avatar | None) -> None:
         """Draw an avatar instead of the stick figure; None for the stick figure."""
@@ -127,6 +140,20 @@ class StickFigure(QWidget):
             self._avatar = avatar
             self._costs.clear()
             self._detail.begin_anew()
+            self._request()
+
+    def set_token(self, token: str) -> None:
+        """Draw the stick figure in another colour: "figure" for predicted, "ghost" for captured."""
+        if token != self._token:
+            self._token = token
+            if self._scene is not None:
+                self._scene.set_palette(self._palette())
+            self._request()
+
+    def set_background(self, background: Background) -> None:
+        """What is behind the performer."""
+        if background != self.background:
+            self.background = background
             self._request()
 
     @property
@@ -137,7 +164,7 @@ class StickFigure(QWidget):
     @property
     def picture(self) -> QImage | None:
         """The picture that OpenGL made last; None where the lines are drawn instead."""
-        return self._image
+        return self._picture.image if self._picture is not None else None
 
     @property
     def drawing_soon(self) -> bool:
@@ -148,7 +175,8 @@ class StickFigure(QWidget):
         """Show an empty room with a sentence, the last one where none is given."""
         self.empty_text = sentence or self.empty_text
         self._empty_icon = icon or self._empty_icon
-        self._stance = self._ghost = self._image = None
+        self._stance = self._ghost = self._picture = None
+        self._shown = (None, None)
         self._update_buttons()
         self.update()
 
@@ -178,15 +206,14 @@ class StickFigure(QWidget):
     # The camera
 
     def set_view(self, name: str) -> None:
-        """Look from "front", "three_quarter" or "side"."""
-        self.set_orbit(Orbit.preset(name, self.orbit.zoom))
+        """Look from "front", "three_quarter" or "side", or frame "face", "bust" or "body"."""
+        self.set_orbit(self.orbit.framed(name) if name in FRAMINGS else Orbit.preset(name, self.orbit.zoom))
 
     def set_orbit(self, orbit: Orbit) -> None:
         """Look from somewhere; two figures side by side share one through `view_changed`."""
         if orbit != self.orbit:
             self.orbit = orbit
-            for name, button in self._view_buttons.items():
-                button.setChecked((orbit.azimuth, orbit.elevation) == VIEWS[name])
+            self._views.show_orbit(orbit)
             self.view_changed.emit(orbit)
             self._request()
 
@@ -208,7 +235,7 @@ class StickFigure(QWidget):
             QTimer.singleShot(100, self, self.warm_up)
             return
         try:
-            self._scene = RenderScene(theme.colours())
+            self._scene = RenderScene(self._palette())
             self._scene.warm_up(max(self.width(), 8), max(self.height(), 8))
         except (ImportError, RuntimeError, OSError, AttributeError, ValueError):
             # No OpenGL here: the lines stay, and `saia doctor` says why.
@@ -219,9 +246,10 @@ class StickFigure(QWidget):
         """Free the OpenGL context, once, before the widget goes."""
         self._disposed = True
         self._next.stop()
+        self._rest.stop()
         if self._scene is not None:
             self._scene.close()
-            self._scene = None
+            self._scene = self._picture = None
 
     # Qt
 
@@ -239,7 +267,7 @@ class StickFigure(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and not self._disposed:
             if self._scene is not None:
-                self._scene.set_palette(theme.colours())
+                self._scene.set_palette(self._palette())
             self._request()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
@@ -287,16 +315,17 @@ class StickFigure(QWidget):
         if self._stance is None:
             sketch.draw_ground(painter, rect)
             self._paint_empty(painter, rect)
-        elif self._image is not None:
-            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-            painter.drawImage(rect, self._image)
         else:
-            self._paint_sketch(painter, rect)
+            if self.background.is_clear and self.checkered:
+                draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
+            if self._picture is not None:
+                self._picture.paint(painter, rect)
+            else:
+                self._paint_sketch(painter, rect)
         if self.caption:
             painter.setFont(theme.ui_font(semibold=True))
             painter.setPen(theme.colour("muted"))
-            front = self._view_buttons["front"]
-            room = (front.x() if front.isVisible() else self.width()) - 28
+            room = (self._views.left if self._views.isVisible() else self.width()) - 28
             metrics = painter.fontMetrics()
             words = metrics.elidedText(self.caption, Qt.TextElideMode.ElideRight, max(room, 60))
             painter.drawText(QPointF(14, 28), words)
@@ -314,8 +343,12 @@ class StickFigure(QWidget):
         painter.end()
 
     def _paint_sketch(self, painter: QPainter, rect: QRectF) -> None:
-        sketch.draw_ground(painter, rect)
-        for stance, token in ((self._ghost, "ghost"), (self._stance, "figure")):
+        if self.background.is_room:
+            sketch.draw_ground(painter, rect)
+        elif not self.background.is_clear:
+            size = (self.width(), self.height())
+            painter.drawImage(rect, background_image(self.background, size, theme.colours()))
+        for stance, token in ((self._ghost, "ghost"), (self._stance, self._token)):
             if stance is not None:
                 worn = stance.retargeted_to(self._avatar) if self._avatar is not None else stance
                 sketch.draw_figure(painter, rect, self.orbit, worn.skeleton, worn.joints, token)
@@ -343,6 +376,19 @@ class StickFigure(QWidget):
 
     # Pictures
 
+    def _palette(self) -> Palette:
+        colours = theme.colours()
+        return colours if self._token == "figure" else replace(colours, figure=colours.ghost)
+
+    def _request_if(self, pose: WorldPose | None, shown: WorldPose | None) -> None:
+        """Ask for a new picture where a pose looks otherwise than the one that is seen."""
+        if pose is None or shown is None:
+            alike = pose is shown
+        else:
+            alike = pose.looks_like(shown, self._avatar is not None)
+        if not alike or self._picture is None:
+            self._request()
+
     def _request(self) -> None:
         """Ask for a new picture, soon enough for the display and late enough for everyone else."""
         if self._disposed or self._next.isActive():
@@ -351,7 +397,12 @@ class StickFigure(QWidget):
         wait = self._last_cost * (1 / share - 1) - (time.perf_counter() - self._last_drawn)
         self._next.start(max(0, int(wait * 1000)))
 
-    def _draw_picture(self) -> None:
+    def _draw_finely(self) -> None:
+        """Nothing moves any more: draw the same picture with smooth edges, once."""
+        if not self._next.isActive() and self._last_cost < REST_COST:
+            self._draw_picture(resting=True)
+
+    def _draw_picture(self, resting: bool = False) -> None:
         self._update_buttons()
         if self._stance is None or self._scene is None or not self.isVisible():
             self.update()
@@ -363,15 +414,23 @@ class StickFigure(QWidget):
             self._scene.place(GHOST, self._ghost)
         else:
             self._scene.hide(GHOST)
-        ratio = self.devicePixelRatioF()
+        ratio, share = self.devicePixelRatioF(), self._detail.share
         pixels = self.width() * self.height() * ratio * ratio
-        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * self._detail.share
-        width, height = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
-        self._image = _image_of(self._scene.render(self.orbit, width, height))
-        self._last_drawn = time.perf_counter()
-        self.note_cost(self._last_drawn - started)
+        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * min(share, 1.0)
+        size = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
+        if self._picture is None:
+            self._picture = FigurePicture(self._scene)
+        finer = FINEST if (share > 1.0 or resting) and pixels < MOST_PIXELS else 1
+        part = self._picture.draw(self.orbit, size, finer, self.background, self._palette())
+        self._shown = (self._stance, self._ghost)
         self.renders += 1
-        self.update()
+        if not resting:
+            self._last_drawn = time.perf_counter()
+            self.note_cost(self._last_drawn - started)
+            # Each picture puts it off: while a performer moves it never comes.
+            if finer < FINEST:
+                self._rest.start()
+        self.update(self._picture.in_widget(part, (self.width(), self.height())))
 
     def note_cost(self, seconds: float) -> None:
         """A picture took this long: draw less often or less, where that is too slow."""
@@ -389,111 +448,25 @@ class StickFigure(QWidget):
 
     # Buttons over the picture
 
+    def add_tool(self, tool: QWidget) -> None:
+        """Put one more button beside those of the views."""
+        self._views.add_tool(tool)
+        self._update_buttons()
+
     def _add_view_buttons(self) -> None:
-        names = {
-            "front": self.tr("Front"),
-            "three_quarter": self.tr("Three-quarter"),
-            "side": self.tr("Side"),
-        }
-        self._view_buttons: dict[str, QToolButton] = {}
-        group = QButtonGroup(self)
-        group.setExclusive(False)
-        row = QHBoxLayout()
-        row.setSpacing(theme.TIGHT)
-        row.addStretch(1)
-        for name, text in names.items():
-            button = QToolButton()
-            button.setText(text)
-            button.setObjectName(f"view_{name}")
-            button.setCheckable(True)
-            button.setChecked((self.orbit.azimuth, self.orbit.elevation) == VIEWS[name])
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            theme.as_role(button, "chip")
-            button.clicked.connect(lambda _checked=False, n=name: self._on_view(n))
-            group.addButton(button)
-            row.addWidget(button)
-            self._view_buttons[name] = button
+        self._views = ViewButtons(self)
+        self._views.chosen.connect(self._on_view)
         column = QVBoxLayout(self)
         column.setContentsMargins(10, 10, 10, 10)
-        column.addLayout(row)
+        column.addWidget(self._views)
         column.addStretch(1)
+        self._views.show_orbit(self.orbit)
         self._update_buttons()
 
     def _on_view(self, name: str) -> None:
-        self._view_buttons[name].setChecked(True)
         self.set_view(name)
+        self._views.show_orbit(self.orbit)
 
     def _update_buttons(self) -> None:
-        for button in self._view_buttons.values():
-            button.setVisible(self._stance is not None and self.view_buttons_shown)
+        self._views.show_in(self.width(), self._stance is not None and self.view_buttons_shown)
         self.empty_button.setVisible(self._stance is None and bool(self.empty_button.text()))
-
-
-def _image_of(pixels: NDArray[np.uint8]) -> QImage:
-    """A picture (H, W, 4) as the scene gives it; Qt keeps a copy of its own."""
-    height, width = pixels.shape[:2]
-    lowest_first = pixels[::-1].ravel().data
-    return QImage(lowest_first, width, height, width * 4, QImage.Format.Format_RGBX8888).flipped()
-
-
-SHARES = (1.0, 0.7, 0.5)
-"""Of a picture's height and width that are drawn; the rest is scaled up."""
-SLOW, EASY = 0.025, 0.018
-"""Seconds: a picture that takes longer is drawn coarser; one that would take no longer finer, finer again."""
-_KEPT = 12
-
-
-class Detail:
-    """Chooses the share by what pictures took."""
-
-    def __init__(self) -> None:
-        self._step = 0
-        self._costs: deque[float] = deque(maxlen=_KEPT)
-
-    @property
-    def share(self) -> float:
-        """Of the height and width to draw."""
-        return SHARES[self._step]
-
-    def saw(self, cost: float) -> None:
-        """A picture took so many seconds."""
-        self._costs.append(cost)
-        if len(self._costs) < _KEPT:
-            return
-        # The quickest counts: a computer that is held up by something else for a while is not slow.
-        quickest = min(self._costs)
-        if quickest > SLOW and self._step < len(SHARES) - 1:
-            self._go(self._step + 1)
-        elif self._step and max(self._costs) * (SHARES[self._step - 1] / self.share) ** 2 < EASY:
-            self._go(self._step - 1)
-
-    def begin_anew(self) -> None:
-        """Something else is drawn, or in another size."""
-        self._go(0)
-
-    def _go(self, step: int) -> None:
-        self._step = step
-        self._costs.clear()
-
-
-_loading: threading.Thread | None = None
-_done = threading.Event()
-
-
-def loaded() -> bool:
-    """Whether pyvista can be imported at once; begins to load it where nobody has."""
-    global _loading
-    if "pyvista" not in sys.modules and _loading is None:
-        # No daemon: a thread left in the midst of VTK's loading would abort a program that ends.
-        _loading = threading.Thread(target=_load, name="load pyvista")
-        _loading.start()
-    return _loading is None or _done.is_set() or not _loading.is_alive()
-
-
-def _load() -> None:
-    try:
-        import pyvista  # noqa: F401
-    except (ImportError, OSError):
-        return  # whoever uses it meets the same error and says so
-    finally:
-        _done.set()

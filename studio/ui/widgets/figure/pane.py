@@ -9,9 +9,11 @@ from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QVBoxLayout, QWidget
 
 from studio.motion.avatar import Avatar
+from studio.render.background import ROOM, Background
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.figure.figure import StickFigure
+from studio.ui.widgets.figure.picture import background_image, draw_checkers
 from studio.ui.widgets.figure.sketch import DrawnFace, draw_ground
 
 FACE_SIDE = 132
@@ -19,7 +21,7 @@ FACE_MARGIN = 10
 FACE_SHARE = 1 / 3
 """Of the picture's shorter side that the small face takes; as many pixels at most."""
 LARGE_FACE = 380
-CAPTION_HEIGHT = 26
+CAPTION_HEIGHT, LINE_PX = 26, 2
 TERMS_HEIGHT = 48
 """What stands along a picture's lower edge while an avatar is worn: its name and what its file allows."""
 
@@ -34,10 +36,16 @@ class _Caption(QWidget):
     def __init__(self, words: str) -> None:
         super().__init__()
         self.words = words
+        self.token = "figure"
         self.setFixedHeight(CAPTION_HEIGHT)
         # Never shown here: without a parent yet it would be a window of its own for a moment.
         if not words:
             self.hide()
+
+    def set_token(self, token: str) -> None:
+        """Lie over a line of another colour: captured and predicted are told apart without words."""
+        self.token = token
+        self.update()
 
     def set_words(self, words: str) -> None:
         """Say something else; "" keeps the line, empty."""
@@ -50,9 +58,12 @@ class _Caption(QWidget):
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.fillRect(self.rect(), theme.colour("sky"))
+        if self.words:
+            line = self.rect().adjusted(0, CAPTION_HEIGHT - LINE_PX, 0, 0)
+            painter.fillRect(line, theme.colour(self.token))
         painter.setFont(theme.ui_font(semibold=True))
         painter.setPen(theme.colour("muted"))
-        room = self.rect().adjusted(14, 4, -8, 0)
+        room = self.rect().adjusted(14, 2, -8, -LINE_PX)
         short = painter.fontMetrics().elidedText(self.words, Qt.TextElideMode.ElideMiddle, room.width())
         painter.drawText(room, int(Qt.AlignmentFlag.AlignVCenter), short)
 
@@ -65,6 +76,7 @@ class _FaceRoom(QWidget):
         self.face = DrawnFace(self)
         self.face.set_token(token)
         self.setMinimumSize(160, 160)
+        self.background, self.checkered = ROOM, True
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         side = int(min(min(self.width(), self.height()) * 0.8, LARGE_FACE))
@@ -72,7 +84,14 @@ class _FaceRoom(QWidget):
         super().resizeEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        draw_ground(QPainter(self), QRectF(self.rect()))
+        painter, rect = QPainter(self), QRectF(self.rect())
+        if self.background.is_clear and self.checkered:
+            draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
+        elif self.background.is_room:
+            draw_ground(painter, rect)
+        elif not self.background.is_clear:
+            size = (self.width(), self.height())
+            painter.drawImage(rect, background_image(self.background, size, theme.colours()))
 
 
 class Pane(QWidget):
@@ -117,9 +136,23 @@ class Pane(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def set_token(self, token: str) -> None:
-        """The colour of the face: a token of the theme."""
+        """The colour of figure, face and caption: a token of the theme."""
+        self.figure.set_token(token)
+        self.caption.set_token(token)
         self.face.set_token(token)
         self.room.face.set_token(token)
+
+    def set_background(self, background: Background) -> None:
+        """What is behind the performer."""
+        self.figure.set_background(background)
+        self.room.background = background
+        self.room.update()
+
+    def set_see_through(self) -> None:
+        """In a transparent window: nothing stands for nothing, and the mouse is the window's."""
+        self.figure.checkered = self.room.checkered = False
+        self.figure.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent, False)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_caption(self, caption: str) -> None:
         """A word over it, shown while there is something to see."""

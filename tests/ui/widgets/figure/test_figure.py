@@ -13,7 +13,8 @@ from studio.render import body
 from studio.render.camera import Orbit, project, to_picture
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
-from studio.ui.widgets.figure.figure import EASY, SHARES, SLOW, TOO_SLOW, Detail, StickFigure
+from studio.ui.widgets.figure.figure import TOO_SLOW, StickFigure
+from studio.ui.widgets.figure.picture import EASY, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
 
 
@@ -224,7 +225,7 @@ def after(detail: Detail, *costs: float) -> float:
 
 def test_pictures_that_always_take_too_long_get_coarser_step_by_step() -> None:
     detail, slow = Detail(), [2 * SLOW] * 12
-    assert [after(detail, *slow) for _ in range(4)] == [*SHARES[1:], SHARES[-1], SHARES[-1]]
+    assert [after(detail, *slow) for _ in range(4)] == [*SHARES[USUAL + 1 :], SHARES[-1], SHARES[-1]]
 
 
 def test_a_computer_that_is_held_up_for_a_while_is_not_slow() -> None:
@@ -235,7 +236,7 @@ def test_a_computer_that_is_held_up_for_a_while_is_not_slow() -> None:
 def test_it_gets_finer_only_where_that_would_not_be_slow_again() -> None:
     detail = Detail()
     after(detail, *[2 * SLOW] * 12)
-    assert after(detail, *[EASY * 0.6] * 40) == SHARES[1]  # twice the pixels would be too slow
+    assert after(detail, *[EASY * 0.6] * 40) == SHARES[USUAL + 1]  # twice the pixels would be too slow
     assert after(detail, *[EASY * 0.4] * 12) == 1.0
 
 

@@ -1,0 +1,19 @@
+"""A face in pictures, as motion: a webcam or any video in place of a tracker (no Qt, no torch).
+
+Pictures pass `landmarker` (points and weights of a face), `face` (channels of an avatar) and `smoothing`, in
+this order; `video` works through a file, `webcam` through a camera that runs.
+
+camera      Cameras: which there are, and their pictures with the moments they were taken; a video as one
+face        A tracked face as channels: ARKit's shapes, VRM's vowels, and the head's turn shared out
+face_model  The face model's file: where it lies, how it is fetched from its publisher, and what is missing
+landmarker  MediaPipe's Face Landmarker: the faces in a picture, and the rigid part of one
+pictures    What a picture tells besides its faces: light, sharpness, cuts, and hints for a better one
+raw         Faces of a video as they were tracked, in blocks that survive a break
+smoothing   The One-Euro filter, which leaves closures and blinks as quick as they are
+video       A video file tracked: its motion on the clock of its sound, and the spans that are of no use
+webcam      A camera at work: tracks its pictures and sends them as one more VMC sender
+"""
+
+# Here, where importing costs nothing: the window sorts what is dropped before anybody needs numpy.
+VIDEO_SUFFIXES = frozenset({".mp4", ".mov", ".mkv", ".webm", ".m4v", ".avi"})
+"""Of files that may hold pictures."""

@@ -1,0 +1,124 @@
+"""What a picture tells besides its faces: light, sharpness, cuts, and hints for a better one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import rotation
+from studio.tracking.landmarker import Face, Picture
+
+DARK = 55.0
+"""Mean brightness of a face (0..255) below which its features drown in noise."""
+BLURRED = 0.055
+"""Sharpness below which lips and lids run into what is around them."""
+SMALL = 72.0
+"""Pixels of a face below which lips are some pixels high; the model looks at 256."""
+TURNED_YAW, TURNED_PITCH = math.radians(40.0), math.radians(32.0)
+"""Turns beyond which half of the mouth is hidden."""
+SLOW_FPS = 20.0
+_THUMB = 48
+_CUT, _CUT_FACTOR = 24.0, 5.0
+_SAME = 0.05
+_CROP = 64
+
+
+@dataclass(frozen=True)
+class PictureFacts:
+    """What one picture says of how well a face can be tracked in it.
+
+    Args:
+        light: mean brightness of the face, 0..255; of the picture without one.
+        sharpness: fine detail against coarse, about .03 (blurred) to .3.
+        size: of the face, pixels; 0 without one.
+    """
+
+    light: float
+    sharpness: float
+    size: float
+
+
+def facts_of(picture: Picture, face: Face | None) -> PictureFacts:
+    """Light, sharpness and size; (H, W, 3)."""
+    if face is None:
+        return PictureFacts(float(picture[::8, ::8].mean()), 0.0, 0.0)
+    height, width = picture.shape[:2]
+    (left, top), (right, bottom) = face.points[:, :2].min(axis=0), face.points[:, :2].max(axis=0)
+    x0, x1 = int(np.clip(left, 0, width - 1)), int(np.clip(right, 1, width))
+    y0, y1 = int(np.clip(top, 0, height - 1)), int(np.clip(bottom, 1, height))
+    crop = picture[y0 : max(y1, y0 + 1), x0 : max(x1, x0 + 1), 1].astype(np.float32)
+    return PictureFacts(float(crop.mean()), _sharpness(crop), face.size)
+
+
+def _sharpness(crop: NDArray[np.float32]) -> float:
+    """Mean step between neighbours in the middle of a face against its contrast.
+
+    On means of small squares, so that a large face is not called blurred for having more pixels.
+    """
+    step = max(min(crop.shape) // _CROP, 1)
+    rows, columns = (size // step * step for size in crop.shape)
+    small = crop[:rows, :columns].reshape(rows // step, step, columns // step, step).mean(axis=(1, 3))
+    if min(small.shape) < 8:
+        return 0.0
+    steps = np.abs(np.diff(small, axis=0)).mean() + np.abs(np.diff(small, axis=1)).mean()
+    return float(steps / 2 / max(float(small.std()), 1.0))
+
+
+def thumbnail(picture: Picture) -> NDArray[np.int16]:
+    """Some hundred of its pixels, for `change`."""
+    height, width = picture.shape[:2]
+    return picture[:: max(height // _THUMB, 1), :: max(width // _THUMB, 1), 1].astype(np.int16)
+
+
+class CutDetector:
+    """Tells cuts and stills by how much a picture differs from the one before."""
+
+    def __init__(self) -> None:
+        self._before: NDArray[np.int16] | None = None
+        self._usual = 2.0
+
+    def push(self, picture: Picture) -> tuple[bool, bool]:
+        """Whether a cut lies right before this picture, and whether it is the very one before."""
+        small = thumbnail(picture)
+        before, self._before = self._before, small
+        if before is None or before.shape != small.shape:
+            return False, False
+        change = float(np.abs(small - before).mean())
+        cut = change > max(_CUT, _CUT_FACTOR * self._usual)
+        if not cut:
+            self._usual += 0.1 * (change - self._usual)
+        return cut, change < _SAME
+
+
+def is_turned(turn: NDArray[np.floating]) -> bool:
+    """Whether a head (4,) is turned so far from the camera that its mouth is half hidden."""
+    yaw, pitch, _ = rotation.to_euler_yxz(turn)
+    return bool(abs(float(yaw)) > TURNED_YAW or abs(float(pitch)) > TURNED_PITCH)
+
+
+HINTS = {
+    "no_face": "I see no face. Sit in front of the camera.",
+    "dark": "Too dark. Turn a lamp towards your face.",
+    "small": "Your face is too small. Come closer.",
+    "turned": "You are turned away. Look towards the camera.",
+    "blurred": "The picture is blurred. Clean the lens, or add light.",
+    "slow": "Only {fps:.0f} frames a second. Add light, or close other programs.",
+}
+"""What a performer can do for a better picture, by code; the gravest first."""
+
+
+def hints(facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float) -> tuple[str, ...]:
+    """Codes of HINTS that hold now; `turn` is the head's, None without a face, `fps` 0 where unknown."""
+    if turn is None:
+        return ("no_face", *(("dark",) if facts.light < DARK else ()))
+    found = {
+        "dark": facts.light < DARK,
+        "small": facts.size < SMALL,
+        "turned": is_turned(turn),
+        "blurred": facts.sharpness < BLURRED,
+        "slow": 0 < fps < SLOW_FPS,
+    }
+    return tuple(code for code, holds in found.items() if holds)

@@ -1,0 +1,123 @@
+"""The One-Euro filter, which leaves closures and blinks as quick as they are.
+
+Source: Casiez, Roussel and Vogel 2012, 1€ Filter, doi 10.1145/2207676.2208639.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.motion import rotation
+from studio.motion.channels import ARKIT_SHAPES
+
+Floats = NDArray[np.floating]
+
+JUMP = 0.1
+"""A closure by more than this between two frames is no noise, and passes at once."""
+_SLOPE_HZ = 5.0
+_CLOSING = np.array([
+    1.0 if name.startswith(("EyeBlink", "MouthClose", "MouthPress", "MouthRoll")) else
+    -1.0 if name.startswith(("JawOpen", "MouthLowerDown", "MouthUpperUp", "MouthFunnel")) else 0.0
+    for name in ARKIT_SHAPES
+])  # fmt: skip
+"""Which way a shape moves when lids or lips close: up, down, or neither."""
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """How much is smoothed.
+
+    Args:
+        rest_hz: what passes of a value at rest; lower is calmer.
+        speed: Hz more for each unit a second that a value moves.
+    """
+
+    rest_hz: float
+    speed: float
+
+
+SHAPES, HEAD = Smoothing(1.7, 3.0), Smoothing(1.2, 8.0)
+
+
+class OneEuro:
+    """Filters values that come one row after another; `closing` as in _CLOSING, (N,)."""
+
+    def __init__(self, smoothing: Smoothing, closing: Floats | None = None) -> None:
+        self._smoothing, self._closing = smoothing, closing
+        self._t = -math.inf
+        self._raw: Floats | None = None
+        self._value: Floats = np.zeros(0)
+        self._slope: Floats = np.zeros(0)
+
+    def reset(self) -> None:
+        """What comes next has nothing to do with what came before."""
+        self._raw = None
+
+    def __call__(self, t: float, raw: Floats) -> Floats:
+        """The smoothed values (N,) at a moment, seconds; a moment that is not later gives those before."""
+        if self._raw is None:
+            self._t, self._raw, self._value, self._slope = t, raw, raw, np.zeros(len(raw))
+            return raw
+        step = t - self._t
+        if step <= 0:
+            return self._value
+        slope = (raw - self._raw) / step
+        self._slope = self._slope + _share(_SLOPE_HZ, step) * (slope - self._slope)
+        cutoff = self._smoothing.rest_hz + self._smoothing.speed * np.abs(self._slope)
+        value = self._value + _share(cutoff, step) * (raw - self._value)
+        if self._closing is not None:
+            value = np.where(self._closing * (raw - self._value) > JUMP, raw, value)
+        self._t, self._raw, self._value = t, raw, value
+        return value
+
+
+class FaceFilter:
+    """Smooths weights (52,) and a rotation (4,) of one face as they come."""
+
+    def __init__(self) -> None:
+        self._weights, self._turn = OneEuro(SHAPES, _CLOSING), OneEuro(HEAD)
+        self._before = rotation.IDENTITY
+
+    def reset(self) -> None:
+        """Another face, or the same after a break."""
+        self._weights.reset()
+        self._turn.reset()
+
+    def __call__(self, t: float, weights: Floats, turn: Floats) -> tuple[Floats, Floats]:
+        """Both, smoothed."""
+        # q and -q are one rotation: the nearer of the two.
+        turn = -turn if float(turn @ self._before) < 0 else turn
+        self._before = turn
+        return self._weights(t, weights), rotation.normalised(self._turn(t, turn))
+
+
+def smoothed(times: Floats, weights: Floats, turns: Floats) -> tuple[Floats, Floats]:
+    """A whole stretch smoothed forwards and backwards, so that nothing of it comes late.
+
+    Args:
+        times: rising seconds, (T,).
+        weights: (T, 52).
+        turns: (T, 4).
+    """
+    turns = rotation.sign_continuous(turns)
+    results = []
+    for order in (slice(None), slice(None, None, -1)):
+        face = FaceFilter()
+        clock = np.abs(times[order] - times[order][:1])
+        rows = [face(t, w, q) for t, w, q in zip(clock.tolist(), weights[order], turns[order], strict=True)]
+        results.append(tuple(np.array(column)[order] for column in zip(*rows, strict=True)))
+    (first, there), (second, back) = results
+    closed = _CLOSING * (first - second)
+    # Of two closures the firmer one: the mean of a blink and of none would be half a blink.
+    firm = np.where(closed > 0, first, second)
+    both = np.where((_CLOSING != 0) & (np.abs(first - second) > JUMP), firm, (first + second) / 2)
+    return both, rotation.slerp(there, back, np.full(len(times), 0.5))
+
+
+def _share(cutoff_hz: float | Floats, step: float) -> Floats:
+    """How much of a new value is taken, by the cutoff and the seconds since the one before."""
+    return np.asarray(1.0 / (1.0 + 1.0 / (2 * math.pi * np.asarray(cutoff_hz) * step)))

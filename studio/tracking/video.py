@@ -1,0 +1,398 @@
+"""A video file tracked: its motion on the clock of its sound, and the spans that are of no use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.errors import RequestError, StudioError
+from studio.motion import Motion, rotation
+from studio.tracking import raw
+from studio.tracking.face import head_turn, motion_of, usual_of
+from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
+from studio.tracking.pictures import (
+    BLURRED,
+    DARK,
+    SMALL,
+    TURNED_PITCH,
+    TURNED_YAW,
+    CutDetector,
+    PictureFacts,
+    facts_of,
+)
+from studio.tracking.raw import BLOCK, BlockStore, RawFaces
+from studio.tracking.smoothing import smoothed
+
+MOST_FPS = 31.0
+"""Of a faster video every second picture is tracked, or third: lips need no more, and people wait."""
+MOST_FACES = 5
+_WIDEST = 1280
+_PROBES = 12
+# A face that jumps farther than this many of its sizes is another one's.
+_REACH = 1.5
+_LOST_S = 0.1
+_STILL_S = 1.0
+_CUT_S = 0.07
+_BREAK_S = 0.25
+_FACTS_EVERY = 4
+NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
+"""Why a span is left out."""
+
+LeftOut = tuple[float, float, str]
+"""Start and end in seconds, and why."""
+OnProgress = Callable[[float], None]
+"""Told of the part that is done, 0..1."""
+
+
+@dataclass(frozen=True)
+class VideoOptions:
+    """Whose face, and where.
+
+    Args:
+        face: counted from the left as they are first seen together, 1 and up; 0 is the largest.
+        box: x, y, width, height as parts of the picture: nothing outside of it is looked at; None is all.
+    """
+
+    face: int = 0
+    box: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedVideo:
+    """What a video tells.
+
+    Args:
+        motion: times from the first sample of its sound, or its first picture where it has none; None where
+            no face was seen.
+        left_out: spans of no use, in order.
+        facts: for take.json: shares of the frames with a face, blurred and the like, as text.
+        notes: what a person should know, one sentence each.
+    """
+
+    motion: Motion | None
+    left_out: tuple[LeftOut, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def has_pictures(path: Path) -> bool:
+    """Whether a file holds moving pictures; a song's cover is none."""
+    import av
+
+    try:
+        with av.open(str(path.absolute())) as container:
+            return _stream(container) is not None
+    except (av.FFmpegError, OSError, ValueError, MemoryError):
+        return False
+
+
+def must_show_pictures(path: Path) -> None:
+    """Look whether a file can be read as a video.
+
+    Raises:
+        StudioError: it cannot, or shows nothing.
+    """
+    _clock_of(path)
+
+
+def _stream(container: Any) -> Any:
+    """The first stream of moving pictures, None without one."""
+    import av
+
+    covers = av.stream.Disposition.attached_pic
+    return next((one for one in container.streams.video if not one.disposition & covers), None)
+
+
+def track_video(
+    path: Path, model: Path, options: VideoOptions = VideoOptions(), on_progress: OnProgress = lambda _: None
+) -> TrackedVideo:
+    """Track a face through a video.
+
+    What was tracked before a break is gone on with.
+
+    Args:
+        path: any video FFmpeg reads.
+        model: the face model's file.
+        options: whose face.
+        on_progress: told as it goes on.
+
+    Raises:
+        RequestError: there are no pictures in it, or not so many faces.
+        StudioError: it cannot be read, or MediaPipe does not run.
+    """
+    duration, sound_start = _clock_of(path)
+    faces = len(look(path, model, options)[1])
+    if options.face > max(faces, 1):
+        what = f"{path.name} shows {faces} faces at most, so there is no face {options.face}."
+        raise RequestError(what, "Choose a smaller number, or a box around the face.")
+    store = BlockStore(path, (options, faces > 1))
+    found = _track(path, model, options, faces, duration, store, on_progress)
+    store.discard()
+    if not found.seen.any():
+        return TrackedVideo(None)
+    notes = []
+    if faces > 1 and not options.face:
+        notes.append(f"{path.name} shows {faces} faces; the largest was tracked.")
+    return _tracked(found, sound_start, tuple(notes))
+
+
+def _clock_of(path: Path) -> tuple[float, float]:
+    """Seconds of the pictures, and when the first sample is heard; without sound, the first picture seen."""
+    import av
+
+    try:
+        with av.open(str(path.absolute())) as container:
+            stream = _stream(container)
+            if stream is None:
+                raise RequestError(f"There are no pictures in {path.name}.", "Choose a video.")
+            length = float((stream.duration or 0) * (stream.time_base or 0))
+            duration = length or (container.duration or 0) / av.time_base
+            start = float((stream.start_time or 0) * stream.time_base)
+            if container.streams.audio:
+                # The first frame that comes out: what encoders put before it is cut off by then.
+                first = next((one for one in container.decode(audio=0) if one.time is not None), None)
+                start = float(first.time) if first is not None and first.time is not None else start
+            return duration, start
+    except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
+        raise _unreadable(path) from error
+
+
+def _unreadable(path: Path) -> StudioError:
+    return StudioError(f"{path.name} cannot be read as a video.", "Convert it to MP4, or choose another.")
+
+
+def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Iterator[tuple[float, Picture]]:
+    """Pictures of a video with their times, in order; damaged ones are left out.
+
+    Args:
+        after: seconds; those up to there are passed over.
+    """
+    import av
+
+    last = after
+    with av.open(str(path.absolute())) as container:
+        stream = _stream(container)
+        stream.thread_type = "AUTO"
+        if after > 0:
+            container.seek(int(after / stream.time_base), stream=stream)
+        rate = float(stream.average_rate or 30)
+        least = 1 / MOST_FPS if rate > MOST_FPS else 0.0
+        for packet in container.demux(stream):
+            try:
+                frames = packet.decode()
+            except av.FFmpegError:
+                continue
+            for frame in frames:
+                # Half a frame of room: times are rounded in files.
+                if frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
+                    continue
+                last = frame.time
+                yield last, picture_of(frame, options.box)
+
+
+def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None) -> Picture:
+    """A frame of PyAV's as RGB, upright, no wider than needed, and nothing of it outside of a box."""
+    scale = 1.0 if box else min(_WIDEST / max(frame.width, 1), 1.0)
+    size = {} if scale == 1.0 else {"width": int(frame.width * scale), "height": int(frame.height * scale)}
+    picture: Picture = frame.to_ndarray(format="rgb24", **size)
+    # Phones held upright write pictures that lie on their side, and say so.
+    if quarter := round(getattr(frame, "rotation", 0) / 90) % 4:
+        picture = np.rot90(picture, quarter)
+    if box is not None:
+        height, width = picture.shape[:2]
+        x, y, w, h = box
+        picture = picture[
+            round(y * height) : round((y + h) * height), round(x * width) : round((x + w) * width)
+        ]
+    return picture
+
+
+def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> tuple[Picture, tuple[Face, ...]]:
+    """The picture of a video with the most faces, of some that are spread over it, and they from the left.
+
+    Args:
+        path: the video.
+        model: the face model's file.
+        options: where is looked.
+
+    Raises:
+        StudioError: it cannot be read.
+    """
+    duration, _ = _clock_of(path)
+    landmarker = FaceLandmarker(model, MOST_FACES, stills=True)
+    found: tuple[Picture, tuple[Face, ...]] | None = None
+    try:
+        for i in range(_PROBES):
+            picture = _keyframe(path, options, duration * (i + 0.5) / _PROBES)
+            if picture is None:
+                continue
+            faces = landmarker.detect(picture, float(i))
+            if found is None or len(faces) > len(found[1]):
+                found = picture, faces
+    finally:
+        landmarker.close()
+    if found is None:
+        raise _unreadable(path)
+    return found[0], tuple(sorted(found[1], key=lambda face: float(face.centre[0])))
+
+
+def _keyframe(path: Path, options: VideoOptions, t: float) -> Picture | None:
+    """The picture before a moment that needs no others to be decoded, None where there is none."""
+    import av
+
+    try:
+        with av.open(str(path.absolute())) as container:
+            stream = _stream(container)
+            container.seek(int(t / stream.time_base), stream=stream)
+            frame = next(container.decode(stream), None)
+            return picture_of(frame, options.box) if frame is not None else None
+    except av.FFmpegError:
+        return None
+
+
+class FaceChoice:
+    """Which of the faces of a picture is the one: chosen once, then followed.
+
+    Args:
+        number: counted from the left, 1 and up; 0 is the largest.
+    """
+
+    def __init__(self, number: int = 0) -> None:
+        self._number = number
+        self._before: Face | None = None
+
+    def reset(self) -> None:
+        """Choose anew: a cut, or a long time without the face."""
+        self._before = None
+
+    def pick(self, faces: tuple[Face, ...]) -> Face | None:
+        """The face of this picture, None where it is not in it."""
+        if not faces:
+            return None
+        before = self._before
+        if before is None:
+            if len(faces) < self._number:
+                return None
+            by_place = sorted(faces, key=lambda face: float(face.centre[0]))
+            chosen = by_place[self._number - 1] if self._number else max(faces, key=lambda face: face.size)
+        else:
+            chosen = min(faces, key=lambda face: float(np.hypot(*(face.centre - before.centre))))
+            if np.hypot(*(chosen.centre - before.centre)) > _REACH * before.size:
+                return None
+        self._before = chosen
+        return chosen
+
+
+def _track(
+    path: Path,
+    model: Path,
+    options: VideoOptions,
+    faces: int,
+    duration: float,
+    store: BlockStore,
+    on_progress: OnProgress,
+) -> RawFaces:
+    """All pictures of a video tracked, from where it was broken off."""
+    blocks = store.load()
+    after = float(blocks[-1].times[-1]) if blocks else -math.inf
+    # A second face is looked for only where there is one: it costs a search in every picture.
+    landmarker, rigid = FaceLandmarker(model, MOST_FACES if faces > 1 else 1), RigidFace.of_model(model)
+    choice, cuts = FaceChoice(options.face), CutDetector()
+    times: list[float] = []
+    rows: list[NDArray[np.float32]] = []
+    missed = 0
+    facts: PictureFacts | None = None
+    try:
+        for t, picture in pictures(path, options, after):
+            cut, same = cuts.push(picture)
+            seen = landmarker.detect(picture, t)
+            if cut or missed > 30:
+                choice.reset()
+            face = choice.pick(seen)
+            missed = 0 if face is not None else missed + 1
+            turn = head_turn(rigid.matrix(face.points)) if face is not None else rotation.IDENTITY
+            times.append(t)
+            # Light and sharpness change slowly, and measuring them costs a fifth of tracking.
+            other = facts is None or cut or (face is None) != (facts.size == 0)
+            if facts is None or other or len(rows) % _FACTS_EVERY == 0:
+                facts = facts_of(picture, face)
+            rows.append(raw.row_of(face, turn, facts, len(seen), cut, same))
+            if len(rows) == BLOCK:
+                blocks.append(RawFaces(np.array(times), np.array(rows)))
+                store.save(len(blocks) - 1, blocks[-1])
+                times, rows = [], []
+            if len(rows) % 15 == 0:
+                on_progress(min(t / duration, 1.0) if duration > 0 else 0.0)
+    finally:
+        landmarker.close()
+    if rows:
+        blocks.append(RawFaces(np.array(times), np.array(rows)))
+    return raw.joined(blocks)
+
+
+def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> TrackedVideo:
+    """What was tracked, smoothed stretch by stretch, on the clock of the sound."""
+    times = found.times - sound_start
+    # What is shown before the first sound belongs to no moment of the take.
+    rows = np.flatnonzero(found.seen & (times >= 0))
+    weights, turns = found.weights, found.turns
+    breaks = found.cuts.copy()
+    for stretch in _stretches(times, rows, breaks):
+        weights[stretch], turns[stretch] = smoothed(times[stretch], weights[stretch], turns[stretch])
+    left_out = _left_out(found, times)
+    good = rows[~_inside(times[rows], left_out)]
+    calibration = usual_of(weights[good], turns[good])
+    motion = motion_of(times[rows], weights[rows], turns[rows], calibration) if len(rows) else None
+    return TrackedVideo(motion, left_out, tuple(_facts(found).items()), notes)
+
+
+def _stretches(
+    times: NDArray[np.float64], rows: NDArray[np.intp], breaks: NDArray[np.bool_]
+) -> Iterator[NDArray[np.intp]]:
+    """Rows that follow one another without a cut or a pause."""
+    if not len(rows):
+        return
+    passed = np.cumsum(breaks)[rows]
+    ends = np.flatnonzero((np.diff(times[rows]) > _BREAK_S) | (np.diff(passed) > 0)) + 1
+    yield from np.split(rows, ends)
+
+
+def _inside(times: NDArray[np.float64], spans: tuple[LeftOut, ...]) -> NDArray[np.bool_]:
+    inside = np.zeros(len(times), dtype=bool)
+    for start, end, _ in spans:
+        inside |= (times >= start) & (times <= end)
+    return inside
+
+
+def _left_out(found: RawFaces, times: NDArray[np.float64]) -> tuple[LeftOut, ...]:
+    """Spans without the face, around cuts, and of still pictures; in order."""
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    spans: list[LeftOut] = []
+    for mask, least, why in ((~found.seen, _LOST_S, NO_FACE), (found.same, _STILL_S, STILL)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+        for first, end in edges.reshape(-1, 2).tolist():
+            stop = times[end] if end < len(times) else times[-1] + step
+            if stop - times[first] >= least - 1e-6:
+                spans.append((float(times[first]), float(stop), why))
+    spans += [(float(t - _CUT_S), float(t + _CUT_S), CUT) for t in times[found.cuts]]
+    return tuple(sorted((round(max(a, 0.0), 4), round(b, 4), why) for a, b, why in spans if b > 0))
+
+
+def _facts(found: RawFaces) -> dict[str, str]:
+    """Shares of the frames, for the take's check."""
+    seen = found.seen
+    yaw, pitch, _ = rotation.to_euler_yxz(found.turns[seen])
+    shares = {
+        "face_seen": seen,
+        "face_blurred": found.sharpness[seen] < BLURRED,
+        "face_turned": (np.abs(yaw) > TURNED_YAW) | (np.abs(pitch) > TURNED_PITCH),
+        "face_dark": found.light[seen] < DARK,
+        "face_small": found.size[seen] < SMALL,
+    }
+    return {name: f"{float(np.mean(share)):.4f}" for name, share in shares.items()}

@@ -1,0 +1,250 @@
+"""A camera at work: tracks its pictures and sends them as one more VMC sender."""
+
+from __future__ import annotations
+
+import base64
+import io
+import socket
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from studio import clock
+from studio.errors import InputError, StudioError
+from studio.files import atomic
+from studio.motion.channels import ARKIT_SHAPES
+from studio.tracking.camera import CameraReader
+from studio.tracking.face import (
+    BONES,
+    CALIBRATION_SECONDS,
+    SHAPES,
+    Calibration,
+    head_turn,
+    neutral_of,
+    pose_of,
+)
+from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
+from studio.tracking.pictures import facts_of, hints
+from studio.tracking.smoothing import FaceFilter
+from studio.vmc.encode import SendOptions, encode_age, encode_frame
+
+PREVIEW_WIDTH = 320
+_RATE_SPAN_S = 2.0
+_LOST_S = 0.3
+_OPTIONS = SendOptions(names="as_is", root=False)
+_VERSION = 1
+_DOT = (90, 220, 255)
+
+
+@dataclass(frozen=True)
+class WebcamStatus:
+    """How a camera at work is doing.
+
+    Args:
+        fps: pictures tracked a second.
+        hints: codes of pictures.HINTS, the gravest first.
+        face: whether one is seen.
+        delay_ms: from a picture to its motion, the median of the last.
+        dropped: pictures left out because tracking could not keep up.
+        calibrating: seconds left of a calibration, 0 for none.
+        calibrated: whether there is one.
+    """
+
+    fps: float
+    hints: tuple[str, ...]
+    face: bool
+    delay_ms: float
+    dropped: int
+    calibrating: float
+    calibrated: bool
+
+
+class Webcam:
+    """Tracks one camera and sends every picture with a face in it as a VMC frame.
+
+    A frame says how old its picture is, so that the studio stamps it with the moment the picture was taken.
+
+    Args:
+        reader: the open camera.
+        model: the face model's file.
+        host, port: where the motion goes.
+        gains: factors of shapes by name, beside those kept with the calibration.
+    """
+
+    def __init__(
+        self, reader: CameraReader, model: Path, host: str, port: int, gains: Mapping[str, float] = {}
+    ) -> None:
+        self._reader = reader
+        self._landmarker, self._rigid = FaceLandmarker(model), RigidFace.of_model(model)
+        self._filter = FaceFilter()
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            # Connected: its own address is then known, by which the window tells this sender from others.
+            self._socket.connect((host, port))
+        except OSError as error:
+            raise InputError(f"{host} cannot be reached.", "Use 127.0.0.1 for this computer.") from error
+        # What came while the model was read is nobody's loss.
+        reader.dropped = 0
+        kept = load_calibration()
+        self._calibrated = kept is not None
+        kept = kept or Calibration()
+        self._calibration = Calibration(kept.neutral, kept.yaw, kept.pitch, {**kept.gains, **gains})
+        self._collecting: list[tuple[np.ndarray, np.ndarray]] = []
+        self._collect_until = 0.0
+        self._taken: deque[float] = deque(maxlen=120)
+        self._began: float | None = None
+        self._delays: deque[float] = deque(maxlen=60)
+        self._seen_at = 0.0
+        self._last: tuple[Picture, Face | None] | None = None
+        self._turn: np.ndarray | None = None
+        self.sent = 0
+        """Frames that went out."""
+
+    @property
+    def sender(self) -> str:
+        """The address it sends from, "127.0.0.1:53211"."""
+        host, port = self._socket.getsockname()[:2]
+        return f"{host}:{port}"
+
+    def step(self) -> None:
+        """Track the newest picture and send it.
+
+        Raises:
+            InputError: the camera is gone.
+        """
+        shot = self._reader.next()
+        picture = shot.picture
+        faces = self._landmarker.detect(picture, shot.taken)
+        face = faces[0] if faces else None
+        self._taken.append(shot.taken)
+        self._last, self._turn = (picture, face), None
+        if face is None:
+            if shot.taken - self._seen_at > _LOST_S:
+                self._filter.reset()
+            return
+        self._seen_at = shot.taken
+        turn = head_turn(self._rigid.matrix(face.points))
+        self._turn = turn
+        weights, turn = self._filter(shot.taken, face.weights.astype(np.float64), turn)
+        self._collect(weights, turn)
+        pose = pose_of(weights, turn, self._calibration)
+        # From the first picture on: of a computer that runs for days, 32 bits cannot tell the frames.
+        self._began = shot.taken if self._began is None else self._began
+        datagrams = encode_frame(pose, SHAPES, BONES, shot.taken - self._began, _OPTIONS)
+        age = clock.now() - shot.taken
+        self._delays.append(age)
+        for datagram in (encode_age(age), *datagrams):
+            try:
+                self._socket.send(datagram)
+            except OSError:
+                # Nobody listens at the moment; the next picture may find somebody.
+                return
+        self.sent += 1
+
+    def calibrate(self) -> None:
+        """Take the face of the next seconds for its face at rest, looking ahead."""
+        self._collecting, self._collect_until = [], clock.now() + CALIBRATION_SECONDS
+
+    @property
+    def status(self) -> WebcamStatus:
+        """How it is doing now."""
+        now = clock.now()
+        lately = [t for t in self._taken if t > now - _RATE_SPAN_S]
+        span = lately[-1] - lately[0] if len(lately) > 5 else 0.0
+        fps = (len(lately) - 1) / span if span > 0 else 0.0
+        codes: tuple[str, ...] = ()
+        if self._last is not None:
+            picture, face = self._last
+            codes = hints(facts_of(picture, face), self._turn, fps)
+        return WebcamStatus(
+            round(fps, 1),
+            codes,
+            self._turn is not None,
+            round(float(np.median(self._delays)) * 1e3, 1) if self._delays else 0.0,
+            self._reader.dropped,
+            round(max(self._collect_until - now, 0.0), 1),
+            self._calibrated,
+        )
+
+    def preview(self) -> str:
+        """The last picture as a mirror shows it, small and with the face's points: a JPEG in Base64."""
+        if self._last is None:
+            return ""
+        picture, face = self._last
+        step = max(picture.shape[1] // PREVIEW_WIDTH, 1)
+        small = picture[::step, ::step].copy()
+        if face is not None:
+            x, y = (face.points[:, :2] / step).astype(int).T
+            inside = (x >= 0) & (x < small.shape[1] - 1) & (y >= 0) & (y < small.shape[0] - 1)
+            x, y = x[inside], y[inside]
+            # Two pixels wide and high, or JPEG wipes them out.
+            for across, down in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                small[y + down, x + across] = _DOT
+        return jpeg_of(small[:, ::-1])
+
+    def close(self) -> None:
+        """Let go of the camera and the model."""
+        self._reader.close()
+        self._landmarker.close()
+        self._socket.close()
+
+    def _collect(self, weights: np.ndarray, turn: np.ndarray) -> None:
+        if not self._collect_until:
+            return
+        self._collecting.append((weights, turn))
+        if clock.now() >= self._collect_until:
+            self._collect_until = 0.0
+            found = neutral_of(
+                np.array([w for w, _ in self._collecting]),
+                np.array([q for _, q in self._collecting]),
+                self._calibration.gains,
+            )
+            self._calibration, self._calibrated = found, True
+            save_calibration(found)
+
+
+def jpeg_of(picture: Picture) -> str:
+    """A picture as a JPEG in Base64."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "JPEG", quality=75)
+    return base64.b64encode(file.getvalue()).decode()
+
+
+def calibration_file() -> Path:
+    """Where the face at rest is kept from one day to the next."""
+    from platformdirs import user_data_path
+
+    return user_data_path("saia-studio", appauthor=False) / "face.json"
+
+
+def load_calibration() -> Calibration | None:
+    """The calibration that is kept; None where there is none, or it is damaged."""
+    path = calibration_file()
+    try:
+        content = atomic.read_json(path)
+        atomic.check_version(path, content, _VERSION)
+        neutral = np.array([float(content["neutral"].get(name, 0.0)) for name in ARKIT_SHAPES])
+        yaw, pitch = float(content["yaw"]), float(content["pitch"])
+        gains = {str(name): float(gain) for name, gain in content["gains"].items()}
+    except (OSError, StudioError, LookupError, TypeError, ValueError, AttributeError):
+        return None
+    numbers = np.array([*neutral, yaw, pitch, *gains.values()])
+    sound = np.isfinite(numbers).all() and neutral.min() >= 0 and neutral.max() <= 0.9
+    return Calibration(neutral, yaw, pitch, gains) if sound else None
+
+
+def save_calibration(calibration: Calibration) -> None:
+    """Keep a calibration; a disk that takes none costs only the next day's."""
+    neutral = {name: round(float(w), 4) for name, w in zip(ARKIT_SHAPES, calibration.neutral, strict=True)}
+    content = {"version": _VERSION, "neutral": neutral, "yaw": calibration.yaw, "pitch": calibration.pitch}
+    try:
+        path = calibration_file()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        atomic.write_json(path, {**content, "gains": dict(calibration.gains)})
+    except (OSError, StudioError):
+        return

@@ -1,0 +1,179 @@
+"""The webcam's page among the trackers: what the camera sees, what would make it better, and a button."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
+
+from studio.ui import theme
+from studio.ui.widgets.card import Card, Picture, label
+
+VIDEO = "*video*"
+"""Value of the entry that asks for a video file."""
+
+
+class WebcamPane(Card):
+    """A camera as a tracker.
+
+    Signals:
+        toggled: start or stop the camera.
+        device_chosen: a camera's id, or VIDEO.
+        calibrate_requested: take the face as it is now for the face at rest.
+        model_requested: fetch the face model, or give that up.
+        model_file_requested: choose the face model from disk.
+        refresh_requested: look for cameras again.
+        finished: close the page.
+    """
+
+    toggled = Signal(bool)
+    device_chosen = Signal(str)
+    calibrate_requested = Signal()
+    model_requested = Signal()
+    model_file_requested = Signal()
+    refresh_requested = Signal()
+    finished = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("webcam")
+        self._on = False
+        self.picture = QLabel()
+        self.picture.setObjectName("webcam_picture")
+        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.picture.setMinimumSize(320, 240)
+        self.picture.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.device = QComboBox()
+        self.device.setObjectName("webcam_device")
+        self.device.setAccessibleName(self.tr("Camera"))
+        self.device.activated.connect(lambda _i: self.device_chosen.emit(str(self.device.currentData())))
+        self.refresh = QPushButton()
+        theme.set_icon(self.refresh, "mdi6.refresh", "muted")
+        self.refresh.setToolTip(self.tr("Look for cameras again"))
+        self.refresh.setAccessibleName(self.tr("Look for cameras again"))
+        self.refresh.setAutoDefault(False)
+        self.refresh.clicked.connect(self.refresh_requested)
+        self._light = Picture("mdi6.webcam", 18)
+        self.hint = label("", "", "webcam_hint")
+        self.hint.setWordWrap(True)
+        self.rate = label("", "caption", "webcam_rate")
+        self.toggle = self._button("webcam_toggle", lambda: self.toggled.emit(not self._on))
+        theme.as_role(self.toggle, "primary")
+        self.calibrate = self._button("webcam_calibrate", self.calibrate_requested.emit)
+        self.calibrate.setToolTip(
+            self.tr("Look straight ahead with a calm face for two seconds; that becomes the avatar's rest.")
+        )
+        self._model_text = label("", "", "webcam_model")
+        self._model_text.setWordWrap(True)
+        self._model_text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.get_model = self._button("webcam_get_model", self.model_requested.emit)
+        theme.as_role(self.get_model, "primary")
+        self.choose_model = self._button("webcam_choose_model", self.model_file_requested.emit)
+        self.choose_model.setText(self.tr("Choose the file…"))
+        self._lay_out()
+        self.show_running(False)
+        self.show_calibrating(0.0, False)
+        self.show_model("", "", True)
+
+    def show_cameras(self, cameras: Sequence[tuple[str, str]], chosen: str) -> None:
+        """List cameras as (id, title), and the entry for a video file."""
+        self.device.clear()
+        for camera, title in cameras:
+            self.device.addItem(title, camera)
+        if not cameras:
+            self.device.addItem(self.tr("No camera found"), "")
+        if chosen and self.device.findData(chosen) < 0:
+            self.device.addItem(chosen.replace("\\", "/").rpartition("/")[2], chosen)
+        self.device.addItem(self.tr("Play a video instead…"), VIDEO)
+        self.device.setCurrentIndex(max(self.device.findData(chosen), 0) if chosen else 0)
+
+    def show_running(self, on: bool) -> None:
+        """Show whether the camera is on."""
+        self._on = on
+        self.toggle.setText(self.tr("Stop the webcam") if on else self.tr("Start the webcam"))
+        self.calibrate.setEnabled(on)
+        self.device.setEnabled(not on)
+        self.refresh.setEnabled(not on)
+        if not on:
+            self.picture.setPixmap(QPixmap())
+            self.picture.setText(self.tr("Pictures stay on this computer and are never stored."))
+            self.rate.setText("")
+
+    def show_hint(self, text: str, health: str) -> None:
+        """Say what would make it better; health is "good", "warn" or ""."""
+        icons = {"good": ("mdi6.check-circle", "good"), "warn": ("mdi6.alert", "warn")}
+        self._light.set_icon(*icons.get(health, ("mdi6.webcam", "muted")))
+        self.hint.setText(text)
+        theme.as_role(self.hint, health or "muted")
+
+    def show_rate(self, text: str) -> None:
+        """Say how fast and how late it is."""
+        self.rate.setText(text)
+
+    def show_calibrating(self, seconds: float, calibrated: bool) -> None:
+        """Show how long a calibration still takes, 0 for none."""
+        again = self.tr("Calibrate again") if calibrated else self.tr("Calibrate")
+        self.calibrate.setText(self.tr("Hold still… {0:.0f}").format(seconds + 0.5) if seconds else again)
+
+    def show_picture(self, jpeg: bytes) -> None:
+        """Show what the camera sees."""
+        found = QPixmap()
+        if found.loadFromData(jpeg, "JPEG"):
+            mode = Qt.TransformationMode.SmoothTransformation
+            self.picture.setPixmap(
+                found.scaled(self.picture.size(), Qt.AspectRatioMode.KeepAspectRatio, mode)
+            )
+
+    def show_model(self, text: str, button: str, may_start: bool) -> None:
+        """Say what is missing for tracking.
+
+        Args:
+            text: a sentence, "" for nothing.
+            button: what fetches the model, "" where that would not help.
+            may_start: nothing is missing.
+        """
+        self._model_text.setText(text)
+        self._model_text.setVisible(bool(text))
+        self.get_model.setText(button)
+        self.get_model.setVisible(bool(button))
+        self.choose_model.setVisible(bool(button))
+        self.toggle.setEnabled(may_start)
+
+    def _button(self, name: str, act: object) -> QPushButton:
+        button = QPushButton()
+        button.setObjectName(name)
+        button.setAutoDefault(False)
+        button.clicked.connect(act)
+        return button
+
+    def _lay_out(self) -> None:
+        body = self.body
+        choice = QHBoxLayout()
+        choice.setSpacing(theme.INSIDE)
+        choice.addWidget(self.device, 1)
+        choice.addWidget(self.refresh)
+        body.addWidget(label(self.tr("This webcam"), "title"))
+        body.addLayout(choice)
+        body.addWidget(self.picture, 1)
+        light = QHBoxLayout()
+        light.setSpacing(theme.INSIDE)
+        light.addWidget(self._light)
+        texts = QVBoxLayout()
+        texts.setSpacing(0)
+        texts.addWidget(self.hint)
+        texts.addWidget(self.rate)
+        light.addLayout(texts, 1)
+        body.addLayout(light)
+        body.addWidget(self._model_text)
+        row = QHBoxLayout()
+        row.setSpacing(theme.INSIDE)
+        for button in (self.get_model, self.choose_model):
+            row.addWidget(button)
+        row.addStretch(1)
+        close = self._button("webcam_done", self.finished.emit)
+        close.setText(self.tr("Done"))
+        for button in (self.calibrate, close, self.toggle):
+            row.addWidget(button)
+        body.addLayout(row)

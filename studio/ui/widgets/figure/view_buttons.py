@@ -1,0 +1,71 @@
+"""The buttons over a picture: how near the performer is, and from which side."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
+
+from studio.render.camera import FRAMINGS, VIEWS, Orbit
+from studio.ui import theme
+
+WIDE = 460
+"""Pixels of a picture that has room for the buttons that frame the performer, too."""
+
+
+class ViewButtons(QWidget):
+    """One row, at the right.
+
+    Signals:
+        chosen: one of FRAMINGS or VIEWS.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        names = {
+            "face": self.tr("Face"),
+            "bust": self.tr("Bust"),
+            "body": self.tr("Body"),
+            "front": self.tr("Front"),
+            "three_quarter": self.tr("Three-quarter"),
+            "side": self.tr("Side"),
+        }
+        self._buttons: dict[str, QToolButton] = {}
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(theme.TIGHT)
+        self._row.addStretch(1)
+        for name, text in names.items():
+            button = QToolButton()
+            button.setText(text)
+            button.setObjectName(f"view_{name}")
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            theme.as_role(button, "chip")
+            button.clicked.connect(lambda _checked=False, name=name: self.chosen.emit(name))
+            self._row.addWidget(button)
+            self._buttons[name] = button
+        self._row.insertSpacing(1 + len(FRAMINGS), theme.INSIDE)
+
+    @property
+    def left(self) -> int:
+        """Where the first of them begins, in the picture's pixels."""
+        seen = [button.x() for button in self._buttons.values() if button.isVisible()]
+        return self.mapToParent(QPoint(min(seen, default=self.width()), 0)).x()
+
+    def add_tool(self, tool: QWidget) -> None:
+        """Put one more at the end."""
+        self._row.addWidget(tool)
+
+    def show_orbit(self, orbit: Orbit) -> None:
+        """Press those of what the camera does."""
+        seen = (orbit.azimuth, orbit.elevation)
+        for name, button in self._buttons.items():
+            button.setChecked(orbit.framing == name if name in FRAMINGS else seen == VIEWS[name])
+
+    def show_in(self, width: int, shown: bool) -> None:
+        """Show those that a picture so wide has room for, or none."""
+        self.setVisible(shown)
+        for name in FRAMINGS:
+            self._buttons[name].setVisible(width >= WIDE)

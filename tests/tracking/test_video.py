@@ -1,0 +1,179 @@
+"""Real H.264 films of a moving face: what was done to it is what is tracked, at its moment."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.errors import RequestError, StudioError
+from studio.motion import Motion, rotation
+from studio.tracking import raw
+from studio.tracking.raw import BlockStore
+from studio.tracking.video import (
+    CUT,
+    NO_FACE,
+    STILL,
+    TrackedVideo,
+    VideoOptions,
+    has_pictures,
+    pictures,
+    track_video,
+)
+from tests.tracking.faces import (
+    FPS,
+    GONE,
+    MODEL,
+    OPEN_S,
+    OPENS,
+    ROLL,
+    Look,
+    needs_tracking,
+    use_model,
+    write_two_faces,
+    write_video,
+)
+
+pytestmark = needs_tracking()
+FRAME = 1 / FPS
+
+
+LARGEST = VideoOptions()
+
+
+def track(path: Path, model: Path, options: VideoOptions = LARGEST) -> tuple[Motion, TrackedVideo]:
+    found = track_video(path, model, options)
+    assert found.motion is not None
+    return found.motion, found
+
+
+def head(motion: Motion) -> tuple[np.ndarray, ...]:
+    """Yaw, pitch and roll in degrees."""
+    whole = rotation.multiply(motion.rotations[:, 0], motion.rotations[:, 1])
+    return tuple(np.degrees(angle) for angle in rotation.to_euler_yxz(whole))
+
+
+def jaw(motion: Motion) -> np.ndarray:
+    return motion.shapes[:, motion.shape_names.index("JawOpen")]
+
+
+@pytest.fixture(scope="module")
+def tracked(talk: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Motion, TrackedVideo]:
+    with pytest.MonkeyPatch.context() as patch:
+        use_model(patch, tmp_path_factory.mktemp("tracked"))
+        return track(talk, MODEL)
+
+
+def test_the_head_rolls_as_the_picture_does(tracked: tuple[Motion, TrackedVideo]) -> None:
+    motion = tracked[0]
+    roll = head(motion)[2]
+    # The astronaut holds her head a little askew; beyond that, 2 degrees.
+    apart = roll - ROLL * np.sin(np.pi * motion.times)
+    assert np.abs(apart - np.median(apart)).max() < 2.0
+    assert abs(np.median(apart)) < 5.0
+
+
+def test_the_mouth_opens_with_its_sound(tracked: tuple[Motion, TrackedVideo]) -> None:
+    motion = tracked[0]
+    opened = jaw(motion) > 0.5 * jaw(motion).max()
+    begins = motion.times[1:][opened[1:] & ~opened[:-1]]
+    ends = motion.times[1:][~opened[1:] & opened[:-1]]
+    assert begins == pytest.approx(OPENS, abs=FRAME)
+    assert ends == pytest.approx(np.add(OPENS, OPEN_S), abs=FRAME + 1e-6)
+
+
+def test_where_the_face_is_gone_is_left_out_with_its_reason(tracked: tuple[Motion, TrackedVideo]) -> None:
+    motion, found = tracked
+    gone = next(span for span in found.left_out if span[2] == NO_FACE)
+    assert gone[:2] == pytest.approx(GONE, abs=FRAME + 1e-6)
+    assert not ((motion.times > GONE[0]) & (motion.times < GONE[1] - FRAME)).any()
+    assert {why for _, _, why in found.left_out} == {NO_FACE, CUT}
+    facts = dict(found.facts)
+    assert float(facts["face_seen"]) == pytest.approx(1 - 0.4 / 3.0, abs=0.03)
+
+
+def test_the_jaw_rises_with_the_warp_and_turns_have_their_signs(tmp_path: Path, model: Path) -> None:
+    opened = [0.0, 6.0, 12.0, 18.0]
+    turned = [Look(yaw=-14), Look(), Look(yaw=14), Look(pitch=-14), Look(), Look(pitch=14)]
+    looks = [look for look in (*(Look(open=o) for o in opened), *turned) for _ in range(12)]
+    motion = track(write_video(tmp_path / "steps.mp4", looks), model)[0]
+
+    def level(values: np.ndarray, step: int) -> float:
+        inside = (motion.times > (12 * step + 4) / FPS) & (motion.times < (12 * step + 11) / FPS)
+        return float(np.median(values[inside]))
+
+    steps = [level(jaw(motion), i) for i in range(4)]
+    assert all(a < b for a, b in pairwise(steps))
+    assert steps[-1] > 0.2
+    yaw, pitch, _ = head(motion)
+    # Her own left is the avatar's -X, to which a turn about y is negative; a nod is positive about x.
+    left, ahead, right = (level(yaw, i) for i in (6, 5, 4))
+    assert left < ahead - 2 < ahead + 2 < right
+    up, _, down = (level(pitch, i) for i in (7, 8, 9))
+    assert up + 4 < down
+
+
+def test_a_still_picture_is_left_out(tmp_path: Path, model: Path) -> None:
+    looks = [*(Look(roll=i / 5) for i in range(20)), *[Look()] * 45]
+    found = track(write_video(tmp_path / "still.mp4", looks), model)[1]
+    still = next(span for span in found.left_out if span[2] == STILL)
+    assert still[0] == pytest.approx(20 / FPS, abs=0.5)
+    assert still[1] == pytest.approx(65 / FPS, abs=0.15)
+
+
+def test_of_two_faces_the_largest_unless_asked_otherwise(tmp_path: Path, model: Path) -> None:
+    path = write_two_faces(tmp_path / "two.mp4")
+    largest, found = track(path, model)
+    assert found.notes == ("two.mp4 shows 2 faces; the largest was tracked.",)
+    assert np.ptp(head(largest)[2]) < 3
+    for options in (VideoOptions(face=2), VideoOptions(box=(0.57, 0.1, 0.43, 0.8))):
+        assert np.ptp(head(track(path, model, options)[0])[2]) > 14
+    with pytest.raises(RequestError) as error:
+        track_video(path, model, VideoOptions(face=3))
+    assert error.value.what == "two.mp4 shows 2 faces at most, so there is no face 3."
+
+
+def test_a_break_costs_no_more_than_a_block(
+    talk: Path, model: Path, tracked: tuple[Motion, TrackedVideo], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(raw, "BLOCK", 20)
+    monkeypatch.setattr("studio.tracking.video.BLOCK", 20)
+
+    class PoweredOffError(Exception):
+        pass
+
+    def power_off(fraction: float) -> None:
+        if fraction > 0.6:
+            raise PoweredOffError
+
+    with pytest.raises(PoweredOffError):
+        track_video(talk, model, on_progress=power_off)
+    kept = BlockStore(talk, (VideoOptions(), False)).load()
+    assert len(kept) >= 2
+    seen: list[float] = []
+    found = track_video(talk, model, on_progress=seen.append)
+    assert seen[0] > 0.4
+    assert found.motion is not None
+    assert np.allclose(found.motion.times, tracked[0].times)
+    assert np.abs(found.motion.shapes - tracked[0].shapes).max() < 0.25
+    assert BlockStore(talk, (VideoOptions(), False)).load() == []
+
+
+def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "fast.mp4", [Look(gone=True)] * 60, fps=60, shape=(64, 64))
+    times = [t for t, _ in pictures(path, VideoOptions())]
+    assert np.diff(times) == pytest.approx(1 / 30, abs=1e-3)
+    assert [t for t, _ in pictures(path, VideoOptions(), after=0.5)] == pytest.approx(
+        [t for t in times if t > 0.51], abs=0.02
+    )
+
+
+def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:
+    nonsense = tmp_path / "nonsense.mp4"
+    nonsense.write_bytes(b"\0\1\2" * 99)
+    assert not has_pictures(nonsense)
+    with pytest.raises(StudioError) as error:
+        track_video(nonsense, model)
+    assert error.value.what == "nonsense.mp4 cannot be read as a video."

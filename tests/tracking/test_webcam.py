@@ -1,0 +1,186 @@
+"""A film played as a camera, through the real command, into the real receiver."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio import clock
+from studio.capture.receiver import Receiver
+from studio.errors import InputError
+from studio.motion import Motion
+from studio.tracking.camera import CameraReader, cameras
+from studio.tracking.face import BONES, SHAPES, Calibration
+from studio.tracking.webcam import Webcam, calibration_file, load_calibration, save_calibration
+from studio.vmc.rows import RowBlock, motion_of
+from studio.vmc.udp import bind
+from tests.tracking.faces import FPS, Look, needs_tracking, write_video
+
+pytestmark = needs_tracking()
+
+
+class Ear:
+    """A receiver on a free port that keeps all rows."""
+
+    def __init__(self) -> None:
+        socket = bind(0, "127.0.0.1")
+        self.port = int(socket.getsockname()[1])
+        self.receiver = Receiver([socket])
+        self.blocks: list[RowBlock] = []
+
+    def hear(self) -> None:
+        self.receiver.wait(0.02)
+        self.blocks += self.receiver.poll(clock.now())
+
+    @property
+    def rows(self) -> int:
+        return sum(map(len, self.blocks))
+
+    @property
+    def stamps(self) -> np.ndarray:
+        return np.concatenate([block.stamps for block in self.blocks])
+
+    @property
+    def motion(self) -> Motion:
+        arrivals = self.stamps[:, 0]
+        found = motion_of(self.blocks, arrivals - arrivals[0])
+        assert found is not None
+        return found
+
+
+@pytest.fixture
+def ear() -> Iterator[Ear]:
+    opened = Ear()
+    yield opened
+    opened.receiver.close()
+
+
+@pytest.fixture
+def webcam(talk: Path, model: Path, ear: Ear) -> Iterator[Webcam]:
+    opened = Webcam(CameraReader(str(talk)), model, "127.0.0.1", ear.port)
+    yield opened
+    opened.close()
+
+
+def test_a_camera_arrives_as_one_more_sender_at_the_moments_of_its_pictures(webcam: Webcam, ear: Ear) -> None:
+    while ear.rows < 40:
+        webcam.step()
+        ear.hear()
+    stats = ear.receiver.stats(clock.now())
+    assert [one.sender for one in stats.sources] == [webcam.sender]
+    assert set(stats.sources[0].bones) == set(BONES)
+    assert set(stats.sources[0].shapes) == set(SHAPES)
+    assert stats.packets_bad == 0
+    # The stamp is when the picture was taken, whatever the tracking took: T says the same on its own clock.
+    apart = ear.stamps[:, 0] - ear.stamps[:, 1]
+    assert np.ptp(apart) < 0.5 / FPS
+    steps = np.diff(ear.stamps[:, 0]) * FPS
+    assert np.abs(steps - np.round(steps)).max() < 0.5
+    roll = ear.motion.rotations[:, 0, 2]
+    assert np.ptp(roll) > 0.05
+
+
+def test_a_calibration_takes_the_face_at_rest_off_and_is_kept(webcam: Webcam, ear: Ear) -> None:
+    assert not webcam.status.calibrated
+    webcam.calibrate()
+    assert webcam.status.calibrating > 1.5
+    while webcam.status.calibrating:
+        webcam.step()
+    while not webcam.status.calibrated:
+        webcam.step()
+    kept = load_calibration()
+    assert kept is not None
+    smile = SHAPES.index("MouthSmileLeft")
+    assert kept.neutral[smile] == pytest.approx(0.5)  # she smiles all the time
+    ear.hear()
+    ear.blocks.clear()
+    while not ear.rows:
+        webcam.step()
+        ear.hear()
+    assert calibration_file().is_file()
+
+
+def test_a_damaged_calibration_is_none() -> None:
+    save_calibration(Calibration(gains={"JawOpen": 1.2}))
+    found = load_calibration()
+    assert found is not None
+    assert found.gains == {"JawOpen": 1.2}
+    for text in ("{", '{"version": 1, "neutral": {"JawOpen": NaN}, "yaw": 0, "pitch": 0, "gains": {}}'):
+        calibration_file().write_text(text, encoding="utf-8")
+        assert load_calibration() is None
+
+
+def test_the_preview_shows_the_mirrored_picture_with_the_points(webcam: Webcam) -> None:
+    import base64
+    import io
+
+    from PIL import Image
+
+    assert webcam.preview() == ""
+    webcam.step()
+    image = np.asarray(Image.open(io.BytesIO(base64.b64decode(webcam.preview()))).convert("RGB")).astype(int)
+    dots = (image[..., 2] - image[..., 0]) > 60
+    assert dots.sum() > 100
+
+
+def test_nobody_in_the_picture_is_said_and_nothing_is_sent(tmp_path: Path, model: Path, ear: Ear) -> None:
+    film = write_video(tmp_path / "empty.mp4", [Look(gone=True, light=0.2)] * 30)
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", ear.port)
+    for _ in range(10):
+        webcam.step()
+    assert webcam.status.hints[0] == "no_face"
+    assert not webcam.status.face
+    assert webcam.sent == 0
+    webcam.close()
+
+
+@pytest.mark.parametrize("device", ["/dev/video97", "nowhere.mp4"])
+def test_a_camera_that_is_not_there_is_one_sentence(device: str) -> None:
+    with pytest.raises(InputError) as error:
+        CameraReader(device)
+    assert Path(device).name in error.value.what
+    assert error.value.what.endswith(".")
+    assert error.value.remedy.endswith(".")
+
+
+def test_the_cameras_can_be_listed_where_there_are_none() -> None:
+    assert all(camera.id and camera.title for camera in cameras())
+
+
+def test_the_command_says_how_it_is_doing_and_ends_on_request(talk: Path, model: Path, ear: Ear) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "studio",
+        "camera",
+        "--to",
+        f"127.0.0.1:{ear.port}",
+        "--device",
+        str(talk),
+    ]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    events = []
+    with subprocess.Popen([*command, "--json", "--preview"], **pipes) as child:
+        assert child.stdin is not None
+        assert child.stdout is not None
+        assert child.stderr is not None
+        for line in child.stdout:
+            events.append(json.loads(line))
+            ear.hear()
+            if len(events) == 8:
+                child.stdin.write("stop\n")
+                child.stdin.flush()
+        assert child.wait(20) == 0
+        assert child.stderr.read() == ""
+    kinds = [event["event"] for event in events]
+    assert kinds[0] == "started"
+    assert {"status", "preview"} <= set(kinds)
+    assert events[-1]["event"] == "done"
+    assert events[-1]["frames"] > 0
+    assert ear.rows > 0

@@ -1,0 +1,115 @@
+"""The webcam's page, with a film played as the camera: picture, hints, motion in the window, and its end."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
+
+from studio.settings import NO_MICROPHONE
+from studio.tracking.face import SHAPES
+from studio.ui import tasks, theme
+from studio.ui.record.presenter import RecordPresenter
+from studio.ui.record.view import RecordView
+from studio.ui.session import Session
+from tests.tracking.faces import Look, needs_tracking, use_model, write_video
+from tests.ui.record.test_trackers import free_port
+
+Tab = tuple[RecordView, RecordPresenter, Session]
+
+
+@pytest.fixture
+def tab(qtbot, qapp, tmp_path: Path) -> Iterator[Tab]:
+    theme.apply(qapp)
+    session = Session()
+    session.change_settings(vmc_port=free_port(), audio_device=NO_MICROPHONE)
+    session.create_project(tmp_path / "Project")
+    view = RecordView()
+    qtbot.addWidget(view)
+    presenter = RecordPresenter(view, session)
+    view.resize(1280, 750)
+    view.show()
+    presenter.activate()
+    qtbot.waitUntil(
+        lambda: presenter.model.recorder is not None and bool(presenter.model.recorder.snapshot().ports)
+    )
+    yield view, presenter, session
+    view.trackers.reject()
+    presenter.close()
+    tasks.wait()
+
+
+def open_page(view: RecordView) -> None:
+    view.inputs.trackers.click()
+    tile = view.trackers.findChild(QToolButton, "tracker_webcam")
+    assert tile is not None
+    tile.click()
+
+
+@needs_tracking()
+def test_a_face_in_the_camera_moves_the_window_until_it_is_stopped(
+    tab: Tab, qtbot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    use_model(monkeypatch, tmp_path)
+    view, presenter, _session = tab
+    page, pane = view.trackers, view.trackers.webcam
+    film = write_video(tmp_path / "me.mp4", [Look(roll=i / 4) for i in range(40)])
+    open_page(view)
+    assert pane.isVisible()
+    assert "never stored" in pane.picture.text()
+    qtbot.waitUntil(lambda: pane.device.count() > 1, timeout=20_000)
+    pane.device_chosen.emit(str(film))
+    assert pane.device.currentText() == "me.mp4"
+    pane.toggle.click()
+    qtbot.waitUntil(lambda: not pane.picture.pixmap().isNull(), timeout=30_000)
+    tile = page.findChild(QToolButton, "tracker_webcam")
+    qtbot.waitUntil(lambda: tile.property("heard") is True, timeout=20_000)
+    assert pane.isVisible(), "its own motion takes nobody to another card"
+    lit = page.findChild(QToolButton, "tracker_other").property("heard")
+    assert not lit, "it is no other VMC program"
+    snap = presenter.model.recorder.snapshot()
+    assert set(SHAPES) <= set(snap.shape_names)
+    qtbot.waitUntil(lambda: pane.hint.text().startswith("Your face is tracked."), timeout=20_000)
+    qtbot.waitUntil(lambda: "frames a second" in pane.rate.text(), timeout=20_000)
+    if folder := os.environ.get("SAIA_SHOTS"):
+        page.grab().save(f"{folder}/webcam_on.png")
+    pane.calibrate.click()
+    qtbot.waitUntil(lambda: pane.calibrate.text().startswith("Hold still"), timeout=20_000)
+    page.findChild(QPushButton, "webcam_done").click()
+    assert not page.isVisible()
+    assert presenter.webcam.on, "it goes on with the page closed"
+    stop = view.inputs.webcam
+    assert stop.isVisible()
+    stop.click()
+    assert not stop.isVisible()
+    qtbot.waitUntil(lambda: not presenter.webcam.on and presenter.model.webcam_sender == "")
+
+
+def test_without_the_model_its_facts_are_shown_before_it_is_fetched(
+    tab: Tab, qtbot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("mediapipe", reason="without MediaPipe the page names that instead")
+    monkeypatch.setenv("SAIA_FACE_MODEL", str(tmp_path / "none" / "face_landmarker.task"))
+    view = tab[0]
+    open_page(view)
+    pane = view.trackers.webcam
+    text = pane.findChild(QLabel, "webcam_model")
+    qtbot.waitUntil(lambda: text.isVisible(), timeout=20_000)
+    for fact in ("3.8 MB", "Apache-2.0", "storage.googleapis.com", "64184e229b26"):
+        assert fact in text.text()
+    assert not pane.toggle.isEnabled()
+    if folder := os.environ.get("SAIA_SHOTS"):
+        view.trackers.grab().save(f"{folder}/webcam_model.png")
+
+
+def test_a_camera_that_cannot_be_opened_is_said_on_the_page(tab: Tab, qtbot, tmp_path: Path) -> None:
+    view, presenter, _session = tab
+    open_page(view)
+    pane = view.trackers.webcam
+    qtbot.waitUntil(lambda: pane.device.count() > 1, timeout=20_000)
+    pane.device_chosen.emit(str(tmp_path / "gone.mp4"))
+    presenter.webcam.set_on(True)
+    qtbot.waitUntil(lambda: not presenter.webcam.on, timeout=30_000)
+    assert pane.hint.text() not in ("", "Opening the camera…")
+    assert pane.toggle.text() == "Start the webcam"
