@@ -12,7 +12,7 @@ from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
-from studio.render.toon import SurfaceShader, Textures
+from studio.render.toon import LINE_SHARE, SurfaceShader, Textures, line_shares
 from studio.render.world_pose import WorldPose
 
 EYE = "#20242C"
@@ -141,6 +141,10 @@ class AvatarActor:
             for outline in (False, True)[: 1 + outlined]:
                 actor = self._add(mesh)
                 textured = surface.uv is not None
+                line = material.toon.outline if outline and material.toon is not None else None
+                if line is not None and line.widths is not None and surface.uv is not None:
+                    mesh.point_data[LINE_SHARE] = line_shares(line.widths, surface.uv)
+                    actor.GetMapper().MapDataArrayToVertexAttribute(LINE_SHARE, LINE_SHARE, 0, -1)
                 parts = avatar.changing_parts.get(surface.material, frozenset())
                 shader = SurfaceShader(actor, material, textures, textured, outline, parts)
                 self._shaders.append(shader)

@@ -23,6 +23,8 @@ LIGHT = (-0.35, 0.55, 0.76)
 """Where the light comes from, as the camera sees it: from the upper left, before the avatar."""
 AMBIENT, KEY, FILL = 0.26, 0.58, 0.12
 """Light on plain surfaces: from everywhere, from LIGHT, and from the other side."""
+LINE_SHARE = "lineShare"
+"""The points' array of how wide an outline is there, of its width, where a picture says so."""
 _SEEN = 0.02
 """Blended, what has less alpha is not drawn."""
 
@@ -169,6 +171,10 @@ class SurfaceShader:
             shader.AddFragmentShaderReplacement(place, True, text, False)
         if line is not None:
             grown = _GROWN_ON_SCREEN if line.on_screen else _GROWN
+            if textured and line.widths is not None:
+                place = "//VTK::PositionVC::Dec"
+                shader.AddVertexShaderReplacement(place, True, f"{place}\nin float {LINE_SHARE};\n", False)
+                grown = grown.replace("lineWidth", f"lineWidth * {LINE_SHARE}")
             shader.AddVertexShaderReplacement("//VTK::PositionVC::Impl", True, grown, False)
             self._vertex.SetUniformf("lineWidth", line.width)
             if line.on_screen:
@@ -304,6 +310,13 @@ class SurfaceShader:
 
 
 LIGHT_VC: tuple[float, float, float] = tuple(np.array(LIGHT) / math.dist(LIGHT, BLACK))
+
+
+def line_shares(widths: Pixels, uv: NDArray[np.floating]) -> NDArray[np.float32]:
+    """How wide an outline is at texture coordinates (V, 2), v from the top, of its width (V,)."""
+    high, wide = widths.shape[:2]
+    column, row = (np.mod(uv, 1.0) * (wide, high)).astype(int).T
+    return widths[np.minimum(row, high - 1), np.minimum(column, wide - 1), 1].astype(np.float32) / 255.0
 
 
 def uv_at(uv: UvMotion, t: float) -> tuple[tuple[float, float, float, float], tuple[float, float]]:
