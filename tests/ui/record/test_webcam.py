@@ -13,8 +13,8 @@ from studio.ui import tasks, theme
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
+from tests.ports import free_port
 from tests.tracking.faces import Look, needs_tracking, use_model, write_video
-from tests.ui.record.test_trackers import free_port
 
 Tab = tuple[RecordView, RecordPresenter, Session]
 
