@@ -135,7 +135,7 @@ class RecordDone(DoneEvent, frozen=True):
 
 
 class FindingEvent(ChildEvent, frozen=True):
-    """Something a check found in a take; `at` is where, seconds."""
+    """Something a check found in a take; from `at` to `until` is where, seconds."""
 
     NAME = "finding"
 
@@ -145,6 +145,7 @@ class FindingEvent(ChildEvent, frozen=True):
     what: str = ""
     remedy: str = ""
     at: float | None = None
+    until: float | None = None
 
 
 class CheckDone(DoneEvent, frozen=True):
