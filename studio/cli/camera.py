@@ -165,6 +165,9 @@ def _track(args: argparse.Namespace, out: Output) -> None:
                             stop.set()
                         case ("calibrate", _):
                             webcam.calibrate()
+                        case ("gain", argument):
+                            for shape, factor in _gains([argument]).items():
+                                webcam.set_gain(shape, factor)
                         case ("preview", argument):
                             preview = argument == "on"
                 if clock.now() - told_at >= _LOOK_S:

@@ -7,7 +7,7 @@ import io
 import socket
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -89,9 +89,9 @@ class Webcam:
         # What came while the model was read is nobody's loss.
         reader.dropped = 0
         kept = load_calibration()
-        self._calibrated = kept is not None
         kept = kept or Calibration()
-        self._calibration = Calibration(kept.neutral, kept.yaw, kept.pitch, {**kept.gains, **gains})
+        self._calibrated = bool(kept.neutral.any())
+        self._calibration = replace(kept, gains={**kept.gains, **gains})
         self._collecting: list[tuple[np.ndarray, np.ndarray]] = []
         self._collect_until = 0.0
         self._taken: deque[float] = deque(maxlen=120)
@@ -147,6 +147,12 @@ class Webcam:
     def calibrate(self) -> None:
         """Take the face of the next seconds for its face at rest, looking ahead."""
         self._collecting, self._collect_until = [], clock.now() + CALIBRATION_SECONDS
+
+    def set_gain(self, shape: str, factor: float) -> None:
+        """Make a shape stronger or weaker from now on, and keep that."""
+        gains = {**self._calibration.gains, shape: factor}
+        self._calibration = replace(self._calibration, gains=gains)
+        save_calibration(self._calibration)
 
     @property
     def status(self) -> WebcamStatus:
