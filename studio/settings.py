@@ -26,6 +26,10 @@ NO_MICROPHONE = "none"
 """The value of `audio_device` for recording motion alone; "" is the system's own device."""
 
 
+_BUST = "-20,4,0.5"
+"""From the waist up, a little from the side: near enough for lips, and gestures are seen."""
+
+
 @dataclass(frozen=True)
 class SettingInfo:
     """What is known of a setting beside its value: what a window shows of it, and what it may be.
@@ -144,8 +148,8 @@ class Settings:
     steps_done: tuple[str, ...] = _setting(
         (), "", "Steps that no file tells of, as step=folder of the project, the latest first."
     )
-    review_camera: str = _setting("", "", "Where Review looks from, as azimuth,elevation,zoom.")
-    live_camera: str = _setting("", "", "Where Live looks from, as azimuth,elevation,zoom.")
+    review_camera: str = _setting(_BUST, "", "Where Review looks from, as azimuth,elevation,zoom.")
+    live_camera: str = _setting(_BUST, "", "Where Live looks from, as azimuth,elevation,zoom.")
     stage_background: str = _setting(
         "room", "", "What Review and Live show behind the performer: room, transparent, #RRGGBB or an image."
     )

@@ -37,6 +37,7 @@ _writing       What writers share: a humanoid on an even grid, its sound, and fi
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -47,8 +48,8 @@ from studio.motion import Motion
 from studio.motion.avatar import Avatar
 
 __all__ = [
-    "Imported", "load", "names", "read_avatar", "reader_for", "readers", "targets", "writer_for", "writers",
-    "written_suffix",
+    "Imported", "keep_drivers", "load", "names", "read_avatar", "read_drivers", "reader_for", "readers",
+    "targets", "writer_for", "writers", "written_suffix",
 ]  # fmt: skip
 
 
@@ -131,6 +132,24 @@ def read_avatar(path: Path) -> Avatar:
     from studio.formats._vrm import avatar
 
     return avatar.read(path)
+
+
+def read_drivers(path: Path) -> Mapping[str, str]:
+    """What `keep_drivers` kept beside an avatar's file; nothing where that cannot be read."""
+    from studio.formats._vrm import drivers
+
+    return drivers.read(path) or {}
+
+
+def keep_drivers(path: Path, drivers: Mapping[str, str]) -> None:
+    """Keep beside an avatar's file which blend shapes move its faces; `read_avatar` knows it from then on.
+
+    Raises:
+        StudioError: the folder cannot be written.
+    """
+    from studio.formats._vrm import drivers as beside
+
+    beside.write(path, drivers)
 
 
 def reader_for(path: Path) -> ModuleType | None:

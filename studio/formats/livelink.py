@@ -19,8 +19,8 @@ from studio.formats._writing import checked, on_grid
 from studio.formats.saia_csv import find_audio
 from studio.motion import Motion, rotation
 from studio.motion.channels import ARKIT_SHAPES, canonical_shape
-from studio.motion.expressions import arkit_weights
 from studio.motion.sanitize import credible, forward_filled
+from studio.motion.shape_sets import arkit_weights
 
 TITLE = "Live Link Face CSV"
 SUFFIX = ".csv"

@@ -4,7 +4,7 @@ avatar          An avatar: a humanoid of its own proportions with the surfaces a
 channels        What the channels are called, and in which order: expressions, bones and SAIA's 396 columns
 curve_channels  Which motion channels can be drawn as curves, which move at all, and their values. Pure: no
                 Qt
-expressions     VRM's expressions and ARKit's shapes made of one another. Approximate: mouths differ
+expression      An avatar's named faces, and which blend shapes move them
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
 lag             How much later the mouth moves than the voice sounds: mouth opening against speech energy
@@ -17,6 +17,7 @@ rig             What moves of an avatar beside its bones: nodes that copy or aim
 rotation        Rotations as unit quaternions (x, y, z, w) and their other forms
 sanitize        Sanitizes motion: values that are no numbers or impossible, as damaged files have them, are
                 replaced
+shape_sets      VRM's expressions and ARKit's shapes made of one another. Approximate: mouths differ
 skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
 springs         What swings from an avatar: hair, skirts and ears, the same at any frame rate
 """

@@ -7,7 +7,7 @@ facing +Z, metres, as in glTF and VRM 1.0; x is turned over between the two.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import rotation
-from studio.motion.channels import VRM1_TO_VRM0
+from studio.motion.expression import Expression, FaceMap
 from studio.motion.look_at import Gaze, LookAt, asks, gaze_of, is_ahead, turned_by
-from studio.motion.material import MaterialBind, SurfaceMaterial
+from studio.motion.material import SurfaceMaterial
 from studio.motion.rig import Rig
 from studio.motion.skeleton import Skeleton
 
@@ -33,10 +33,17 @@ _STANDING = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Morph:
-    """How far some vertices of a surface move at full weight: rows (n,), offsets (n, 3) in metres."""
+    """How far some vertices of a surface move at full weight.
+
+    Args:
+        rows: which (n,).
+        offsets: metres (n, 3).
+        name: as the file calls it.
+    """
 
     rows: NDArray[np.int32]
     offsets: Floats
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,30 +76,6 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Expression:
-    """A named face.
-
-    Args:
-        name: as the file calls it.
-        binds: (surface, morph, weight 0..1) each.
-        binary: on above one half, else off.
-        overrides: what it takes the place of: "blink", "lookAt" or "mouth" -> "block" or "blend".
-        looks: what it makes of materials.
-    """
-
-    name: str
-    binds: tuple[tuple[int, int, float], ...]
-    binary: bool = False
-    overrides: Mapping[str, str] = field(default_factory=dict)
-    looks: tuple[MaterialBind, ...] = ()
-
-    @property
-    def moves(self) -> bool:
-        """Whether anything is seen of it."""
-        return bool(self.binds or self.looks)
-
-
-@dataclass(frozen=True)
 class Licence:
     """What an avatar's file says about itself: its title, who made it, and what one may do, in sentences."""
 
@@ -121,6 +104,7 @@ class Avatar:
         notes: what was left out while reading.
         rig: what moves of it beside its bones, which are its first nodes; None for nothing.
         look_at: what moves its eyes.
+        drivers: what a person has said of what moves its expressions, see `FaceMap`.
     """
 
     name: str
@@ -132,6 +116,7 @@ class Avatar:
     notes: tuple[str, ...] = ()
     rig: Rig | None = None
     look_at: LookAt = field(default_factory=LookAt)
+    drivers: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def rest_joints(self) -> Array:
@@ -221,14 +206,21 @@ class Avatar:
         return made if self.rig is None else self.rig.posed(made)
 
     @cached_property
-    def by_key(self) -> dict[str, Expression]:
-        """Expressions by `key`; the first of a name counts."""
-        return {key(one.name): one for one in reversed(self.expressions)}
+    def face(self) -> FaceMap:
+        """Which blend shapes move its expressions."""
+        return FaceMap(self.expressions, self.drivers)
+
+    def driven_by(self, drivers: Mapping[str, str]) -> Avatar:
+        """The same avatar with other blend shapes moving its expressions, see `FaceMap`."""
+        made = replace(self, drivers=dict(drivers))
+        # What takes long to work out is the same.
+        made.__dict__["skins"] = self.skins
+        return made
 
     def morph_weights(self, shapes: Mapping[str, float]) -> list[Floats]:
         """How far each surface's morph targets are moved by blend shapes of any set, (M,) each."""
         weights = [np.zeros(len(surface.morphs), dtype=np.float32) for surface in self.surfaces]
-        for expression, amount in _played(self.by_key, shapes):
+        for expression, amount in self.face.played(shapes):
             for surface, morph, weight in expression.binds:
                 weights[surface][morph] += weight * amount
         return weights
@@ -250,7 +242,7 @@ class Avatar:
         moved = any(not is_ahead(*gaze) for gaze in eyes.values())
         own = {side: _place(self.skeleton, f"{side.title()}Eye") for side in ("left", "right")}
         if self.look_at.by_bones and max(own.values()) >= 0:
-            share = _weights(self.by_key, shapes)[1]["lookAt"]
+            share = self.face.weights(shapes)[1]["lookAt"]
             presets = {name: weight for name, weight in presets.items() if not self._shows(name)}
             if (moved and share == 1.0) or not (moved or arkit or presets):
                 return turns, shapes
@@ -276,8 +268,7 @@ class Avatar:
 
     def _shows(self, name: str) -> bool:
         """Whether a blend shape moves something of it."""
-        one = self.by_key.get(key(name))
-        return one is not None and one.moves
+        return any(one.moves for one in self.face.moved_by(name))
 
     @cached_property
     def changing_parts(self) -> dict[int, frozenset[str]]:
@@ -294,7 +285,7 @@ class Avatar:
             i: {part: self.materials[i].value(part) or () for part in parts}
             for i, parts in self.changing_parts.items()
         }
-        for expression, amount in _played(self.by_key, shapes) if made else ():
+        for expression, amount in self.face.played(shapes) if made else ():
             for bind in expression.looks:
                 rest = self.materials[bind.material].value(bind.part) or ()
                 now = made[bind.material][bind.part]
@@ -302,49 +293,6 @@ class Avatar:
                     n + amount * (full - r) for n, r, full in zip(now, rest, bind.value, strict=True)
                 )
         return made
-
-
-def key(name: str) -> str:
-    """One spelling for an expression, whether VRM 0, VRM 1 or a rig's own name."""
-    return _KEYS.get(name.lower(), name.lower())
-
-
-_KEYS = {new.lower(): old.lower() for new, old in VRM1_TO_VRM0.items()}
-_GROUPS = {
-    "blink": frozenset({"blink", "blink_l", "blink_r"}),
-    "lookAt": frozenset({"lookup", "lookdown", "lookleft", "lookright"}),
-    "mouth": frozenset("aiueo"),
-}
-
-
-def _weights(
-    expressions: Mapping[str, Expression], shapes: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Weights by key as blend shapes have them, and how much of each group is left beside them."""
-    found: dict[str, float] = {}
-    for name, value in shapes.items():
-        one = expressions.get(place := key(name))
-        if one is not None and value > 0.0:
-            amount = min(float(value), 1.0)
-            found[place] = max(found.get(place, 0.0), float(amount > 0.5) if one.binary else amount)
-    left = dict.fromkeys(_GROUPS, 1.0)
-    for place, amount in found.items():
-        for group, way in expressions[place].overrides.items():
-            left[group] -= amount if way == "blend" else float(amount > 0.0)
-    return found, {group: max(share, 0.0) for group, share in left.items()}
-
-
-def _played(
-    expressions: Mapping[str, Expression], shapes: Mapping[str, float]
-) -> list[tuple[Expression, float]]:
-    """Expressions with the weight they are seen with. Source: VRMC_vrm 1.0, expressions, overrides."""
-    found, left = _weights(expressions, shapes)
-    for group, members in _GROUPS.items():
-        for place in members & found.keys():
-            found[place] *= left[group]
-            if expressions[place].binary and found[place] < 1.0:
-                found[place] = 0.0
-    return [(expressions[place], amount) for place, amount in found.items() if amount > 0.0]
 
 
 def _place(skeleton: Skeleton, bone: str) -> int:

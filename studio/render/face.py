@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion.avatar import Avatar, key
+from studio.motion.avatar import Avatar
 from studio.motion.channels import is_blink_shape, is_mouth_shape
 from studio.render.palette import Palette, mixed, rgb
 
@@ -152,9 +152,9 @@ def fitted(avatar: Avatar, shapes: Mapping[str, float]) -> Mapping[str, float]:
 
     Near enough to look at, never exact: jaw and lips become vowels, lids become blinks.
     """
-    if not shapes or not avatar.by_key:
+    if not shapes or not avatar.expressions:
         return shapes
-    known = [name for name in shapes if key(name) in avatar.by_key]
+    known = [name for name in shapes if avatar.face.moved_by(name)]
     mouth = any(is_mouth_shape(name) for name in known)
     eyes = any(is_blink_shape(name) for name in known)
     if mouth and eyes:

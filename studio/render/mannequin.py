@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion.avatar import MIRROR, Avatar, Expression, Floats, Morph, Surface
+from studio.motion.avatar import MIRROR, Avatar, Floats, Morph, Surface
+from studio.motion.expression import Expression
 from studio.motion.material import SurfaceMaterial
 from studio.motion.skeleton import Skeleton
 from studio.render import body

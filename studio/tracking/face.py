@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from studio.motion import Motion, Pose, rotation
 from studio.motion.channels import ARKIT_SHAPES
-from studio.motion.expressions import VRM_FACE, vrm_face
+from studio.motion.shape_sets import VRM_FACE, vrm_face
 from studio.motion.skeleton import Skeleton
 
 Floats = NDArray[np.floating]

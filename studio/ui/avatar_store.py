@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from studio.project import Project
     from studio.settings import Settings
     from studio.ui.widgets.avatar_button import AvatarButton
+    from studio.ui.widgets.face_dialog import FaceDialog
 
 # The window has a store from its first moment, and an avatar only with a project: what opens one, the half of
 # all that is imported, is imported where it is used.
@@ -125,6 +127,29 @@ class AvatarStore(QObject):
         recent = [Path(text) for text in self._session.settings.recent_avatars]
         return own, tuple(path for path in recent if path.name not in names and path.is_file())
 
+    def drive(self, drivers: Mapping[str, str], asking: QWidget | None = None) -> None:
+        """Let other blend shapes move the avatar's faces, and keep that beside its file in the project.
+
+        Args:
+            drivers: by an expression's name, "" for nothing; those that are left out go by their names.
+            asking: where to say that it cannot be kept.
+        """
+        project = self._session.project
+        if self.avatar is None or self.path is None or project is None:
+            return
+        from studio import formats
+
+        self.avatar = self.avatar.driven_by(drivers)
+        self.changed.emit()
+        if project.read_only:
+            what = self.tr("This project can only be looked at: the choice holds until it is closed.")
+            messages.show_note(asking, what)
+            return
+        try:
+            formats.keep_drivers(self.path, drivers)
+        except StudioError as error:
+            _show_error(asking, error)
+
     def _open(
         self, path: Path, folder: Path, keep: bool, asking: QWidget | None = None, quiet: bool = False
     ) -> None:
@@ -180,10 +205,13 @@ class Avatars(QObject):
     def __init__(self, view: AvatarView, session: AvatarSession) -> None:
         super().__init__(view.avatar)
         self._view, self._session, self._store = view, session, session.avatars
+        self._faces: FaceDialog | None = None
+        self._faces_of: Path | None = None
         button = view.avatar
         button.wanted.connect(lambda path: self._store.choose(path, view.avatar))
         button.browse_requested.connect(self._browse)
         button.menu_opening.connect(self._show_choices)
+        button.faces_requested.connect(self._show_faces)
         view.avatar_too_slow.connect(self._on_too_slow)
         self._store.changed.connect(self._show)
         self._store.opening.connect(button.show_busy)
@@ -196,6 +224,9 @@ class Avatars(QObject):
 
     def _show(self) -> None:
         self._view.set_avatar(self._store.avatar)
+        # Another avatar has other faces.
+        if self._faces is not None and self._store.path != self._faces_of:
+            self._faces.reject()
 
     def _show_choices(self) -> None:
         self._view.avatar.show_choices(*self._store.choices(), self._store.path)
@@ -207,6 +238,25 @@ class Avatars(QObject):
         name, _ = QFileDialog.getOpenFileName(self._view.avatar, title, start, kinds)
         if name:
             self._store.choose(Path(name), self._view.avatar)
+
+    def _show_faces(self) -> None:
+        avatar = self._store.avatar
+        if avatar is None:
+            return
+        if self._faces is not None:
+            self._faces.raise_()
+            return
+        # It draws: tabs have that loaded, the first page has not.
+        from studio.ui.widgets.face_dialog import FaceDialog
+
+        dialog = FaceDialog(avatar, self._view.avatar.window())
+        dialog.drivers_changed.connect(lambda drivers: self._store.drive(drivers, self._view.avatar))
+        dialog.finished.connect(self._on_faces_closed)
+        self._faces, self._faces_of = dialog, self._store.path
+        dialog.show()
+
+    def _on_faces_closed(self) -> None:
+        self._faces = None
 
     def _on_too_slow(self) -> None:
         what = self.tr("This computer is too slow to draw this avatar.")
@@ -233,6 +283,11 @@ def _opened(path: Path, folder: Path, keep: bool) -> _Opened:
     try:
         copy = avatars.adopt(folder, path)
         avatars.choose(folder, copy)
+        # What was chosen for its faces in this project comes before what came with the file.
+        if own := formats.read_drivers(copy):
+            avatar = avatar.driven_by(own)
+        elif avatar.drivers:
+            formats.keep_drivers(copy, avatar.drivers)
     except StudioError as error:
         return _Opened(avatar, path, error)
     return _Opened(avatar, copy)

@@ -113,7 +113,7 @@ class VideoQuestions(QObject):
         if found is None or len(found.faces) == 1:
             self._go_on([])
             return
-        dialog = FaceDialog(self._window, self._videos[0].name, found)
+        dialog = WhoseFaceDialog(self._window, self._videos[0].name, found)
         dialog.accepted.connect(lambda: self._go_on(dialog.args))
         dialog.rejected.connect(self._on_cancelled)
         dialog.finished.connect(dialog.deleteLater)
@@ -143,7 +143,7 @@ def videos_in(paths: tuple[Path, ...]) -> tuple[Path, ...]:
     return tuple(found)
 
 
-class FaceDialog(QDialog):
+class WhoseFaceDialog(QDialog):
     """Whose face is it? A picture of the video to click a face in, or to draw a box.
 
     Attributes:

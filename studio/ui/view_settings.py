@@ -20,7 +20,7 @@ KEEP_MS = 500
 """A camera that is turned is kept once it rests."""
 
 
-class Camera(Protocol):
+class FigureCamera(Protocol):
     """What looks at a performer."""
 
     orbit: Orbit
@@ -37,7 +37,7 @@ class SeenPerformer(Protocol):
     """A picture of a performer."""
 
     @property
-    def figure(self) -> Camera:
+    def figure(self) -> FigureCamera:
         """What its camera belongs to."""
 
     def set_background(self, background: Background) -> None:

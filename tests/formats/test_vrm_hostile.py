@@ -285,3 +285,17 @@ def test_what_the_file_allows_is_told(tmp_path: Path) -> None:
     assert avatar.name == "小さな Test"
     said = "By Saia Studio. Everyone may use it. Commercial use is allowed. Licence: CC0"
     assert avatar.licence.line == said
+
+
+@pytest.mark.parametrize(
+    ("name", "packer"),
+    [("KHR_draco_mesh_compression", "Draco"), ("EXT_meshopt_compression", "meshoptimizer")],
+)
+def test_a_compressed_avatar_says_what_it_was_compressed_by(
+    good: Path, tmp_path: Path, name: str, packer: str
+) -> None:
+    file = changed(good, tmp_path, lambda document: document.update(extensionsRequired=[name]))
+    with pytest.raises(StudioError) as refused:
+        formats.read_avatar(file)
+    assert refused.value.what == f"x.vrm is compressed by {packer}, which the studio cannot unpack."
+    assert refused.value.remedy == "Export the avatar again without mesh compression."

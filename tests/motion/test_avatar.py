@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from studio.motion import Skeleton, rotation
-from studio.motion.avatar import Avatar, Expression, Morph, Skin, Surface, key
+from studio.motion.avatar import Avatar, Morph, Skin, Surface
+from studio.motion.expression import Expression, key
 
 
 def an_avatar(names: tuple[str, ...], size: float = 1.0, **more: object) -> Avatar:

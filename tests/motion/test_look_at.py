@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from studio.motion import Skeleton, rotation
-from studio.motion.avatar import MIRROR_TURN, Avatar, Expression
+from studio.motion.avatar import MIRROR_TURN, Avatar
+from studio.motion.expression import Expression
 from studio.motion.look_at import WIDEST, LookAt, gaze_between, gaze_of, mapped, turned_by
 from studio.render.world_pose import WorldPose
 

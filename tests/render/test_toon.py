@@ -12,7 +12,8 @@ import pytest
 from studio import formats
 from studio.formats._glb import Glb
 from studio.formats._vrm.material import read_materials
-from studio.motion.avatar import Avatar, Expression, Surface
+from studio.motion.avatar import Avatar, Surface
+from studio.motion.expression import Expression
 from studio.motion.material import MaterialBind, Outline, SurfaceMaterial, Toon, UvMotion
 from studio.motion.skeleton import Skeleton
 from studio.render.camera import Orbit

@@ -7,7 +7,7 @@ import pytest
 
 from studio.motion import rotation
 from studio.motion.channels import ARKIT_SHAPES, shape_set
-from studio.motion.expressions import EXPRESSIONS, VRM_FACE, vrm_face
+from studio.motion.shape_sets import EXPRESSIONS, VRM_FACE, vrm_face
 from studio.tracking.face import BONES, SHAPES, Calibration, channels, head_turn, neutral_of, usual_of
 
 

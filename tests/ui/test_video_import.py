@@ -18,7 +18,7 @@ from studio.take.motion_file import load_motion
 from studio.ui import app as application
 from studio.ui import messages, tasks
 from studio.ui.main_window import MainWindow
-from studio.ui.video_import import FaceDialog, FacePicture, videos_in
+from studio.ui.video_import import FacePicture, WhoseFaceDialog, videos_in
 from tests.tracking.faces import Look, bursts, needs_tracking, use_model, write_two_faces, write_video
 
 FACES = ((0.1, 0.2, 0.2, 0.4), (0.6, 0.2, 0.3, 0.5))
@@ -78,8 +78,8 @@ def test_of_two_faces_the_one_that_was_clicked_is_tracked(
     use_model(monkeypatch, tmp_path)
     film = write_two_faces(tmp_path / "duet.mp4")
     window.take_paths((film,))
-    qtbot.waitUntil(lambda: window.findChild(FaceDialog) is not None, timeout=30_000)
-    dialog = window.findChild(FaceDialog)
+    qtbot.waitUntil(lambda: window.findChild(WhoseFaceDialog) is not None, timeout=30_000)
+    dialog = window.findChild(WhoseFaceDialog)
     assert dialog is not None
     assert dialog.args == ["--face", "1"], "the largest, until somebody says otherwise"
     if folder := os.environ.get("SAIA_SHOTS"):
@@ -119,8 +119,8 @@ def test_no_face_asks_for_a_box_and_cancel_imports_nothing(
 ) -> None:
     use_model(monkeypatch, tmp_path)
     window.take_paths((write_video(tmp_path / "empty.mp4", [Look(gone=True)] * 10),))
-    qtbot.waitUntil(lambda: window.findChild(FaceDialog) is not None, timeout=30_000)
-    dialog = window.findChild(FaceDialog)
+    qtbot.waitUntil(lambda: window.findChild(WhoseFaceDialog) is not None, timeout=30_000)
+    dialog = window.findChild(WhoseFaceDialog)
     assert dialog is not None
     assert not dialog.go.isEnabled()
     assert dialog.findChild(QPushButton, "whose_face_sound") is not None

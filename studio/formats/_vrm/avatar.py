@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from studio.errors import StudioError
 from studio.formats import _glb
 from studio.formats._glb import Glb
-from studio.formats._vrm import mesh
+from studio.formats._vrm import drivers, mesh
 from studio.formats._vrm.expression import read_expressions, read_look_at
 from studio.formats._vrm.material import read_materials
 from studio.formats._vrm.mesh import Nodes
@@ -37,6 +38,13 @@ _BUSINESS = {
     "corporation": "Commercial use is allowed.",
 }
 
+_PACKED = {
+    "KHR_draco_mesh_compression": "Draco",
+    "EXT_meshopt_compression": "meshoptimizer",
+    "KHR_meshopt_compression": "meshoptimizer",
+}
+_CC0 = "creativecommons.org/publicdomain/zero"
+
 
 def read_licence(meta: Any, old: bool) -> Licence:
     """Title, authors and terms; what the file leaves open is left out."""
@@ -56,6 +64,8 @@ def read_licence(meta: Any, old: bool) -> Licence:
         who = _WHO.get(str(meta.get("avatarPermission", "onlyAuthor")))
         business = _BUSINESS.get(str(meta.get("commercialUsage", "personalNonProfit")))
         licence, title = _text(meta.get("licenseUrl")), _text(meta.get("name"))
+        if _CC0 in _text(meta.get("otherLicenseUrl")):
+            return Licence(title, tuple(author for author in authors if author), ("Free for any use (CC0).",))
     terms = [sentence for sentence in (who, business) if sentence]
     terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))
@@ -75,18 +85,23 @@ _VRM0_BONES = {name[0].lower() + name[1:]: name for name in ALL_BONES}
 
 
 def read(path: Path) -> Avatar:
-    """The avatar of a file; nothing is fetched from anywhere, whatever the file asks for.
+    """The avatar of a file, its faces driven as a person chose; nothing is fetched, whatever it asks for.
 
     Raises:
         StudioError: it is missing, no VRM avatar, cut short, damaged or too large.
     """
     glb = _glb.read(path)
     try:
-        return _avatar(glb)
+        _check_packing(glb)
+        made = _avatar(glb)
     except (KeyError, IndexError, TypeError, ValueError, OverflowError, AttributeError) as error:
         raise _glb.damaged(path) from error
     except MemoryError as error:
         raise mesh.too_large(path) from error
+    chosen = drivers.read(path)
+    if chosen is None:
+        return replace(made, notes=(*made.notes, drivers.UNREADABLE))
+    return replace(made, drivers=chosen) if chosen else made
 
 
 def _avatar(glb: Glb) -> Avatar:
@@ -105,6 +120,16 @@ def _avatar(glb: Glb) -> Avatar:
         licence.title or glb.path.stem, skeleton, meshes.surfaces, materials, expressions, licence,
         (*meshes.notes, *notes, *still), rig, read_look_at(extension, old),
     )  # fmt: skip
+
+
+def _check_packing(glb: Glb) -> None:
+    """Raise StudioError where its meshes are compressed."""
+    for name in glb.document.get("extensionsRequired") or ():
+        if name in _PACKED:
+            raise StudioError(
+                f"{glb.path.name} is compressed by {_PACKED[name]}, which the studio cannot unpack.",
+                "Export the avatar again without mesh compression.",
+            )
 
 
 def _extension(glb: Glb) -> tuple[dict[str, Any], bool]:

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from studio.formats._glb import Glb
 from studio.formats._vrm.material import linear
 from studio.formats._vrm.mesh import Meshes
-from studio.motion.avatar import Expression
+from studio.motion.channels import ARKIT_SHAPES, VRM0_SHAPES
+from studio.motion.expression import Expression, key, meaning
 from studio.motion.look_at import LookAt, Range
 from studio.motion.material import MaterialBind, SurfaceMaterial
 
@@ -26,6 +28,7 @@ _COLOURS_OLD = {
     "_OutlineColor": "outline",
 }  # fmt: skip
 _MOST_LOOKS = 2048
+_SPELT = {key(name): name for name in (*VRM0_SHAPES, *ARKIT_SHAPES)}
 _UNREADABLE = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError)
 
 
@@ -42,7 +45,26 @@ def read_expressions(
         materials: what its materials became.
     """
     looks = _Looks(glb, materials)
-    return tuple(_groups(extension, meshes, looks) if old else _expressions(extension, meshes, looks))
+    found = tuple(_groups(extension, meshes, looks) if old else _expressions(extension, meshes, looks))
+    return _with_targets(found, meshes)
+
+
+def _with_targets(found: tuple[Expression, ...], meshes: Meshes) -> tuple[Expression, ...]:
+    """Expressions with those added that only morph targets of a known name show: many avatars are made for
+    Perfect Sync and never say so."""
+    named: dict[str, dict[int, int]] = {}
+    for i, surface in enumerate(meshes.surfaces):
+        for j, morph in enumerate(surface.morphs):
+            own = meaning(morph.name)
+            if own in _SPELT and len(morph.rows):
+                named.setdefault(own, {}).setdefault(i, j)
+    for one in found:
+        if one.moves:
+            named.pop(meaning(one.name), None)
+    binds = {own: tuple((i, j, 1.0) for i, j in places.items()) for own, places in named.items()}
+    # One that its file left empty is filled.
+    filled = tuple(replace(one, binds=binds.pop(meaning(one.name), one.binds)) for one in found)
+    return (*filled, *(Expression(_SPELT[own], places) for own, places in binds.items()))
 
 
 def _groups(extension: dict[str, Any], meshes: Meshes, looks: _Looks) -> Iterable[Expression]:

@@ -148,14 +148,16 @@ class _Reader:
                 continue
             first, mesh = len(self._made), entry(self._glb.document, "meshes", node["mesh"])
             for primitive in mesh["primitives"] if index not in unseen else ():
-                self._add(index, node, str(mesh.get("name", "")), primitive)
+                self._add(index, node, str(mesh.get("name", "")), primitive, _target_names(mesh, primitive))
             places = list(range(first, len(self._made)))
             by_node[index] = places
             by_mesh.setdefault(node["mesh"], []).extend(places)
         notes = ["Parts of it are stored in a way the studio cannot show."] if self._left_out else []
         return Meshes(tuple(self._made), by_node, by_mesh, tuple(notes))
 
-    def _add(self, index: int, node: dict[str, Any], name: str, primitive: dict[str, Any]) -> None:
+    def _add(
+        self, index: int, node: dict[str, Any], name: str, primitive: dict[str, Any], targets: list[str]
+    ) -> None:
         packed = "KHR_draco_mesh_compression" in primitive.get("extensions", {})
         if primitive.get("mode", _TRIANGLES) != _TRIANGLES or packed:
             self._left_out += 1
@@ -183,7 +185,10 @@ class _Reader:
         self._made.append(
             Surface(
                 name, at, normals if normals is not None else _normals(at, faces), uv, faces, joints, weights,
-                binds, owners, tuple(self._morph(target, used) for target in primitive.get("targets", ())),
+                binds, owners, tuple(
+                    self._morph(target, used, targets[i] if i < len(targets) else "")
+                    for i, target in enumerate(primitive.get("targets", ()))
+                ),
                 material,
             )
         )  # fmt: skip
@@ -225,12 +230,12 @@ class _Reader:
         joints = np.where(weights > 0.0, joints, 0)
         return joints.astype(np.int32), _shares(weights), binds[:, :3], self._owners[places]
 
-    def _morph(self, target: dict[str, Any], used: NDArray[np.int64]) -> Morph:
+    def _morph(self, target: dict[str, Any], used: NDArray[np.int64], name: str) -> Morph:
         if "POSITION" not in target:
-            return Morph(np.zeros(0, np.int32), np.zeros((0, 3), np.float32))
+            return Morph(np.zeros(0, np.int32), np.zeros((0, 3), np.float32), name)
         offsets = self._floats(target["POSITION"], 3)[used]
         rows = np.flatnonzero(np.abs(offsets).max(axis=1) > 1e-7)
-        return Morph(rows.astype(np.int32), offsets[rows])
+        return Morph(rows.astype(np.int32), offsets[rows], name)
 
     def _node(self, place: Any) -> int:
         if not isinstance(place, int) or not 0 <= place < len(self._owners):
@@ -252,6 +257,16 @@ class _Reader:
         if self._numbers > MOST_NUMBERS:
             raise too_large(self._glb.path)
         return table
+
+
+def _target_names(mesh: dict[str, Any], primitive: dict[str, Any]) -> list[str]:
+    """What morph targets are called, which glTF leaves to its writers: most put it here."""
+    for table in (mesh, primitive):
+        extras = table.get("extras")
+        names = extras.get("targetNames") if isinstance(extras, dict) else None
+        if isinstance(names, list):
+            return [str(name) for name in names]
+    return []
 
 
 def _shares(weights: Floats) -> Floats:

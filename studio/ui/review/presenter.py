@@ -77,8 +77,8 @@ class ReviewPresenter(QObject):
     def close(self) -> None:
         """The window closes."""
         # The model goes last, with the player that all of them follow.
-        cards = (self.stage, self.transport, self.runs, self.style, self.moods, self.send, self.export, self.batch)
-        for card in cards:
+        self.stage.close()
+        for card in (self.transport, self.runs, self.style, self.moods, self.send, self.export, self.batch):
             card.close()
         self.model.close()
         self._view.stage.dispose()

@@ -3,6 +3,7 @@
 avatar_button  The button in a picture's corner that chooses an avatar, and what its file allows
 background_menu  The menu of backgrounds: the room, transparent, green, any colour, or an image
 card           Cards, headings and empty states: the furniture every tab shares
+face_dialog    An avatar's faces: each shape, what moves it, a try, and a person's correction
 figure/        A performer on the screen: the stick figure or an avatar, and a drawn face beside it
 meters         Meters: the level of the sound, and the values of blend shapes as bars
 plots          Plots that several places draw: values by epoch, and how well sound and motion match by offset

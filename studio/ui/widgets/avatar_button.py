@@ -28,11 +28,13 @@ class AvatarButton(QWidget):
     Signals:
         wanted: a Path, or None for the stick figure.
         browse_requested: choose a file.
+        faces_requested: see the avatar's faces and what moves them.
         menu_opening: the menu is about to be seen; fill it by `show_choices`.
     """
 
     wanted = Signal(object)
     browse_requested = Signal()
+    faces_requested = Signal()
     menu_opening = Signal()
 
     def __init__(self, parent: QWidget | None = None, prefix: str = "", brief: bool = False) -> None:
@@ -53,8 +55,7 @@ class AvatarButton(QWidget):
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._text = ""
-        self._brief = brief
+        self._text, self._faced, self._brief = "", False, brief
         self.terms.setHidden(brief)
         row = self._row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -85,9 +86,19 @@ class AvatarButton(QWidget):
         browse = self.menu.addAction(self.tr("Open a VRM avatar…"))
         browse.setObjectName("avatar_browse")
         browse.triggered.connect(lambda _=False: self.browse_requested.emit())
+        faces = self.menu.addAction(self.tr("Face shapes…"))
+        faces.setObjectName("avatar_faces")
+        faces.setEnabled(self._faced)
+        faces.setToolTip(
+            self.tr("See each face your avatar can make, and choose what moves it")
+            if self._faced
+            else self.tr("An avatar with a face has some; choose one first")
+        )
+        faces.triggered.connect(lambda _=False: self.faces_requested.emit())
 
     def show_avatar(self, avatar: Avatar | None) -> None:
         """Name what is worn and what its file allows."""
+        self._faced = avatar is not None and avatar.has_face
         name = avatar.name if avatar else ""
         name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
         self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))

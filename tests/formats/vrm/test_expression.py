@@ -48,7 +48,7 @@ def test_vrm1_binds_colours_and_textures(tmp_path: Path) -> None:
         joy_of(document)["textureTransformBinds"] = [{"material": 1, "offset": [0.5, 0.25]}]
 
     avatar = an_avatar(tmp_path, 1, bind)
-    assert avatar.by_key["joy"].looks == (
+    assert avatar.face.moved_by("joy")[0].looks == (
         MaterialBind(0, "colour", (1.0, 0.5, 0.0, 0.25)),
         MaterialBind(0, "glow", (2.0, 0.0, 0.0)),
         MaterialBind(1, "scale", (1.0, 1.0)),
@@ -69,7 +69,7 @@ def test_vrm0_values_are_unitys(tmp_path: Path) -> None:
             {"materialName": "skin", "propertyName": "_MainTex_ST", "targetValue": [0.5, 0.5, 0.25, 0.0]},
         ]
 
-    looks = an_avatar(tmp_path, 0, bind).by_key["joy"].looks
+    looks = an_avatar(tmp_path, 0, bind).face.moved_by("joy")[0].looks
     assert looks[0] == MaterialBind(0, "colour", (1.0, pytest.approx(0.2140411), 0.0, 0.5))
     # v counts from the top here.
     assert looks[1:] == (MaterialBind(1, "scale", (0.5, 0.5)), MaterialBind(1, "offset", (0.25, 0.5)))
@@ -81,7 +81,7 @@ def test_vrm0_may_move_a_picture_along_one_axis(tmp_path: Path) -> None:
             {"materialName": "skin", "propertyName": "_MainTex_ST_T", "targetValue": [9, 1, 9, 0.25]},
         ]
 
-    looks = an_avatar(tmp_path, 0, bind).by_key["joy"].looks
+    looks = an_avatar(tmp_path, 0, bind).face.moved_by("joy")[0].looks
     assert looks == (MaterialBind(1, "scale", (1.0, 1.0)), MaterialBind(1, "offset", (0.0, -0.25)))
 
 
@@ -95,8 +95,8 @@ def test_vrm0_may_move_a_picture_along_one_axis(tmp_path: Path) -> None:
 ])  # fmt: skip
 def test_a_bind_that_makes_no_sense_is_left_out(tmp_path: Path, bind: Any) -> None:
     avatar = an_avatar(tmp_path, 1, lambda document: joy_of(document).update(materialColorBinds=[bind]))
-    assert avatar.by_key["joy"].looks == ()
-    assert avatar.by_key["joy"].binds
+    assert avatar.face.moved_by("joy")[0].looks == ()
+    assert avatar.face.moved_by("joy")[0].binds
 
 
 def test_looking_is_as_vrm1_says() -> None:
@@ -122,7 +122,7 @@ def test_a_binary_face_is_off_where_another_takes_its_place(tmp_path: Path) -> N
     avatar = an_avatar(tmp_path, 1, lambda document: joy_of(document).update(overrideMouth="blend"))
     faces = tuple(replace(one, binary=one.name == "aa") for one in avatar.expressions)
     avatar = replace(avatar, expressions=faces)
-    joy, open_mouth = avatar.by_key["joy"].binds[0][1], avatar.by_key["a"].binds[0][1]
+    joy, open_mouth = avatar.face.moved_by("joy")[0].binds[0][1], avatar.face.moved_by("a")[0].binds[0][1]
     alone, beside = (avatar.morph_weights({"aa": 1.0, "happy": joyful})[1] for joyful in (0.0, 0.1))
     assert (alone[open_mouth], beside[open_mouth], beside[joy]) == pytest.approx((1.0, 0.0, 0.1))
 
@@ -133,7 +133,30 @@ def test_two_faces_together_leave_less_than_nothing_of_the_mouth(tmp_path: Path)
             document["extensions"]["VRMC_vrm"]["expressions"]["preset"][name]["overrideMouth"] = "blend"
 
     avatar = an_avatar(tmp_path, 1, override)
-    mouth = avatar.by_key["a"].binds[0][1]
+    mouth = avatar.face.moved_by("a")[0].binds[0][1]
     weights = [avatar.morph_weights({"aa": 1.0, "happy": w, "angry": w})[1][mouth] for w in (0.25, 0.75)]
     # Their sum counts.
     assert weights == pytest.approx([0.5, 0.0])
+
+
+def test_morph_targets_of_known_names_are_faces_too(tmp_path: Path) -> None:
+    def rename(document: Document) -> None:
+        names = document["meshes"][1]["extras"]["targetNames"]
+        names[:3] = ["jawOpen", "EyeBlink_L", "nobody knows"]
+        presets = document["extensions"]["VRMC_vrm"]["expressions"]["preset"]
+        # One preset is gone, and one is left empty.
+        del presets["angry"]
+        presets["sad"]["morphTargetBinds"] = []
+
+    avatar = an_avatar(tmp_path, 1, rename)
+    found = {
+        name: avatar.face.moved_by(name)[0].binds for name in ("JawOpen", "EyeBlinkLeft", "Angry", "sad")
+    }
+    places = [10, 9]  # of "sorrow" and "angry" among the targets
+    assert found == {
+        "JawOpen": ((1, 0, 1.0),), "EyeBlinkLeft": ((1, 1, 1.0),),
+        "Angry": ((1, places[1], 1.0),), "sad": ((1, places[0], 1.0),),
+    }  # fmt: skip
+    assert avatar.face.moved_by("nobody knows") == ()
+    # The vowel that the file has itself stays what it is.
+    assert avatar.face.moved_by("aa")[0].binds == ((1, 0, 1.0),)

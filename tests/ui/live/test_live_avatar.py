@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
+from studio import formats
 from studio.project import Project, avatars
 from studio.ui.messages import Toast
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
+from studio.ui.widgets.face_dialog import FaceDialog
 from tests.formats.avatars import Maker
 from tests.inference.live.runs import add_run
 from tests.ui.live.children import FakeChild, Room, pose, ready
@@ -113,3 +115,31 @@ def test_drawing_too_slowly_is_said_and_the_stick_figure_goes_on(
     child.told.emit(ready(("A",), BONES))
     child.told.emit(pose(1, len(BONES)))
     assert view.stage.pane.face.face is not None  # without its own face, the drawn one shows
+
+
+def test_what_moves_its_faces_is_kept_in_the_project(live: Room, file: Path, qtbot: QtBot) -> None:
+    view, _, session = live
+    button = view.stage.avatar
+    button.menu_opening.emit()
+    faces = next(action for action in button.menu.actions() if action.objectName() == "avatar_faces")
+    assert not faces.isEnabled()
+    button.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    button.menu_opening.emit()
+    faces = next(action for action in button.menu.actions() if action.objectName() == "avatar_faces")
+    faces.trigger()
+    dialog = view.window().findChild(FaceDialog)
+    assert dialog is not None
+    dialog.drivers_changed.emit({"joy": "MouthSmileLeft"})
+    worn = view.stage.figure.avatar
+    assert worn is not None
+    assert [one.name for one in worn.face.moved_by("MouthSmileLeft")] == ["joy"]
+    assert session.avatars.path is not None
+    assert formats.read_avatar(session.avatars.path).drivers == {"joy": "MouthSmileLeft"}
+    # Chosen again from where it came from, the project's own choice holds.
+    button.wanted.emit(file)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not worn)
+    assert dict(session.avatars.avatar.drivers if session.avatars.avatar else {}) == {"joy": "MouthSmileLeft"}
+    # Another avatar has other faces.
+    with qtbot.waitSignal(dialog.finished):
+        button.wanted.emit(None)
