@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import socket
 from collections import deque
 from collections.abc import Mapping
@@ -27,7 +25,7 @@ from studio.tracking.face import (
     pose_of,
 )
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
-from studio.tracking.pictures import facts_of, hints
+from studio.tracking.pictures import facts_of, hints, jpeg_of, overlay
 from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame
 
@@ -36,7 +34,6 @@ _RATE_SPAN_S = 2.0
 _LOST_S = 0.3
 _OPTIONS = SendOptions(names="as_is", root=False)
 _VERSION = 1
-_DOT = (90, 220, 255)
 
 
 @dataclass(frozen=True)
@@ -180,16 +177,7 @@ class Webcam:
         if self._last is None:
             return ""
         picture, face = self._last
-        step = max(picture.shape[1] // PREVIEW_WIDTH, 1)
-        small = picture[::step, ::step].copy()
-        if face is not None:
-            x, y = (face.points[:, :2] / step).astype(int).T
-            inside = (x >= 0) & (x < small.shape[1] - 1) & (y >= 0) & (y < small.shape[0] - 1)
-            x, y = x[inside], y[inside]
-            # Two pixels wide and high, or JPEG wipes them out.
-            for across, down in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                small[y + down, x + across] = _DOT
-        return jpeg_of(small[:, ::-1])
+        return jpeg_of(overlay(picture, face, PREVIEW_WIDTH)[:, ::-1])
 
     def close(self) -> None:
         """Let go of the camera and the model."""
@@ -210,15 +198,6 @@ class Webcam:
             )
             self._calibration, self._calibrated = found, True
             save_calibration(found)
-
-
-def jpeg_of(picture: Picture) -> str:
-    """A picture as a JPEG in Base64."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(picture).save(file, "JPEG", quality=75)
-    return base64.b64encode(file.getvalue()).decode()
 
 
 def calibration_file() -> Path:

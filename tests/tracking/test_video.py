@@ -18,6 +18,7 @@ from studio.tracking.video import (
     NO_FACE,
     STILL,
     TrackedVideo,
+    TrackingProgress,
     VideoOptions,
     has_pictures,
     pictures,
@@ -146,8 +147,8 @@ def test_a_break_costs_no_more_than_a_block(
     class PoweredOffError(Exception):
         pass
 
-    def power_off(fraction: float) -> None:
-        if fraction > 0.6:
+    def power_off(progress: TrackingProgress) -> None:
+        if progress.part > 0.6:
             raise PoweredOffError
 
     with pytest.raises(PoweredOffError):
@@ -155,7 +156,7 @@ def test_a_break_costs_no_more_than_a_block(
     kept = BlockStore(talk, (VideoOptions(), False)).load()
     assert len(kept) >= 2
     seen: list[float] = []
-    found = track_video(talk, model, on_progress=seen.append)
+    found = track_video(talk, model, on_progress=lambda progress: seen.append(progress.part))
     assert seen[0] > 0.4
     assert found.motion is not None
     assert np.allclose(found.motion.times, tracked[0].times)

@@ -35,12 +35,14 @@ class TrackingEvent(ProgressEvent, frozen=True):
     Args:
         path: the video.
         of: how many recordings are imported.
+        jpeg: now and then what is seen, with the face's points: a JPEG in Base64.
     """
 
     VERBS = ("import",)
 
     path: str = ""
     of: int = 1
+    jpeg: str = ""
 
 
 class ImportDone(DoneEvent, frozen=True):
