@@ -113,4 +113,4 @@ def test_its_hair_swings_as_in_three_vrm(avatar: Avatar, tmp_path: Path) -> None
         found = np.einsum("nij,nj->ni", made[:-1, :, :3], rig.at) + made[:-1, :, 3]
         wanted = np.array([there["at"] for there in told[str(i)]])
         apart = np.linalg.norm(found[:, None] - wanted[None], axis=2).min(axis=0)
-        assert float(apart.max()) < 1e-4, names[int(apart.argmax())]
+        assert float(apart.max()) < 1e-3, names[int(apart.argmax())]
