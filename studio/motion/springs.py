@@ -21,6 +21,8 @@ Whole = NDArray[np.intp]
 STEP = 1.0 / 60.0
 SEEK_S = 0.25
 """A moment further from the last one than this, or before it, is a seek."""
+JITTER_S = 0.02
+"""A moment so little before the last one is the same: clocks that follow a sound card step back a little."""
 _SETTLING = 12
 _RESOLVED = 4
 """How often a joint is moved out of the collider it is deepest in."""
@@ -104,6 +106,8 @@ class Springs:
             return placements
         if not np.isfinite(placements).all():
             placements = self._last
+        if self._t is not None and self._t - JITTER_S < t < self._t:
+            t = self._t
         if self._t is None or not 0.0 <= t - self._t <= SEEK_S:
             self._settle(placements)
         else:
