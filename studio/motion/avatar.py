@@ -342,7 +342,16 @@ class Skin:
         self._weights: Any = sparse.csr_matrix(entries, shape=shape, dtype=np.float32)
         self._weights.sum_duplicates()
         self._normals = (surface.normals @ _normal_turn(turn).T).astype(np.float32)
-        self._morphs = [(m.rows, (m.offsets @ turn.T).astype(np.float32)) for m in surface.morphs]
+        # One matrix (3 V, M), so that a face of fifty shapes costs no more than one of ten.
+        coordinates = [(m.rows[:, None] * 3 + np.arange(3)).ravel() for m in surface.morphs]
+        shape = (3 * count, len(surface.morphs))
+        self._morphs: Any = sparse.csr_matrix(shape, dtype=np.float32)
+        if any(map(len, coordinates)):
+            offsets = np.concatenate([(m.offsets @ turn.T).ravel() for m in surface.morphs])
+            columns = np.repeat(np.arange(shape[1]), [len(one) for one in coordinates])
+            entries = (offsets.astype(np.float32), (np.concatenate(coordinates), columns))
+            self._morphs = sparse.csr_matrix(entries, shape=shape)
+        self._moved = (np.zeros(shape[1], np.float32), self._rest)
 
     def pose(self, placements: Array, morphs: Floats) -> tuple[Floats, Floats]:
         """Vertices and normals (V, 3) in a picture's axes; normals are not of unit length.
@@ -364,14 +373,14 @@ class Skin:
         return vertices, np.einsum("vab,vb->va", blended[:, :, :3], self._normals)
 
     def _morphed(self, weights: Floats) -> Floats:
-        active = np.flatnonzero(weights)
-        if not len(active):
-            return self._rest
-        rest = self._rest.copy()
-        for morph in active:
-            rows, offsets = self._morphs[morph]
-            rest[rows] += weights[morph] * offsets
-        return rest
+        """The vertices moved as far as the weights say; those of the time before where these are the same."""
+        before, moved = self._moved
+        if not np.array_equal(weights, before):
+            moved = self._rest
+            if weights.any():
+                moved = self._rest + (self._morphs @ weights).reshape(-1, 3)
+            self._moved = (weights.copy(), moved)
+        return moved
 
 
 def _normal_turn(turn: Array) -> Array:

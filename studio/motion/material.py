@@ -45,12 +45,14 @@ class Outline:
         on_screen: as wide wherever it is.
         colour: its colour.
         lit: how much it takes on of the surface's own shading, 0..1.
+        widths: green of it scales the width, or None.
     """
 
     width: float
     on_screen: bool = False
     colour: Colour = BLACK
     lit: float = 1.0
+    widths: Pixels | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from studio.motion.springs import Springs
 from studio.render import body
 from studio.render.face import fitted
 from studio.render.palette import Palette, rgb
-from studio.render.toon import SurfaceShader, Textures
+from studio.render.toon import LINE_SHARE, SurfaceShader, Textures, line_shares
 from studio.render.world_pose import WorldPose
 
 EYE = "#20242C"
@@ -141,6 +141,10 @@ class AvatarActor:
             for outline in (False, True)[: 1 + outlined]:
                 actor = self._add(mesh)
                 textured = surface.uv is not None
+                line = material.toon.outline if outline and material.toon is not None else None
+                if line is not None and line.widths is not None and surface.uv is not None:
+                    mesh.point_data[LINE_SHARE] = line_shares(line.widths, surface.uv)
+                    actor.GetMapper().MapDataArrayToVertexAttribute(LINE_SHARE, LINE_SHARE, 0, -1)
                 parts = avatar.changing_parts.get(surface.material, frozenset())
                 shader = SurfaceShader(actor, material, textures, textured, outline, parts)
                 self._shaders.append(shader)
@@ -188,9 +192,11 @@ class AvatarActor:
 
     def bounds(self) -> list[tuple[float, ...]]:
         """Boxes around what is seen of it with its lines: x, y and z from and to, metres."""
+        if not self.visible:
+            return []
         line = max((one.width for one in self._outlines if not one.on_screen), default=0.0)
         grown = np.tile([-line, line], 3)
-        return [tuple(actor.GetBounds() + grown) for actor in self._actors if actor.GetVisibility()]
+        return [tuple(mesh.GetPoints().GetBounds() + grown) for _, _, mesh in self._parts]
 
     @property
     def line_share(self) -> float:

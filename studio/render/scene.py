@@ -356,15 +356,16 @@ class RenderScene:
         for actor in self._avatar_actors.values():
             actor.set_aspect(wide / tall, tall / height)
         camera, aspect = self._plotter.camera, width / height
-        camera.position = tuple(orbit.position(aspect, self._scale, self._face, self._away))
-        camera.focal_point = tuple(orbit.target(self._scale, self._face, self._away))
-        camera.up = (0.0, 1.0, 0.0)
+        # VTK's own methods: pyvista's would measure all that is seen after each of them.
+        camera.SetPosition(*orbit.position(aspect, self._scale, self._face, self._away))
+        camera.SetFocalPoint(*orbit.target(self._scale, self._face, self._away))
+        camera.SetViewUp(0.0, 1.0, 0.0)
         # Of the whole picture's opening the part has its share, and lies beside the middle.
         half = math.tan(math.radians(FIELD_OF_VIEW / 2)) * tall / height
-        camera.view_angle = math.degrees(2 * math.atan(half))
+        camera.SetViewAngle(math.degrees(2 * math.atan(half)))
         camera.SetWindowCenter((2 * x + wide - width) / wide, (2 * y + tall - height) / tall)
         # By hand: VTK would measure all bounds again for every picture.
-        camera.clipping_range = (0.05 * self._scale, 60.0 * self._scale)
+        camera.SetClippingRange(0.05 * self._scale, 60.0 * self._scale)
         self._plotter.render_window.Render()
         # OpenGL's rows begin at the bottom; turning the view over copies nothing.
         return self._read((left - x, low - y, right - x, high - y))[::-1]

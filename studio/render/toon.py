@@ -23,6 +23,8 @@ LIGHT = (-0.35, 0.55, 0.76)
 """Where the light comes from, as the camera sees it: from the upper left, before the avatar."""
 AMBIENT, KEY, FILL = 0.26, 0.58, 0.12
 """Light on plain surfaces: from everywhere, from LIGHT, and from the other side."""
+LINE_SHARE = "lineShare"
+"""The points' array of how wide an outline is there, of its width, where a picture says so."""
 _SEEN = 0.02
 """Blended, what has less alpha is not drawn."""
 
@@ -124,6 +126,8 @@ class Textures:
             texture.SetUseSRGBColorSpace(not linear)
             texture.SetInterpolate(True)
             texture.SetMipmap(True)
+            # Where OpenGL runs in software, filtering for slanted surfaces takes as long as all the rest.
+            texture.SetMaximumAnisotropicFiltering(1.0)
             texture.SetRepeat(True)
             self._known[key] = texture
         return self._known[key]
@@ -155,6 +159,7 @@ class SurfaceShader:
         self._fragment, self._vertex = shader.GetFragmentCustomUniforms(), shader.GetVertexCustomUniforms()
         self._prop, self._textures, self._textured = actor.GetProperty(), textures, textured
         self._samplers: list[str] = []
+        self._names: dict[tuple[int, bool], str] = {}
         toon = material.toon
         line = toon.outline if toon is not None and outline else None
         code = self._code(material, toon, line)
@@ -169,6 +174,10 @@ class SurfaceShader:
             shader.AddFragmentShaderReplacement(place, True, text, False)
         if line is not None:
             grown = _GROWN_ON_SCREEN if line.on_screen else _GROWN
+            if textured and line.widths is not None:
+                place = "//VTK::PositionVC::Dec"
+                shader.AddVertexShaderReplacement(place, True, f"{place}\nin float {LINE_SHARE};\n", False)
+                grown = grown.replace("lineWidth", f"lineWidth * {LINE_SHARE}")
             shader.AddVertexShaderReplacement("//VTK::PositionVC::Impl", True, grown, False)
             self._vertex.SetUniformf("lineWidth", line.width)
             if line.on_screen:
@@ -217,8 +226,11 @@ class SurfaceShader:
         """What reads a picture, "" where there is none or nothing to read it by."""
         if picture is None or not (self._textured or ball):
             return ""
-        self._prop.SetTexture(name, self._textures.of(picture, linear))
-        self._samplers.append(name)
+        # A picture that several parts share, as MToon's light and shade do, is read once.
+        name = name if ball else self._names.setdefault((id(picture), linear), name)
+        if name not in self._samplers:
+            self._prop.SetTexture(name, self._textures.of(picture, linear))
+            self._samplers.append(name)
         return f"texture({name}, uv)"
 
     def _set(self, name: str, value: float | tuple[float, float, float]) -> None:
@@ -304,6 +316,13 @@ class SurfaceShader:
 
 
 LIGHT_VC: tuple[float, float, float] = tuple(np.array(LIGHT) / math.dist(LIGHT, BLACK))
+
+
+def line_shares(widths: Pixels, uv: NDArray[np.floating]) -> NDArray[np.float32]:
+    """How wide an outline is at texture coordinates (V, 2), v from the top, of its width (V,)."""
+    high, wide = widths.shape[:2]
+    column, row = (np.mod(uv, 1.0) * (wide, high)).astype(int).T
+    return widths[np.minimum(row, high - 1), np.minimum(column, wide - 1), 1].astype(np.float32) / 255.0
 
 
 def uv_at(uv: UvMotion, t: float) -> tuple[tuple[float, float, float, float], tuple[float, float]]:

@@ -284,20 +284,6 @@ def test_every_background_is_behind_the_figure(tmp_path: Path, text: str) -> Non
     assert (np.abs(found - wanted).max(axis=-1) > 60).mean() > 0.02
 
 
-def test_a_background_that_is_none_is_a_sentence(tmp_path: Path) -> None:
-    for text, what in (
-        ("#12", "#12 is no colour."),
-        ("nowhere.png", "There is no background called nowhere.png."),
-    ):
-        with pytest.raises(RequestError) as error:
-            Background.parse(text)
-        assert error.value.what == what
-    (tmp_path / "broken.png").write_bytes(b"no picture")
-    with pytest.raises(StudioError) as broken:
-        Background(str(tmp_path / "broken.png")).painted(64, 64, DARK)
-    assert broken.value.what == "The background broken.png cannot be read as an image."
-
-
 def test_a_face_without_a_body_is_worn_by_an_avatar_at_rest(tmp_path: Path) -> None:
     vrm = Maker(0).write(tmp_path / "a.vrm")
     face = mouth_opening_at(0.1, 0.4, bones=False)

@@ -110,6 +110,18 @@ def test_an_outline_lies_around_it(scene: RenderScene, on_screen: bool) -> None:
     assert (plain[red] < 150).all(), "beside the ball and not on it"
 
 
+@pytest.mark.parametrize("on_screen", [False, True])
+def test_an_outline_is_as_wide_as_its_picture_has_it(scene: RenderScene, on_screen: bool) -> None:
+    widths = np.full((2, 2, 4), 255, np.uint8)
+    widths[:, 1, 1] = 0  # none at the right
+    line = Outline(0.02, on_screen, (1.0, 0.0, 0.0), 0.0, widths)
+    toon = Toon(shade=(1.0, 1.0, 1.0), outline=line)
+    pixels = seen(scene, SurfaceMaterial((1.0, 1.0, 1.0, 1.0), toon=toon))
+    row = np.flatnonzero(((pixels[:, :, 0] > 200) & (pixels[:, :, 1] < 60))[SIZE * 35 // 100])
+    assert len(row)
+    assert row.max() < SIZE // 2
+
+
 def test_a_mask_cuts_and_a_blend_shows_what_is_behind(scene: RenderScene) -> None:
     picture = np.full((2, 2, 4), 255, np.uint8)
     picture[:, 0, 3] = 0

@@ -98,6 +98,7 @@ def _toon(one: dict[str, Any], pictures: _Pictures) -> Toon:
             mode == "screenCoordinates",
             _rgb(one.get("outlineColorFactor"), BLACK),
             _number(one.get("outlineLightingMixFactor", 1.0)),
+            pictures.of(one.get("outlineWidthMultiplyTexture")),
         )
     return Toon(
         _rgb(one.get("shadeColorFactor"), WHITE),
@@ -147,7 +148,8 @@ def _toon_of_vrm0(table: _Properties, pictures: _Pictures) -> SurfaceMaterial:
     line = None
     if kind >= 1.0 and width > 0.0:
         lit = table.number("_OutlineLightingMix", 1.0) if mixed else 0.0
-        line = Outline(width * _CM, kind >= 2.0, table.colour("_OutlineColor", BLACK), lit)
+        colour, widths = table.colour("_OutlineColor", BLACK), picture("_OutlineWidthTexture")
+        line = Outline(width * _CM, kind >= 2.0, colour, lit, widths)
     alpha = _rgba(table.vectors.get("_Color", (1.0, 1.0, 1.0, 1.0)))[3]
     left, up, wide, high = _four(table.vectors.get("_MainTex"), (0.0, 0.0, 1.0, 1.0))
     blend = int(table.number("_BlendMode", 0.0, most=3.0))

@@ -121,8 +121,8 @@ class ExportPresenter(QObject):
         whole = start <= 0.0 and end >= player.duration - 1e-3
         if options.selection and model.span is not None:
             (start, end), whole = model.span, False
-        # Both panes share their camera; the predicted one is there even where it is hidden.
-        orbit = self._view.stage.predicted.figure.orbit
+        stage = self._view.stage
+        orbit = (stage.captured if model.predicted is None else stage.predicted).figure.seen
         return ExportInput(
             motion,
             untuned if untuned is not None else motion,

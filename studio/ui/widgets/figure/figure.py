@@ -33,7 +33,7 @@ from studio.ui import theme
 from studio.ui.shortcuts import pressed
 from studio.ui.widgets.figure import sketch
 from studio.ui.widgets.figure.picture import Detail, FigurePicture, background_image, draw_checkers, loaded
-from studio.ui.widgets.figure.view_buttons import ViewButtons
+from studio.ui.widgets.figure.view_buttons import AROUND_PX, ViewButtons
 
 FRAME_PX = 4
 QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
@@ -108,7 +108,7 @@ class StickFigure(QWidget):
         self._rest.setSingleShot(True)
         self._rest.setInterval(REST_MS)
         self._rest.timeout.connect(self._draw_finely)
-        self._token = "figure"
+        self._token, self._close = "figure", False
         self._drag_from: QPointF | None = None
         self.empty_button = QPushButton(empty_button, self)
         self.empty_button.setObjectName("figure_empty_button")
@@ -168,8 +168,8 @@ class StickFigure(QWidget):
 
     @property
     def drawing_soon(self) -> bool:
-        """Whether another picture has been asked for."""
-        return self._next.isActive()
+        """Whether another picture has been asked for, or a finer one of what rests."""
+        return self._next.isActive() or self._rest.isActive()
 
     def clear(self, sentence: str = "", icon: str = "") -> None:
         """Show an empty room with a sentence, the last one where none is given."""
@@ -209,11 +209,23 @@ class StickFigure(QWidget):
         """Look from "front", "three_quarter" or "side", or frame "face", "bust" or "body"."""
         self.set_orbit(self.orbit.framed(name) if name in FRAMINGS else Orbit.preset(name, self.orbit.zoom))
 
+    @property
+    def seen(self) -> Orbit:
+        """The camera of the picture: close, where a face has no body and the whole of it would be shown."""
+        return self.orbit.framed("face") if self._close and self.orbit.framing == "body" else self.orbit
+
+    def set_close(self, close: bool) -> None:
+        """Whether only the face moves: nobody needs to see a body that rests."""
+        if close != self._close:
+            self._close = close
+            self._views.show_orbit(self.seen)
+            self._request()
+
     def set_orbit(self, orbit: Orbit) -> None:
         """Look from somewhere; two figures side by side share one through `view_changed`."""
         if orbit != self.orbit:
             self.orbit = orbit
-            self._views.show_orbit(orbit)
+            self._views.show_orbit(self.seen)
             self.view_changed.emit(orbit)
             self._request()
 
@@ -421,7 +433,7 @@ class StickFigure(QWidget):
         if self._picture is None:
             self._picture = FigurePicture(self._scene)
         finer = FINEST if (share > 1.0 or resting) and pixels < MOST_PIXELS else 1
-        part = self._picture.draw(self.orbit, size, finer, self.background, self._palette())
+        part = self._picture.draw(self.seen, size, finer, self.background, self._palette())
         self._shown = (self._stance, self._ghost)
         self.renders += 1
         if not resting:
@@ -457,15 +469,15 @@ class StickFigure(QWidget):
         self._views = ViewButtons(self)
         self._views.chosen.connect(self._on_view)
         column = QVBoxLayout(self)
-        column.setContentsMargins(10, 10, 10, 10)
+        column.setContentsMargins(AROUND_PX, AROUND_PX, AROUND_PX, AROUND_PX)
         column.addWidget(self._views)
         column.addStretch(1)
-        self._views.show_orbit(self.orbit)
+        self._views.show_orbit(self.seen)
         self._update_buttons()
 
     def _on_view(self, name: str) -> None:
         self.set_view(name)
-        self._views.show_orbit(self.orbit)
+        self._views.show_orbit(self.seen)
 
     def _update_buttons(self) -> None:
         self._views.show_in(self.width(), self._stance is not None and self.view_buttons_shown)

@@ -171,6 +171,7 @@ class Pane(QWidget):
     def show_stance(self, stance: WorldPose) -> None:
         """Show a performer, as the avatar where one is worn; bones or shapes may be missing."""
         worn = self.figure.avatar
+        self.figure.set_close(worn is not None and worn.has_face and not len(stance.joints))
         if worn is not None and not len(stance.joints):
             stance = replace(WorldPose.rest_pose(worn.skeleton), shapes=stance.shapes, t=stance.t)
         self.caption.set_words(self._wanted_caption)

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 from studio.render.camera import FRAMINGS, VIEWS, Orbit
 from studio.ui import theme
 
-WIDE = 460
-"""Pixels of a picture that has room for the buttons that frame the performer, too."""
+AROUND_PX = 10
+"""Between the row and the picture's edges."""
 
 
 class ViewButtons(QWidget):
@@ -32,6 +32,7 @@ class ViewButtons(QWidget):
             "side": self.tr("Side"),
         }
         self._buttons: dict[str, QToolButton] = {}
+        self._tools: list[QWidget] = []
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(0, 0, 0, 0)
         self._row.setSpacing(theme.TIGHT)
@@ -56,6 +57,7 @@ class ViewButtons(QWidget):
 
     def add_tool(self, tool: QWidget) -> None:
         """Put one more at the end."""
+        self._tools.append(tool)
         self._row.addWidget(tool)
 
     def show_orbit(self, orbit: Orbit) -> None:
@@ -65,7 +67,9 @@ class ViewButtons(QWidget):
             button.setChecked(orbit.framing == name if name in FRAMINGS else seen == VIEWS[name])
 
     def show_in(self, width: int, shown: bool) -> None:
-        """Show those that a picture so wide has room for, or none."""
+        """Show those that a picture so wide has room for, or none; the mouse turns the camera, too."""
         self.setVisible(shown)
-        for name in FRAMINGS:
-            self._buttons[name].setVisible(width >= WIDE)
+        whole = [*self._buttons.values(), *self._tools]
+        needed = sum(one.sizeHint().width() + theme.TIGHT for one in whole) + theme.INSIDE + 2 * AROUND_PX
+        for name, button in self._buttons.items():
+            button.setVisible(width >= needed or name in FRAMINGS)

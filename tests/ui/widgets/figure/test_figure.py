@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QImage
+from PySide6.QtWidgets import QToolButton
 
 from studio import formats
 from studio.motion.skeleton import Skeleton
 from studio.render import body
-from studio.render.camera import Orbit, project, to_picture
+from studio.render.background import CLEAR, ROOM, Background
+from studio.render.camera import FRAMINGS, Orbit, project, to_picture
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.figure.figure import TOO_SLOW, StickFigure
+from studio.ui.widgets.figure.pane import Pane
 from studio.ui.widgets.figure.picture import EASY, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
 
@@ -215,6 +218,68 @@ def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tm
     figure.show_stance(WorldPose(skeleton, world, skeleton.rest_rotations))
     qtbot.waitUntil(lambda: not figure.drawing_soon)
     assert body_pixels(figure.grab().toImage())[60:].any()
+
+
+def test_what_stays_as_it_is_is_not_drawn_again(warm: StickFigure, qtbot) -> None:
+    drawn(warm, qtbot)
+    qtbot.waitUntil(lambda: not warm.drawing_soon)
+    made = warm.renders
+    for _ in range(5):
+        warm.show_stance(WorldPose(*t_pose()))
+        assert not warm.drawing_soon
+    assert warm.renders == made
+    skeleton, world = t_pose()
+    warm.show_stance(WorldPose(skeleton, world + np.array([0.1, 0.0, 0.0])))
+    qtbot.waitUntil(lambda: warm.renders > made)
+
+
+@pytest.mark.parametrize("opengl", [False, True])
+def test_any_background_is_behind_the_figure(figure: StickFigure, qtbot, opengl: bool) -> None:
+    if opengl:
+        figure.warm_up()
+        qtbot.waitUntil(lambda: figure.warm)
+    corners = {}
+    for background in (Background("#204060"), CLEAR, ROOM):
+        figure.set_background(background)
+        figure.show_stance(WorldPose(*t_pose()))
+        qtbot.waitUntil(lambda: not figure.drawing_soon)
+        image = figure.grab().toImage()
+        corners[background.text] = {image.pixelColor(2 + x, 380).name() for x in range(0, 30, 3)}
+    assert corners["#204060"] == {"#204060"}
+    assert corners["transparent"] == {theme.colour("surface").name(), theme.colour("raised").name()}
+    assert corners["room"].isdisjoint(corners["transparent"])
+
+
+def test_framings_keep_the_side_and_are_pressed(figure: StickFigure, qtbot) -> None:
+    figure.show_stance(WorldPose(*t_pose()))
+    qtbot.waitUntil(lambda: not figure.drawing_soon)
+    side = figure.orbit.azimuth
+    for name, zoom in FRAMINGS.items():
+        button = figure.findChild(QToolButton, f"view_{name}")
+        assert button is not None
+        button.click()
+        assert (figure.orbit.zoom, figure.orbit.azimuth) == (zoom, side)
+        assert button.isChecked()
+    figure.resize(300, 300)
+    figure.show_stance(WorldPose(*t_pose()))
+    side_button = figure.findChild(QToolButton, "view_side")
+    assert side_button is not None
+    qtbot.waitUntil(lambda: not side_button.isVisible())
+    assert button.isVisible(), "how near is what the mouse does worse"
+
+
+def test_a_face_without_a_body_is_seen_from_close_by(qtbot, tmp_path) -> None:
+    pane = Pane("p", "", "", "mdi6.human", "figure")
+    qtbot.addWidget(pane, before_close_func=lambda _: pane.figure.dispose())
+    pane.set_avatar(formats.read_avatar(Maker(0).write(tmp_path / "a.vrm")))
+    face = WorldPose(Skeleton.humanoid(()), np.empty((0, 3)), None, {"A": 1.0})
+    pane.show_stance(face)
+    assert pane.figure.seen.framing == "face"
+    pane.figure.set_view("bust")
+    assert pane.figure.seen.framing == "bust", "who chooses another view has it"
+    pane.figure.set_view("body")
+    pane.show_stance(WorldPose(*t_pose()))
+    assert pane.figure.seen.framing == "body"
 
 
 def after(detail: Detail, *costs: float) -> float:
