@@ -17,9 +17,12 @@ from typing import TYPE_CHECKING, Any
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[_name] = "1"
 # What a person has set for their own programs and screen is nothing to the tests and their children:
-# unbuffered output hides what a full disk does, a scaled screen moves every pixel.
+# unbuffered output hides what a full disk does, a scaled screen moves every pixel, and without bytecode each
+# of hundreds of children compiles all that it imports.
+sys.dont_write_bytecode = False
 for _name in (
-    "PYTHONUNBUFFERED", "PYTHONOPTIMIZE", "PYTHONWARNINGS", "PYTHONIOENCODING", "PYTHONUTF8", "PYTHONDEVMODE",
+    "PYTHONUNBUFFERED", "PYTHONDONTWRITEBYTECODE", "PYTHONOPTIMIZE", "PYTHONWARNINGS", "PYTHONIOENCODING",
+    "PYTHONUTF8", "PYTHONDEVMODE",
     "QT_QPA_PLATFORM", "QT_QPA_PLATFORMTHEME", "QT_STYLE_OVERRIDE", "QT_FONT_DPI", "QT_SCALE_FACTOR",
     "QT_SCREEN_SCALE_FACTORS", "QT_AUTO_SCREEN_SCALE_FACTOR", "QT_ENABLE_HIGHDPI_SCALING", "QT_LOGGING_RULES",
     "SAIA_ENCODERS", "SAIA_ESPEAK", "COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR",
@@ -167,28 +170,27 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 
 _freeze, _thaw = gc.freeze, gc.unfreeze
+# A window freezes and thaws what is alive, and so would make its own objects old ones: with each such test
+# all that torch and Qt keep alive would have to be looked through.
+gc.freeze = gc.unfreeze = lambda: None
 _as_left = -1
-"""How often everything had been collected when a test ended; -1 as soon as somebody froze or thawed."""
+"""How often everything had been collected when a test ended."""
 
 
-def _noticed(freeze_or_thaw: Callable[[], None]) -> Callable[[], None]:
-    def call() -> None:
-        global _as_left
-        _as_left = -1
-        freeze_or_thaw()
-
-    return call
-
-
-gc.freeze, gc.unfreeze = _noticed(_freeze), _noticed(_thaw)
+@pytest.fixture
+def real_freezing(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A window in this test freezes what is alive, as it does for people."""
+    global _as_left
+    monkeypatch.setattr(gc, "freeze", _freeze)
+    yield
+    _as_left = -1
 
 
 def _collect(whole: bool) -> None:
     """Collect what came since the last time; everything at the end of a file.
 
     To look through all that torch and Qt keep alive takes a fifth of a second, to look through what one test
-    made a few milliseconds. A window freezes and thaws what is alive and so makes its own objects old ones:
-    after such a test it has to be everything.
+    made a few milliseconds.
     """
     global _as_left
     if gc.get_stats()[2]["collections"] != _as_left:

@@ -12,7 +12,8 @@ from studio.actions import ACTIONS, FIGURE, GROUPS, LIST, MESSAGE, NEEDS, TABS, 
 
 UI = Path(actions.__file__).parent / "ui"
 OF_CONTROLS = {
-    "Up", "Down", "PageUp", "PageDown", "Menu", "Tab", "Backtab", "Return", "Enter", "Escape",
+    "Up", "Down", "Left", "Right", "PageUp", "PageDown", "Menu",
+    "Tab", "Backtab", "Return", "Enter", "Escape",
 }  # fmt: skip
 """What any list, field or dialog does with its own keys is no action of the program."""
 KEY_IN_TIP = re.compile(r"\((?:Space|Home|End|Esc|Del|F\d+|[A-Z]|Ctrl\+.+)\)")

@@ -294,6 +294,7 @@ BUILT_IN = {"exec", "eval", "__import__"}
 MAY: dict[str, set[str]] = {
     "launch": {"sys.executable", "sys.path"},
     "features.encoders": {"sys.executable"},  # printed for a person, with -P
+    "tracking.face_model": {"sys.executable"},  # as there
     "ui.child_process": {"QProcess"},
     **{name: {"subprocess"} for name in OURS if name != "ui.child_process"},
 }

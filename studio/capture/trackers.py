@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from studio.errors import StudioError
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.decode import IFACIALMOCAP, IFACIALMOCAP_PORT, LIVE_LINK_PORT
+from studio.vmc.openseeface import OPENSEEFACE, OPENSEEFACE_PORT
 from studio.vmc.stream import VMC, Sender
 from studio.vmc.udp import bind
 
@@ -16,7 +17,9 @@ LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 """Hosts to listen on: this computer alone, and the whole network."""
 VMAGICMIRROR_PORT = 9000
 """Where VMagicMirror sends to unless told otherwise."""
-KNOWN_PORTS = (MARIONETTE_PORT, PERFORMER_PORT, VMAGICMIRROR_PORT, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
+KNOWN_PORTS = (
+    MARIONETTE_PORT, PERFORMER_PORT, VMAGICMIRROR_PORT, IFACIALMOCAP_PORT, LIVE_LINK_PORT, OPENSEEFACE_PORT,
+)  # fmt: skip
 """All ports that a known tracker may send to without being told a port."""
 FRESH_S = 1.5
 """A sender that gave nothing for so long is heard no more."""
@@ -53,6 +56,11 @@ class Tracker:
     @property
     def phone(self) -> bool:
         """Whether it runs on a phone, which has to be told this computer's address."""
+        return self.kind not in (VMC, OPENSEEFACE)
+
+    @property
+    def own_port(self) -> bool:
+        """Whether it sends to a port of its own kind, beside the one for VMC."""
         return self.kind != VMC
 
 
@@ -87,6 +95,10 @@ TRACKERS: tuple[Tracker, ...] = (
         TrackerStep("phone", _tr("Open iFacialMocap on the same Wi-Fi.")),
         TrackerStep("phone_address", _tr("In its settings, set the destination to {address}, port {port}.")),
         _FACE)),
+    Tracker("openseeface", "OpenSeeFace", OPENSEEFACE_PORT, OPENSEEFACE, (
+        TrackerStep("switch", _tr("Start OpenSeeFace's facetracker with your camera.")),
+        TrackerStep("address", _tr("It sends to {address}, port {port}, unless told otherwise.")),
+        _MOVE), ("facetracker",)),
     Tracker("other", "Other VMC app", MARIONETTE_PORT, VMC, (
         TrackerStep("switch", _tr("Look for “VMC” or “OSC” in the app's settings and turn on sending.")),
         _FILL_IN, _MOVE)),

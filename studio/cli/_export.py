@@ -163,7 +163,10 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument("--clear", action="store_true", help="the same as --background transparent")
     group.add_argument("--light", action="store_true", help="in light colours")
-    group.add_argument("--avatar", type=Path, metavar="VRM", help="this avatar, not the stick figure")
+    group.add_argument(
+        "--avatar", type=Path, metavar="VRM",
+        help="this avatar, or saia for the studio's own, not the stick figure",
+    )  # fmt: skip
 
 
 def render_options_of(args: argparse.Namespace) -> RenderOptions:
@@ -173,17 +176,20 @@ def render_options_of(args: argparse.Namespace) -> RenderOptions:
         RequestError: it is not possible.
     """
     # Not two options: every program for films writes sizes like this.
+    from studio.project.avatars import OWN
+
     wide, _, high = args.size.lower().partition("x")
     if not (wide.isdecimal() and high.isdecimal()):
         raise RequestError(f"{args.size} is no size of a picture.", "Write it as 1280x720.")
-    if args.avatar is not None and not args.avatar.is_file():
-        raise RequestError(f"There is no avatar at {args.avatar}.", "Check how the path is written.")
+    avatar = OWN if str(args.avatar).lower() == OWN.stem.lower() else args.avatar
+    if avatar is not None and not avatar.is_file():
+        raise RequestError(f"There is no avatar at {avatar}.", "Check how the path is written.")
     # Numbers besides names: Review hands over the camera as it stands there.
     view = VIEWS.get(args.view) or _view(args.view)
     from studio.render.background import Background
 
     background = Background.parse("transparent" if args.clear else args.background).text
-    return RenderOptions(int(wide), int(high), view, args.turn, args.at, background, args.light, args.avatar)
+    return RenderOptions(int(wide), int(high), view, args.turn, args.at, background, args.light, avatar)
 
 
 def _view(text: str) -> tuple[float, float, float]:

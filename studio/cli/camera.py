@@ -120,8 +120,8 @@ def _look(path: Path, out: Output) -> None:
     import numpy as np
 
     from studio.tracking import face_model
+    from studio.tracking.pictures import jpeg_of
     from studio.tracking.video import look
-    from studio.tracking.webcam import jpeg_of
 
     with as_request():
         picture, faces = look(path, face_model.need_model())
@@ -165,6 +165,9 @@ def _track(args: argparse.Namespace, out: Output) -> None:
                             stop.set()
                         case ("calibrate", _):
                             webcam.calibrate()
+                        case ("gain", argument):
+                            for shape, factor in _gains([argument]).items():
+                                webcam.set_gain(shape, factor)
                         case ("preview", argument):
                             preview = argument == "on"
                 if clock.now() - told_at >= _LOOK_S:

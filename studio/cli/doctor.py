@@ -65,6 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_torch,
         check_voice,
         check_speech,
+        check_camera,
         check_disk,
     )
     checks = []
@@ -196,6 +197,18 @@ def check_speech() -> SystemCheckEvent:
         return SystemCheckEvent("speech", True, "The speech encoder Whisper is installed.")
     words = "The speech encoder Whisper is not installed; Balanced and Best hear plain sound without it."
     return SystemCheckEvent("speech", True, f"{words} {whisper_remedy()}")
+
+
+def check_camera() -> SystemCheckEvent:
+    """Whether webcams and videos can be tracked; any other tracker does without."""
+    from studio.tracking import face_model
+
+    missing = face_model.missing()
+    if missing is None:
+        return SystemCheckEvent("camera", True, "Webcams and videos can be tracked; the face model is here.")
+    # Said and no fault: any other tracker does without.
+    words = f"{missing.what} Only webcams and videos need it. {missing.remedy}"
+    return SystemCheckEvent("camera", True, words)
 
 
 def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:

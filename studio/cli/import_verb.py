@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from studio.project import Project
     from studio.sound.sound_file import SoundInfo
     from studio.take import Take
+    from studio.tracking.video import TrackingProgress
 
+_SHOW_EVERY_S, _SHOWN_WIDTH = 1.0, 240
 EXAMPLE = "saia import MyProject dance.bvh dance.wav"
 
 
@@ -115,18 +117,25 @@ def _video_reading(args: argparse.Namespace, of: int, out: Output) -> VideoReadi
         RequestError: they say what cannot be.
     """
     from studio.formats.video import VideoReading
+    from studio.tracking.pictures import jpeg_of, overlay
     from studio.tracking.video import VideoOptions
 
     if args.face < 0:
         raise RequestError(f"{args.face} is no face.", "Count faces from the left, beginning with 1.")
     began: dict[Path, tuple[float, float]] = {}
+    shown_at = 0.0
 
-    def on_progress(path: Path, fraction: float) -> None:
+    def on_progress(path: Path, progress: TrackingProgress) -> None:
+        nonlocal shown_at
+        fraction, jpeg = progress.part, ""
+        if out.as_json and time.monotonic() - shown_at > _SHOW_EVERY_S:
+            shown_at = time.monotonic()
+            jpeg = jpeg_of(overlay(progress.picture, progress.face, _SHOWN_WIDTH))
         # From the first that was told: what an earlier try has tracked takes no time.
         start, since = began.setdefault(path, (fraction, time.monotonic()))
         done = fraction - start
         left = (time.monotonic() - since) * (1 - fraction) / done if done > 0 else None
-        out.progress(TrackingEvent(fraction, left, str(path), of), f"tracking the face in {path.name}")
+        out.progress(TrackingEvent(fraction, left, str(path), of, jpeg), f"tracking the face in {path.name}")
 
     return VideoReading(VideoOptions(args.face, _box(args.box)), args.sound_only, on_progress)
 

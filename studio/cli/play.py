@@ -152,6 +152,6 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
         found = reader.read(path)
         if found.motion is not None:
             return found.motion, audio or found.audio
-    endings = sorted({module.SUFFIX for module in formats.readers().values()} - {".wav"})
+    endings = sorted({module.SUFFIX for module in formats.readers().values()} - {".wav", ".mp4"})
     known = f"Choose a take's folder, or a file that ends in one of: {', '.join(endings)}."
     raise RequestError(f"{path.name} is no motion the studio can read.", known)

@@ -10,7 +10,7 @@ from studio.errors import StudioError
 from studio.formats import Imported
 from studio.sound.sound_file import sound_info
 from studio.tracking import face_model
-from studio.tracking.video import VideoOptions, must_show_pictures, track_video
+from studio.tracking.video import TrackingProgress, VideoOptions, must_show_pictures, track_video
 
 TITLE = "Video"
 SUFFIX = ".mp4"
@@ -24,12 +24,12 @@ class VideoReading:
     Args:
         options: whose face.
         sound_only: take the sound and track nobody.
-        on_progress: told of a file and the part of it that is tracked, 0..1.
+        on_progress: told of a file and how far it is tracked.
     """
 
     options: VideoOptions = field(default_factory=VideoOptions)
     sound_only: bool = False
-    on_progress: Callable[[Path, float], None] = lambda path, fraction: None
+    on_progress: Callable[[Path, TrackingProgress], None] = lambda path, progress: None
 
 
 def read(path: Path, audio: Path | None = None, video: VideoReading | None = None) -> Imported:
@@ -56,7 +56,7 @@ def read(path: Path, audio: Path | None = None, video: VideoReading | None = Non
         note = f"Only the sound of {path.name} was imported. {missing}" if missing is not None else ""
         return Imported(path.stem, None, audio, (note,) if note else ())
     found = track_video(
-        path, face_model.model_file(), video.options, lambda part: video.on_progress(path, part)
+        path, face_model.model_file(), video.options, lambda progress: video.on_progress(path, progress)
     )
     notes = found.notes
     if found.motion is None:

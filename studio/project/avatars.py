@@ -11,7 +11,7 @@ from studio.paths import resource
 
 FOLDER = "avatars"
 OWN = resource("avatar", "Saia.vrm")
-"""The studio's own avatar, worn until another or none is chosen; it is never copied."""
+"""The studio's own avatar, worn until another or none is chosen; it is copied only to be changed."""
 SUFFIX = ".vrm"
 _CHOICE = "chosen.json"
 _VERSION = 1
@@ -50,8 +50,22 @@ def choose(project: Path, avatar: Path | None) -> None:
     atomic.write_json(project / FOLDER / _CHOICE, {"version": _VERSION, **choice})
 
 
-def adopt(project: Path, source: Path) -> Path:
+def offered(project: Path) -> tuple[Path, ...]:
+    """The studio's own avatar and the project's; the project's copy of the own one takes its place."""
+    found = kept(project)
+    copies = [
+        path for path in found if path.stem.startswith(OWN.stem) and filecmp.cmp(path, OWN, shallow=False)
+    ]
+    return found if copies else (OWN, *found)
+
+
+def adopt(project: Path, source: Path, changed: bool = False) -> Path:
     """Copy an avatar into a project, which can then go elsewhere; one that is there is not copied twice.
+
+    Args:
+        project: its folder.
+        source: the avatar's file.
+        changed: something is to be kept beside it: the studio's own one is copied only then.
 
     Returns:
         The copy.
@@ -61,7 +75,7 @@ def adopt(project: Path, source: Path) -> Path:
     """
     stem, number = atomic.safe_name(source.stem), 1
     # Chosen again from the project's own folder, it stays the one file.
-    if source == OWN or source.parent == project / FOLDER:
+    if (source == OWN and not changed) or source.parent == project / FOLDER:
         return source
     while (target := project / FOLDER / f"{stem}{'' if number == 1 else f' {number}'}{SUFFIX}").exists():
         # Compared by content: avatars of one name come in many versions.

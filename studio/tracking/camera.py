@@ -31,7 +31,7 @@ SILENT_S = 5.0
 
 
 @dataclass(frozen=True)
-class Camera:
+class CameraDevice:
     """A camera of this computer.
 
     Args:
@@ -43,7 +43,7 @@ class Camera:
     title: str
 
 
-def cameras() -> tuple[Camera, ...]:
+def cameras() -> tuple[CameraDevice, ...]:
     """The cameras there are, the system's own first."""
     import av
 
@@ -53,7 +53,7 @@ def cameras() -> tuple[Camera, ...]:
         return ()
     seen = [one for one in found if not one.media_types or "video" in one.media_types]
     seen = [one for one in sorted(seen, key=lambda one: not one.is_default) if _gives_pictures(one.name)]
-    return tuple(Camera(one.name, one.description or one.name) for one in seen)
+    return tuple(CameraDevice(one.name, one.description or one.name) for one in seen)
 
 
 def _gives_pictures(device: str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 from dataclasses import dataclass
 
@@ -24,6 +26,7 @@ _THUMB = 48
 _CUT, _CUT_FACTOR = 24.0, 5.0
 _SAME = 0.05
 _CROP = 64
+_DOT = (90, 220, 255)
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,29 @@ def _sharpness(crop: NDArray[np.float32]) -> float:
         return 0.0
     steps = np.abs(np.diff(small, axis=0)).mean() + np.abs(np.diff(small, axis=1)).mean()
     return float(steps / 2 / max(float(small.std()), 1.0))
+
+
+def overlay(picture: Picture, face: Face | None, width: int) -> Picture:
+    """A picture made about so many pixels wide, with a face's points drawn into it."""
+    step = max(picture.shape[1] // width, 1)
+    small = picture[::step, ::step].copy()
+    if face is not None:
+        x, y = (face.points[:, :2] / step).astype(int).T
+        inside = (x >= 0) & (x < small.shape[1] - 1) & (y >= 0) & (y < small.shape[0] - 1)
+        x, y = x[inside], y[inside]
+        # Two pixels wide and high, or JPEG wipes them out.
+        for across, down in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            small[y + down, x + across] = _DOT
+    return small
+
+
+def jpeg_of(picture: Picture) -> str:
+    """A picture as a JPEG in Base64."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "JPEG", quality=75)
+    return base64.b64encode(file.getvalue()).decode()
 
 
 def thumbnail(picture: Picture) -> NDArray[np.int16]:

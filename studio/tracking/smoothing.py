@@ -40,7 +40,7 @@ class Smoothing:
     speed: float
 
 
-SHAPES, HEAD = Smoothing(1.7, 3.0), Smoothing(1.2, 8.0)
+SHAPES, HEAD = Smoothing(1.7, 3.0), Smoothing(2.5, 20.0)
 
 
 class OneEuro:

@@ -46,8 +46,18 @@ NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
 
 LeftOut = tuple[float, float, str]
 """Start and end in seconds, and why."""
-OnProgress = Callable[[float], None]
-"""Told of the part that is done, 0..1."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingProgress:
+    """How far a video is tracked: the part that is done, 0..1, the last picture, and the face in it."""
+
+    part: float
+    picture: Picture
+    face: Face | None
+
+
+OnProgress = Callable[[TrackingProgress], None]
 
 
 @dataclass(frozen=True)
@@ -328,7 +338,8 @@ def _track(
                 store.save(len(blocks) - 1, blocks[-1])
                 times, rows = [], []
             if len(rows) % 15 == 0:
-                on_progress(min(t / duration, 1.0) if duration > 0 else 0.0)
+                part = min(t / duration, 1.0) if duration > 0 else 0.0
+                on_progress(TrackingProgress(part, picture, face))
     finally:
         landmarker.close()
     if rows:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import socket
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +25,7 @@ from studio.tracking.face import (
     pose_of,
 )
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
-from studio.tracking.pictures import facts_of, hints
+from studio.tracking.pictures import facts_of, hints, jpeg_of, overlay
 from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame
 
@@ -36,7 +34,6 @@ _RATE_SPAN_S = 2.0
 _LOST_S = 0.3
 _OPTIONS = SendOptions(names="as_is", root=False)
 _VERSION = 1
-_DOT = (90, 220, 255)
 
 
 @dataclass(frozen=True)
@@ -89,9 +86,9 @@ class Webcam:
         # What came while the model was read is nobody's loss.
         reader.dropped = 0
         kept = load_calibration()
-        self._calibrated = kept is not None
         kept = kept or Calibration()
-        self._calibration = Calibration(kept.neutral, kept.yaw, kept.pitch, {**kept.gains, **gains})
+        self._calibrated = bool(kept.neutral.any())
+        self._calibration = replace(kept, gains={**kept.gains, **gains})
         self._collecting: list[tuple[np.ndarray, np.ndarray]] = []
         self._collect_until = 0.0
         self._taken: deque[float] = deque(maxlen=120)
@@ -148,6 +145,12 @@ class Webcam:
         """Take the face of the next seconds for its face at rest, looking ahead."""
         self._collecting, self._collect_until = [], clock.now() + CALIBRATION_SECONDS
 
+    def set_gain(self, shape: str, factor: float) -> None:
+        """Make a shape stronger or weaker from now on, and keep that."""
+        gains = {**self._calibration.gains, shape: factor}
+        self._calibration = replace(self._calibration, gains=gains)
+        save_calibration(self._calibration)
+
     @property
     def status(self) -> WebcamStatus:
         """How it is doing now."""
@@ -174,16 +177,7 @@ class Webcam:
         if self._last is None:
             return ""
         picture, face = self._last
-        step = max(picture.shape[1] // PREVIEW_WIDTH, 1)
-        small = picture[::step, ::step].copy()
-        if face is not None:
-            x, y = (face.points[:, :2] / step).astype(int).T
-            inside = (x >= 0) & (x < small.shape[1] - 1) & (y >= 0) & (y < small.shape[0] - 1)
-            x, y = x[inside], y[inside]
-            # Two pixels wide and high, or JPEG wipes them out.
-            for across, down in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                small[y + down, x + across] = _DOT
-        return jpeg_of(small[:, ::-1])
+        return jpeg_of(overlay(picture, face, PREVIEW_WIDTH)[:, ::-1])
 
     def close(self) -> None:
         """Let go of the camera and the model."""
@@ -204,15 +198,6 @@ class Webcam:
             )
             self._calibration, self._calibrated = found, True
             save_calibration(found)
-
-
-def jpeg_of(picture: Picture) -> str:
-    """A picture as a JPEG in Base64."""
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(picture).save(file, "JPEG", quality=75)
-    return base64.b64encode(file.getvalue()).decode()
 
 
 def calibration_file() -> Path:

@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -148,11 +149,13 @@ class TrainingTimes:
         if not measured.is_possible:
             return
         self._kept = [*self._kept, measured][-_KEPT:]
+        self.__dict__.pop("_slowness", None)
         self._save()
 
     def probe(self) -> None:
         """Measure how fast this computer is, and keep it; takes a tenth of a second."""
         self._probe_s = min(_probes())
+        self.__dict__.pop("_slowness", None)
         self._save()
 
     def expected(self, recipe: Recipe, lengths: Lengths | None = None) -> Expected:
@@ -172,7 +175,7 @@ class TrainingTimes:
         # A graphics card that came since counts from its first training on.
         return [one for one in same if one.device == same[-1].device][-_OF_A_KIND:]
 
-    @property
+    @cached_property
     def _slowness(self) -> float:
         """How much longer a training takes than its recipe says, by other recipes' or by the probe."""
         found = []

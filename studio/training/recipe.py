@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -343,10 +345,16 @@ def _with_form(recipe: Recipe, form: str) -> Recipe:
     return replace(_build(recipe.name, _merged(content, content["forms"][form])), form=form)
 
 
+@lru_cache(32)
+def _parsed(text: str) -> dict[str, Any]:
+    """Kept, since every change of the takes asks for all recipes, and a window waits for it."""
+    return tomllib.loads(text)
+
+
 def _content(path: Path, depth: int = 0) -> dict[str, Any]:
     """A recipe file with what it extends underneath."""
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = deepcopy(_parsed(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
         raise StudioError(f"The recipe {path} is missing.", "Choose another run or recipe.") from error
     except (ValueError, RecursionError, OSError) as error:  # also numbers of more digits than Python reads

@@ -122,7 +122,7 @@ class AvatarStore(QObject):
         from studio.project import avatars
 
         project = self._session.project
-        own = (avatars.OWN, *avatars.kept(project.folder)) if project is not None else ()
+        own = avatars.offered(project.folder) if project is not None else ()
         names = {path.name for path in own}
         recent = [Path(text) for text in self._session.settings.recent_avatars]
         return own, tuple(path for path in recent if path.name not in names and path.is_file())
@@ -138,6 +138,7 @@ class AvatarStore(QObject):
         if self.avatar is None or self.path is None or project is None:
             return
         from studio import formats
+        from studio.project import avatars
 
         self.avatar = self.avatar.driven_by(drivers)
         self.changed.emit()
@@ -146,7 +147,11 @@ class AvatarStore(QObject):
             messages.show_note(asking, what)
             return
         try:
-            formats.keep_drivers(self.path, drivers)
+            if drivers and self.path == avatars.OWN:
+                self.path = avatars.adopt(project.folder, self.path, changed=True)
+                avatars.choose(project.folder, self.path)
+            if self.path != avatars.OWN:
+                formats.keep_drivers(self.path, drivers)
         except StudioError as error:
             _show_error(asking, error)
 
@@ -206,7 +211,6 @@ class Avatars(QObject):
         super().__init__(view.avatar)
         self._view, self._session, self._store = view, session, session.avatars
         self._faces: FaceDialog | None = None
-        self._faces_of: Path | None = None
         button = view.avatar
         button.wanted.connect(lambda path: self._store.choose(path, view.avatar))
         button.browse_requested.connect(self._browse)
@@ -225,7 +229,8 @@ class Avatars(QObject):
     def _show(self) -> None:
         self._view.set_avatar(self._store.avatar)
         # Another avatar has other faces.
-        if self._faces is not None and self._store.path != self._faces_of:
+        shown = self._store.avatar
+        if self._faces is not None and (shown is None or shown.skeleton is not self._faces.skeleton):
             self._faces.reject()
 
     def _show_choices(self) -> None:
@@ -252,7 +257,7 @@ class Avatars(QObject):
         dialog = FaceDialog(avatar, self._view.avatar.window())
         dialog.drivers_changed.connect(lambda drivers: self._store.drive(drivers, self._view.avatar))
         dialog.finished.connect(self._on_faces_closed)
-        self._faces, self._faces_of = dialog, self._store.path
+        self._faces = dialog
         dialog.show()
 
     def _on_faces_closed(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -189,6 +190,8 @@ class Importer(QObject):
                 done = (len(self._saved) + len(self._refused) + event.fraction) / max(event.of, 1)
                 text = self.tr("Tracking the face in {0}…").format(Path(event.path).name)
                 self._show_status(text, done)
+                if event.jpeg:
+                    self._session.import_pictured.emit(base64.b64decode(event.jpeg))
             case TakeEvent():
                 self._saved.append(event.take)
                 self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)

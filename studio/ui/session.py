@@ -52,6 +52,7 @@ class Session(QObject):
         import_requested: bring in these paths; an empty tuple asks for files first.
         import_folder_requested: ask for a folder, and bring it in.
         import_cancelled: end the import that is going on.
+        import_pictured: what a video shows that is being imported, a JPEG.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
         review_requested: show a run in Review, by its id.
@@ -79,6 +80,7 @@ class Session(QObject):
     import_folder_requested = Signal()
     import_cancelled = Signal()
     import_progress = Signal(str, object)
+    import_pictured = Signal(bytes)
     tab_requested = Signal(str)
     review_requested = Signal(str)
     watch_requested = Signal(str)

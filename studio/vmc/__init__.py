@@ -7,6 +7,7 @@ address   Where a program listens for motion: one target of those that a person 
 assemble  Assembles VMC datagrams into frames: finds their ends, merges senders, holds last values. Pure
 decode    Decodes one message: a VMC message's kind, name and values, or a phone's whole face. Pure
 encode    Encodes poses as VMC datagrams; `assemble` does the reverse. Pure
+openseeface  OpenSeeFace's packets: what its face tracker sends to UDP 11573. Pure
 osc       One UDP datagram taken apart into OSC messages. Pure, and safe against anything that arrives
 rows      Frames as flat rows of numbers in blocks, and blocks as a Motion
 sender    Sends motion to a VMC program over UDP at a steady rate, in time with the sound

@@ -14,7 +14,8 @@ from types import MappingProxyType
 from typing import Protocol
 
 from studio.motion.channels import ARKIT_SHAPES, canonical_bone, canonical_shape
-from studio.vmc import osc
+from studio.vmc import openseeface, osc
+from studio.vmc.openseeface import OPENSEEFACE
 from studio.vmc.osc import AbsurdError, MalformedError
 
 MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
@@ -242,6 +243,8 @@ _LONGEST_TEXT = 256
 
 def face_app(datagram: bytes) -> str:
     """Which app a datagram comes from; "" where it is none of theirs."""
+    if openseeface.recognises(datagram):
+        return OPENSEEFACE
     if datagram.startswith((b"/", b"#")) or len(datagram) > _MOST_BYTES:
         return ""
     if datagram[:1] == bytes([_VERSION]) and len(datagram) > _FLOATS.size:
@@ -262,6 +265,9 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
         AbsurdError: it is no face at all.
         MalformedError: it is damaged.
     """
+    if kind == OPENSEEFACE:
+        shapes, turn = openseeface.read(datagram)
+        return shapes, {"Head": (_PLACE, turn)} if turn is not None else {}
     return _read_ifacialmocap(datagram) if kind == IFACIALMOCAP else _read_live_link(datagram)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from studio import cli
@@ -38,6 +39,19 @@ def test_every_take_gets_a_grade_and_its_findings(folder: Path, capsys: pytest.C
         "No sound was recorded.",
     )
     assert first["remedy"]
+
+
+def test_a_finding_that_ends_somewhere_is_told_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = Project.create(tmp_path / "p")
+    whole = a_motion(240)
+    rows = np.flatnonzero((whole.times < 1.0) | (whole.times > 2.0))
+    project.add_take("gap", TakeInfo("gap"), whole.at_rows(rows), a_sound(tmp_path / "in.wav", 4.0))
+    assert cli.main(["check", str(project.folder), "--json"]) == 0
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    gap = next(event for event in events if event.get("kind") == "gap")
+    assert (gap["at"], gap["until"]) == pytest.approx((1.0, 2.0), abs=0.05)
 
 
 def test_one_take_in_words(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,8 @@ from studio.ipc.events import SystemCheckEvent
 from tests.ports import free_port
 
 NAMES = [
-    "system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "speech", "disk",
+    "system", "sound in", "sound out", "screen", "OpenGL", "motion", "PyTorch", "voice", "speech", "camera",
+    "disk",
 ]  # fmt: skip
 
 

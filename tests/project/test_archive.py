@@ -151,7 +151,7 @@ def test_whatever_the_studio_writes_is_known() -> None:
     from studio.capture import journal
     from studio.dataset import label_files, relink, suggest
     from studio.evaluation import model_card
-    from studio.formats import _bones, _find, saia_csv
+    from studio.formats import _bones, _find, frames, saia_csv
     from studio.playback.layers import presets
     from studio.project import avatars, contents, sounds
     from studio.project.run import EVALUATION_FILE, LICENCE_FILE, METRICS_FILE, REPORT_FILE
@@ -187,7 +187,8 @@ def test_whatever_the_studio_writes_is_known() -> None:
         f"avatars/x{avatars.SUFFIX}",
         f"{presets.FOLDER}/x{presets.SUFFIX}",
         *(f"{sounds.FOLDER}/x{suffix}" for suffix in _find.SOUND_SUFFIXES),
-        *(f"exports/x{suffix}" for suffix in exports),
+        *(f"exports/x{suffix}" for suffix in exports if suffix != frames.SUFFIX),
+        f"exports/x{frames.SUFFIX}/x_00001.png",  # a folder of them
     ]
     assert [name for name in names if not is_known(PurePosixPath(name))] == []
     assert not is_known(PurePosixPath(f".trash/{relink.KEPT_FOLDER}/x.wav"))

@@ -16,10 +16,13 @@ from studio.render.actors import has_body, height_of
 from studio.render.camera import Orbit
 from studio.render.face import fitted
 from studio.render.mannequin import mannequin
+from studio.render.palette import DARK, LIGHT
 from studio.render.scene import BODY, GHOST, RenderScene
 from studio.render.world_pose import WorldPose
 from tests.formats.avatars import Maker
 from tests.formats.examples import needs_data
+from tests.formats.test_vrma import document_of, with_document
+from tests.formats.vrm.test_rig import spring_of_vrm0, with_hair
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +123,62 @@ def test_a_plain_body_moves_its_face_by_every_shape() -> None:
             for morph, weight in zip(surface.morphs, own, strict=True)
         ]
         assert max(moved) > 0.005, name
+
+
+@pytest.fixture(scope="module")
+def haired(tmp_path_factory: pytest.TempPathFactory) -> Avatar:
+    """One whose second face hangs from its head by a spring."""
+    file = Maker(0).write(tmp_path_factory.mktemp("haired") / "a.vrm")
+    document = document_of(file)
+    spring_of_vrm0(document, with_hair(document), stiffiness=0.3, colliderGroups=[])
+    with_document(file, document)
+    return formats.read_avatar(file)
+
+
+def swaying(t: float) -> WorldPose:
+    """Somebody who steps from side to side."""
+    rest = WorldPose.at_rest(Skeleton.humanoid())
+    return replace(rest, joints=rest.joints + np.array([0.2 * np.sin(12.0 * t), 0.0, 0.0]), t=t)
+
+
+def frames(scene: RenderScene, times: list[float]) -> list[np.ndarray]:
+    made = []
+    for t in times:
+        scene.place(BODY, swaying(t))
+        made.append(np.array(scene.render(Orbit.preset("front"), 320, 240)).astype(int))
+    return made
+
+
+def test_hair_swings_alike_in_every_film(scene: RenderScene, haired: Avatar) -> None:
+    scene.set_avatar(haired)
+    times = [i / 30 for i in range(12)]
+    scene.hide(BODY)
+    first = frames(scene, times)
+    scene.hide(BODY)
+    again = frames(scene, times)
+    assert all((a == b).all() for a, b in zip(first, again, strict=True))
+    # In its midst it hangs still, where playing had it on the way.
+    scene.hide(BODY)
+    assert (frames(scene, times[-1:])[0] != first[-1]).sum() > 50
+
+
+def test_hair_goes_on_swinging_in_other_colours(scene: RenderScene, haired: Avatar) -> None:
+    scene.set_avatar(haired)
+    times = [i / 30 for i in range(12)]
+    scene.hide(BODY)
+    last = frames(scene, times)[-1]
+    scene.set_palette(LIGHT)
+    scene.set_palette(DARK)
+    assert (frames(scene, times[-1:])[0] == last).all()
+
+
+def test_a_ghosts_hair_is_its_own(scene: RenderScene, haired: Avatar) -> None:
+    scene.set_avatar(haired)
+    scene.hide(BODY)
+    alone = frames(scene, [0.0, 0.05, 0.1])[-1]
+    scene.hide(BODY)
+    for t in (0.0, 0.05, 0.1):
+        scene.place(GHOST, swaying(t + 7.0))
+        scene.place(BODY, swaying(t))
+    scene.hide(GHOST)
+    assert (np.array(scene.render(Orbit.preset("front"), 320, 240)).astype(int) == alone).all()

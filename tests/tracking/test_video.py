@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from studio.tracking.video import (
     NO_FACE,
     STILL,
     TrackedVideo,
+    TrackingProgress,
     VideoOptions,
     has_pictures,
     pictures,
@@ -31,6 +33,7 @@ from tests.tracking.faces import (
     ROLL,
     Look,
     needs_tracking,
+    picture,
     use_model,
     write_two_faces,
     write_video,
@@ -144,8 +147,8 @@ def test_a_break_costs_no_more_than_a_block(
     class PoweredOffError(Exception):
         pass
 
-    def power_off(fraction: float) -> None:
-        if fraction > 0.6:
+    def power_off(progress: TrackingProgress) -> None:
+        if progress.part > 0.6:
             raise PoweredOffError
 
     with pytest.raises(PoweredOffError):
@@ -153,7 +156,7 @@ def test_a_break_costs_no_more_than_a_block(
     kept = BlockStore(talk, (VideoOptions(), False)).load()
     assert len(kept) >= 2
     seen: list[float] = []
-    found = track_video(talk, model, on_progress=seen.append)
+    found = track_video(talk, model, on_progress=lambda progress: seen.append(progress.part))
     assert seen[0] > 0.4
     assert found.motion is not None
     assert np.allclose(found.motion.times, tracked[0].times)
@@ -168,6 +171,25 @@ def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
     assert [t for t, _ in pictures(path, VideoOptions(), after=0.5)] == pytest.approx(
         [t for t in times if t > 0.51], abs=0.02
     )
+
+
+def lie_on_its_side(path: Path) -> None:
+    """Have an MP4 say that it is to be turned clockwise by a quarter, as phones held upright write it."""
+    data = bytearray(path.read_bytes())
+    # The first track's header, version 0: 48 bytes before its matrix. Source: ISO 14496-12, 8.3.2.
+    at = data.index(b"tkhd") - 4 + 48
+    data[at : at + 36] = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)
+    path.write_bytes(data)
+
+
+def test_a_phone_held_upright_films_upright_faces(tmp_path: Path, model: Path) -> None:
+    looks = [Look(roll=8 * float(np.sin(i / 10))) for i in range(32)]
+    path = write_video(tmp_path / "phone.mp4", looks, draw=lambda look: np.rot90(picture(look)).copy())
+    lie_on_its_side(path)
+    roll = head(track(path, model)[0])[2]
+    apart = roll - [look.roll for look in looks]
+    assert np.abs(apart - np.median(apart)).max() < 2.0
+    assert abs(np.median(apart)) < 5.0
 
 
 def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:

@@ -30,7 +30,9 @@ MakeProject = Callable[..., Project]
 
 
 def tiny(*overrides: str) -> Recipe:
-    return load_recipe("quick").with_overrides(["units=8", "steps=2", "epochs=1", *overrides])
+    return load_recipe("quick").with_overrides(
+        ["units=8", "steps=2", "epochs=1", "start_from=fresh", *overrides]
+    )
 
 
 def trained(project: Project, recipe: Recipe, resume: Run | None = None) -> tuple[Run, list[Event]]:

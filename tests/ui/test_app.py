@@ -173,6 +173,7 @@ def test_the_tabs_come_up_whole_after_the_welcome_page(open_window, tmp_path: Pa
     assert window.tabs.rect().contains(window.tabs.tabRect(window.tabs.count() - 1))
 
 
+@pytest.mark.usefixtures("real_freezing")
 def test_a_recording_is_not_held_up_by_tidying_memory(open_window, project_folder: Path) -> None:
     window = open_window(str(project_folder))
     frozen = gc.get_freeze_count()

@@ -86,11 +86,15 @@ def test_of_two_faces_the_one_that_was_clicked_is_tracked(
         dialog.grab().save(f"{folder}/whose_face.png")
     qtbot.mouseClick(dialog.picture, Qt.MouseButton.LeftButton, pos=at(dialog.picture, 0.78, 0.5))
     assert dialog.args == ["--face", "2"]
+    pictures: list[bytes] = []
+    window.session.import_pictured.connect(pictures.append)
     dialog.go.click()
     project = window.session.project
     assert project is not None
     qtbot.waitUntil(lambda: "duet" in project.dataset, timeout=30_000)
     qtbot.waitUntil(lambda: not window.importer.running)
+    assert pictures
+    assert QPixmap().loadFromData(pictures[0], "JPEG")
     motion = load_motion(project.take("duet"))
     assert motion is not None
     assert np.ptp(motion.rotations[:, 0, 2]) > 0.06

@@ -145,7 +145,7 @@ class _Reader:
 
     def springs_of_vrm0(self) -> Iterable[Spring]:
         """The joints of a VRM 0: all nodes below those it names."""
-        table = self._document["extensions"]["VRM"].get("secondaryAnimation") or {}
+        table = self._document["extensions"]["VRM"].get("secondaryAnimation")
         groups = [
             self._tried(self._colliders_of_vrm0, group) or () for group in _list(table, "colliderGroups")
         ]

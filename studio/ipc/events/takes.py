@@ -35,12 +35,14 @@ class TrackingEvent(ProgressEvent, frozen=True):
     Args:
         path: the video.
         of: how many recordings are imported.
+        jpeg: now and then what is seen, with the face's points: a JPEG in Base64.
     """
 
     VERBS = ("import",)
 
     path: str = ""
     of: int = 1
+    jpeg: str = ""
 
 
 class ImportDone(DoneEvent, frozen=True):
@@ -135,7 +137,7 @@ class RecordDone(DoneEvent, frozen=True):
 
 
 class FindingEvent(ChildEvent, frozen=True):
-    """Something a check found in a take; `at` is where, seconds."""
+    """Something a check found in a take; from `at` to `until` is where, seconds."""
 
     NAME = "finding"
 
@@ -145,6 +147,7 @@ class FindingEvent(ChildEvent, frozen=True):
     what: str = ""
     remedy: str = ""
     at: float | None = None
+    until: float | None = None
 
 
 class CheckDone(DoneEvent, frozen=True):

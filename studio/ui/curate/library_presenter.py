@@ -50,6 +50,7 @@ class LibraryPresenter(QObject):
         library.folder_requested.connect(session.import_folder_requested)
         library.import_cancelled.connect(session.import_cancelled)
         session.import_progress.connect(library.show_import)
+        session.import_pictured.connect(library.show_import_picture)
         library.menu_requested.connect(self._on_menu)
         library.split_requested.connect(self._on_split_for_me)
         library.model.text_edited.connect(self._on_text_edited)

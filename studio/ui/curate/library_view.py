@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QPoint, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent
+from PySide6.QtGui import QKeyEvent, QKeySequence, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -39,6 +39,7 @@ SHARES = {"take": (96, 0.28), "grade": (72, 0.42), "tags": (46, 0.14)}
 LEAST_NOTE = 40
 SEARCH_WAIT_MS = 120
 FLASH_MS = 1_500
+IMPORT_PICTURE = 96
 
 
 class TakeTableView(QTableView):
@@ -214,9 +215,19 @@ class Library(Card):
         """Progress of an import; an empty sentence hides it, None as fraction shows it is unknown."""
         self._progress_row.setVisible(bool(sentence))
         self._progress_text.setText(sentence)
+        if not sentence:
+            self._import_picture.hide()
         self._progress.setRange(0, 0 if fraction is None else 1000)
         if fraction is not None:
             self._progress.setValue(int(fraction * 1000))
+
+    def show_import_picture(self, jpeg: bytes) -> None:
+        """Show what is seen in the video that is being imported."""
+        found = QPixmap()
+        if found.loadFromData(jpeg, "JPEG"):
+            mode = Qt.TransformationMode.SmoothTransformation
+            self._import_picture.setPixmap(found.scaledToHeight(IMPORT_PICTURE, mode))
+            self._import_picture.setVisible(True)
 
     def set_editable(self, editable: bool) -> None:
         """Whether choices may be changed here."""
@@ -341,6 +352,10 @@ class Library(Card):
         cancel.setObjectName("import_cancel_button")
         theme.as_role(cancel, "quiet")
         cancel.clicked.connect(self.import_cancelled)
+        self._import_picture = QLabel()
+        self._import_picture.setObjectName("import_picture")
+        self._import_picture.hide()
+        row.addWidget(self._import_picture)
         row.addWidget(self._progress_text)
         row.addWidget(self._progress, 1)
         row.addWidget(cancel)

@@ -27,10 +27,11 @@ from studio.ui.widgets.card import Card, CutLabel, Picture, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
+from studio.vmc.openseeface import OPENSEEFACE_PORT
 
 PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
-MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT)
+MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT, OPENSEEFACE_PORT)
 
 
 class InputsCard(Card):
@@ -222,7 +223,7 @@ class InputsCard(Card):
         menu = QMenu(self.more)
         self._more_actions: dict[int, QAction] = {}
         names = (self.tr("VMC, port {0}"), self.tr("VMC, port {0}"), self.tr("iFacialMocap, port {0}"),
-                 self.tr("Live Link Face, port {0}"))  # fmt: skip
+                 self.tr("Live Link Face, port {0}"), self.tr("OpenSeeFace, port {0}"))  # fmt: skip
         for port, name in zip(MORE_PORTS, names, strict=True):
             action = menu.addAction(name.format(port))
             action.setCheckable(True)

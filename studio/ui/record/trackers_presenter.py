@@ -77,7 +77,7 @@ class TrackersPresenter(QObject):
 
     def _port(self, tracker: Tracker) -> int:
         """Where it is to send: a program to the port that is listened to when this page is closed, too."""
-        return tracker.port if tracker.phone else self._session.settings.vmc_port
+        return tracker.port if tracker.own_port else self._session.settings.vmc_port
 
     # -- who is heard ----------------------------------------------------------------------------
 
@@ -133,7 +133,7 @@ class TrackersPresenter(QObject):
         if heard is None:
             return
         settings, port = self._session.settings, heard.port or self._port(self._shown)
-        if self._shown.phone:
+        if self._shown.own_port:
             # Beside the port of the body, which another program may send.
             choice: dict[str, object] = {
                 "more_ports": tuple(dict.fromkeys((*settings.more_ports, str(port))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QObject
 from PySide6.QtWidgets import QFileDialog
@@ -21,8 +22,10 @@ from studio.ipc.events import (
     FaceModelEvent,
 )
 from studio.tracking import VIDEO_SUFFIXES
+from studio.tracking.face import Calibration
 from studio.tracking.pictures import HINTS
-from studio.ui import messages
+from studio.tracking.webcam import load_calibration
+from studio.ui import messages, tasks
 from studio.ui.record.model import RecordModel
 from studio.ui.record.webcam_view import VIDEO, WebcamPane
 from studio.ui.session import Session
@@ -37,7 +40,7 @@ class WebcamPresenter(QObject):
     def __init__(self, pane: WebcamPane, model: RecordModel, session: Session) -> None:
         super().__init__(pane)
         self._pane, self._model, self._session = pane, model, session
-        self._device = ""
+        self._device = session.settings.camera
         self._cameras: list[tuple[str, str]] = []
         self._facts = FaceModelEvent(here=True, runs=True)
         # Where it sends; "" while it is off or about to stop.
@@ -57,6 +60,7 @@ class WebcamPresenter(QObject):
         pane.toggled.connect(self.set_on)
         pane.device_chosen.connect(self._on_device)
         pane.calibrate_requested.connect(lambda: self._camera.tell(Command("calibrate")))
+        pane.gain_chosen.connect(self._on_gain)
         pane.model_requested.connect(self._on_get)
         pane.model_file_requested.connect(self._on_choose)
         pane.refresh_requested.connect(self.look)
@@ -72,6 +76,7 @@ class WebcamPresenter(QObject):
     def look(self) -> None:
         """Look for cameras and for the model; the page is shown."""
         self._cameras.clear()
+        tasks.run(load_calibration, self._show_gains, owner=self)
         self._lister.start(["camera"])
         self._camera.tell(_PREVIEW)
 
@@ -161,6 +166,12 @@ class WebcamPresenter(QObject):
         elif not self._on:
             self._show_idle()
 
+    def _show_gains(self, kept: Calibration | None) -> None:
+        self._pane.show_gains(kept.gains if kept is not None else {})
+
+    def _on_gain(self, shape: str, factor: float) -> None:
+        self._camera.tell(Command("gain", f"{shape}={factor:g}"))
+
     def _show_idle(self) -> None:
         self._pane.show_running(False)
         self._pane.show_hint(self.tr("Your face moves the avatar: mouth, eyes, brows and head."), "")
@@ -180,6 +191,10 @@ class WebcamPresenter(QObject):
             self._show_model()
 
     def _show_cameras(self) -> None:
+        known = any(camera == self._device for camera, _ in self._cameras)
+        # One that was unplugged since gives way to those that are here.
+        if self._device and not known and not Path(self._device).is_file():
+            self._device = ""
         self._pane.show_cameras(self._cameras, self._device)
 
     def _on_device(self, device: str) -> None:
@@ -188,6 +203,9 @@ class WebcamPresenter(QObject):
             title, kinds = self.tr("Play a video as a camera"), self.tr("Videos ({0})").format(endings)
             device = QFileDialog.getOpenFileName(self._pane, title, "", kinds)[0] or self._device
         self._device = device
+        # A video is played once; only a camera is there again tomorrow.
+        if device in (camera for camera, _ in self._cameras):
+            self._session.change_settings(camera=device)
         self._show_cameras()
 
     # -- the model -------------------------------------------------------------------------------

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+)
 
+from studio.motion.channels import ARKIT_SHAPES
 from studio.ui import theme
 from studio.ui.widgets.card import Card, Picture, label
 
 VIDEO = "*video*"
 """Value of the entry that asks for a video file."""
+MOST_PERCENT = 300
 
 
 class WebcamPane(Card):
@@ -21,6 +32,7 @@ class WebcamPane(Card):
     Signals:
         toggled: start or stop the camera.
         device_chosen: a camera's id, or VIDEO.
+        gain_chosen: a shape's name and the factor that makes it stronger or weaker.
         calibrate_requested: take the face as it is now for the face at rest.
         model_requested: fetch the face model, or give that up.
         model_file_requested: choose the face model from disk.
@@ -30,6 +42,7 @@ class WebcamPane(Card):
 
     toggled = Signal(bool)
     device_chosen = Signal(str)
+    gain_chosen = Signal(str, float)
     calibrate_requested = Signal()
     model_requested = Signal()
     model_file_requested = Signal()
@@ -40,6 +53,7 @@ class WebcamPane(Card):
         super().__init__()
         self.setObjectName("webcam")
         self._on = False
+        self._gains: dict[str, float] = {}
         self.picture = QLabel()
         self.picture.setObjectName("webcam_picture")
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -65,6 +79,7 @@ class WebcamPane(Card):
         self.calibrate.setToolTip(
             self.tr("Look straight ahead with a calm face for two seconds; that becomes the avatar's rest.")
         )
+        self._build_gains()
         self._model_text = label("", "", "webcam_model")
         self._model_text.setWordWrap(True)
         self._model_text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -89,11 +104,17 @@ class WebcamPane(Card):
         self.device.addItem(self.tr("Play a video instead…"), VIDEO)
         self.device.setCurrentIndex(max(self.device.findData(chosen), 0) if chosen else 0)
 
+    def show_gains(self, gains: Mapping[str, float]) -> None:
+        """Show factors of shapes by name; 1 where none is named."""
+        self._gains = dict(gains)
+        self._show_gain()
+
     def show_running(self, on: bool) -> None:
         """Show whether the camera is on."""
         self._on = on
         self.toggle.setText(self.tr("Stop the webcam") if on else self.tr("Start the webcam"))
         self.calibrate.setEnabled(on)
+        self.gain.setEnabled(on)
         self.device.setEnabled(not on)
         self.refresh.setEnabled(not on)
         if not on:
@@ -141,6 +162,39 @@ class WebcamPane(Card):
         self.choose_model.setVisible(bool(button))
         self.toggle.setEnabled(may_start)
 
+    def _build_gains(self) -> None:
+        self.shape = QComboBox()
+        self.shape.setObjectName("webcam_shape")
+        self.shape.setAccessibleName(self.tr("Part of the face"))
+        # Nobody sees the tongue.
+        for name in sorted(set(ARKIT_SHAPES) - {"TongueOut"}):
+            self.shape.addItem(re.sub(r"(?<!^)(?=[A-Z])", " ", name).capitalize(), name)
+        self.shape.setCurrentIndex(self.shape.findData("JawOpen"))
+        self.shape.activated.connect(lambda _i: self._show_gain())
+        self.gain = QSpinBox()
+        self.gain.setObjectName("webcam_gain")
+        self.gain.setRange(0, MOST_PERCENT)
+        self.gain.setSingleStep(10)
+        self.gain.setSuffix(" %")
+        self.gain.setAccessibleName(self.tr("How strong"))
+        tip = self.tr(
+            "Makes this part of the face move more or less than the camera sees it. It is remembered."
+        )
+        for control in (self.shape, self.gain):
+            control.setToolTip(tip)
+        self.gain.valueChanged.connect(self._on_gain)
+        self._show_gain()
+
+    def _show_gain(self) -> None:
+        self.gain.blockSignals(True)
+        self.gain.setValue(round(100 * self._gains.get(str(self.shape.currentData()), 1.0)))
+        self.gain.blockSignals(False)
+
+    def _on_gain(self, percent: int) -> None:
+        shape = str(self.shape.currentData())
+        self._gains[shape] = percent / 100
+        self.gain_chosen.emit(shape, percent / 100)
+
     def _button(self, name: str, act: object) -> QPushButton:
         button = QPushButton()
         button.setObjectName(name)
@@ -165,6 +219,8 @@ class WebcamPane(Card):
         texts.addWidget(self.hint)
         texts.addWidget(self.rate)
         light.addLayout(texts, 1)
+        light.addWidget(self.shape)
+        light.addWidget(self.gain)
         body.addLayout(light)
         body.addWidget(self._model_text)
         row = QHBoxLayout()

@@ -26,8 +26,8 @@ SLATE = "Hello"
 TAKES = 3
 FIRST, SECOND, THIRD = (f"{SLATE}_{number:03d}" for number in (1, 2, 3))
 WORDS = "good morning"
-TAKE_SECONDS = 9.0
-EPOCHS = 6
+TAKE_SECONDS = 8.0
+EPOCHS = 4
 TRAINING_PATIENCE = 600.0
 """Seconds the toy-length training may take on a slow and busy machine."""
 LEAST_FRAMES_SENT = 45

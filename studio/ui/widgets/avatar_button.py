@@ -56,7 +56,8 @@ class AvatarButton(QWidget):
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._text, self._faced, self._brief = "", False, brief
-        self.terms.setHidden(brief)
+        if brief:
+            self.terms.hide()
         row = self._row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(theme.INSIDE)

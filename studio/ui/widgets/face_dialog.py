@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.motion import Skeleton
 from studio.motion.avatar import Avatar
 from studio.motion.channels import ARKIT_SHAPES, VRM0_SHAPES, VRM0_TO_VRM1
 from studio.motion.expression import NOTHING, key
@@ -76,6 +77,11 @@ class FaceDialog(QDialog):
         self._show_rows()
         self.list.setCurrentIndex(self.list.model().index(0, 0))
         QTimer.singleShot(WARM_UP_MS, self.figure, self.figure.warm_up)
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """By which its avatar is known: it stays the same whatever moves the faces."""
+        return self._avatar.skeleton
 
     def done(self, result: int) -> None:
         """Free the picture before the window goes."""

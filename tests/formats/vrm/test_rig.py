@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -198,3 +199,37 @@ def test_what_an_avatar_wears_goes_into_a_glb_with_the_bone_it_hangs_from(tmp_pa
     avatar = an_avatar(tmp_path, 0, spring_of_vrm0)
     owners = avatar.bone_owners(avatar.surfaces[2])
     assert [avatar.skeleton.bone_names[owner] for owner in owners] == ["Head"]
+
+
+def leaves(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where each value of a document lies."""
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path, *(place for key, one in inside for place in leaves(one, (*path, key)))]
+
+
+NONSENSE = (None, -1, 2.5, 1e308, NAN, float("inf"), "x", [], {}, True, [1], {"x": "a"}, 10**12)
+
+
+@pytest.mark.parametrize(("version", "spring"), [(0, spring_of_vrm0), (1, spring_of_vrm1)])
+def test_random_nonsense_never_gets_further_than_a_still_part(
+    tmp_path: Path, version: int, spring: Any
+) -> None:
+    rng = random.Random(version)
+
+    def damage(document: Document, hair: list[int]) -> None:
+        spring(document, hair)
+        extensions = document["extensions"]
+        table = extensions["VRM"] if version == 0 else extensions
+        name = "secondaryAnimation" if version == 0 else "VRMC_springBone"
+        place = rng.choice(leaves(table[name], (name,)))
+        for key in place[:-1]:
+            table = table[key]
+        table[place[-1]] = rng.choice(NONSENSE)
+
+    for _ in range(40):
+        avatar = an_avatar(tmp_path, version, damage)
+        assert avatar.rig is not None
+        made = Springs(avatar.rig).moved(
+            avatar.placements(avatar.rest_joints, avatar.skeleton.rest_rotations), 0.0
+        )
+        assert np.isfinite(made).all()

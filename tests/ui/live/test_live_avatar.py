@@ -136,10 +136,28 @@ def test_what_moves_its_faces_is_kept_in_the_project(live: Room, file: Path, qtb
     assert [one.name for one in worn.face.moved_by("MouthSmileLeft")] == ["joy"]
     assert session.avatars.path is not None
     assert formats.read_avatar(session.avatars.path).drivers == {"joy": "MouthSmileLeft"}
-    # Chosen again from where it came from, the project's own choice holds.
-    button.wanted.emit(file)
-    qtbot.waitUntil(lambda: view.stage.figure.avatar is not worn)
-    assert dict(session.avatars.avatar.drivers if session.avatars.avatar else {}) == {"joy": "MouthSmileLeft"}
-    # Another avatar has other faces.
+    # Chosen again from where it came from, the project's own choice holds; its faces may be others now.
     with qtbot.waitSignal(dialog.finished):
-        button.wanted.emit(None)
+        button.wanted.emit(file)
+    assert dict(session.avatars.avatar.drivers if session.avatars.avatar else {}) == {"joy": "MouthSmileLeft"}
+
+
+def test_the_studios_own_avatar_is_changed_in_the_project_alone(live: Room, qtbot: QtBot) -> None:
+    view, _, session = live
+    view.stage.avatar.wanted.emit(avatars.OWN)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    assert session.project is not None
+    assert session.avatars.path == avatars.OWN
+    view.stage.avatar.faces_requested.emit()
+    dialog = view.window().findChild(FaceDialog)
+    assert dialog is not None
+    for drivers in ({"happy": "MouthSmileLeft"}, {"happy": "MouthSmileRight"}):
+        dialog.drivers_changed.emit(drivers)
+        assert dialog.isVisible()
+    copy = avatars.chosen(session.project.folder)
+    assert copy is not None
+    assert copy != avatars.OWN
+    assert formats.read_drivers(copy) == {"happy": "MouthSmileRight"}
+    assert formats.read_drivers(avatars.OWN) == {}
+    assert session.avatars.choices()[0] == (copy,)
+    dialog.close()

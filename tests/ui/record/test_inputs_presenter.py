@@ -119,7 +119,7 @@ def test_one_sender_needs_no_words() -> None:
 
 
 def test_further_ports_are_chosen_in_a_menu(qtbot, card: InputsCard) -> None:
-    assert MORE_PORTS == (39539, 39540, 49983, 11111)
+    assert MORE_PORTS == (39539, 39540, 49983, 11111, 11573)
     actions = {action.text(): action for action in card.more.menu().actions()}
     with qtbot.waitSignal(card.more_ports_chosen) as told:
         actions["iFacialMocap, port 49983"].trigger()

@@ -9,12 +9,13 @@ from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 
 from studio.settings import NO_MICROPHONE
 from studio.tracking.face import SHAPES
+from studio.tracking.webcam import load_calibration
 from studio.ui import tasks, theme
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
+from tests.ports import free_port
 from tests.tracking.faces import Look, needs_tracking, use_model, write_video
-from tests.ui.record.test_trackers import free_port
 
 Tab = tuple[RecordView, RecordPresenter, Session]
 
@@ -74,6 +75,7 @@ def test_a_face_in_the_camera_moves_the_window_until_it_is_stopped(
     qtbot.waitUntil(lambda: "frames a second" in pane.rate.text(), timeout=20_000)
     if folder := os.environ.get("SAIA_SHOTS"):
         page.grab().save(f"{folder}/webcam_on.png")
+    pane.gain.setValue(150)
     pane.calibrate.click()
     qtbot.waitUntil(lambda: pane.calibrate.text().startswith("Hold still"), timeout=20_000)
     page.findChild(QPushButton, "webcam_done").click()
@@ -84,6 +86,11 @@ def test_a_face_in_the_camera_moves_the_window_until_it_is_stopped(
     stop.click()
     assert not stop.isVisible()
     qtbot.waitUntil(lambda: not presenter.webcam.on and presenter.model.webcam_sender == "")
+    kept = load_calibration()
+    assert kept is not None
+    assert kept.gains == {"JawOpen": 1.5}
+    open_page(view)
+    qtbot.waitUntil(lambda: pane.gain.value() == 150)
 
 
 def test_without_the_model_its_facts_are_shown_before_it_is_fetched(

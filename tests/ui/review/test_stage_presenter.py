@@ -79,7 +79,7 @@ def test_it_is_taken_off_and_offered_again(qtbot: QtBot, tab: Tab, session: Sess
     view, _ = tab
     wear(qtbot, view, file)
     menu = view.stage.avatar.menu
-    assert choices(menu) == ["None (stick figure)", "Saia", file.stem, "Open a VRM avatar…"]
+    assert choices(menu) == ["None (stick figure)", "Saia", file.stem, "Open a VRM avatar…", "Face shapes…"]
     menu.actions()[0].trigger()
     assert view.stage.worn is None
     assert view.stage.avatar.button.text() == "Avatar"
