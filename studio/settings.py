@@ -153,7 +153,7 @@ class Settings:
     stage_background: str = _setting(
         "room", "", "What Review and Live show behind the performer: room, transparent, #RRGGBB or an image."
     )
-    window_camera: str = _setting("", "", "Where the avatar window looks from, as azimuth,elevation,zoom.")
+    window_camera: str = _setting(_BUST, "", "Where the avatar window looks from, as azimuth,elevation,zoom.")
     window_background: str = _setting("transparent", "", "What the avatar window shows behind the avatar.")
     window_place: str = _setting("", "", "Where the avatar window stands, as left,top,width,height.")
     window_on_top: bool = _setting(True, "", "Whether the avatar window stays in front of all others.")

@@ -21,6 +21,8 @@ Whole = NDArray[np.intp]
 STEP = 1.0 / 60.0
 SEEK_S = 0.25
 """A moment further from the last one than this, or before it, is a seek."""
+JITTER_S = 0.02
+"""A moment so little before the last one is the same: clocks that follow a sound card step back a little."""
 _SETTLING = 12
 _RESOLVED = 4
 """How often a joint is moved out of the collider it is deepest in."""
@@ -104,6 +106,8 @@ class Springs:
             return placements
         if not np.isfinite(placements).all():
             placements = self._last
+        if self._t is not None and self._t - JITTER_S < t < self._t:
+            t = self._t
         if self._t is None or not 0.0 <= t - self._t <= SEEK_S:
             self._settle(placements)
         else:
@@ -211,6 +215,8 @@ class _Colliders:
         self._radius = np.array([*(c.radius for c in found), -math.inf])
         self._side = np.array([*(-1.0 if c.inside else 1.0 for c in found), 1.0])
         self._plane = np.array([*(c.normal is not None for c in found), False])
+        self._flat = bool(self._plane.any())
+        self._long = bool((self._ends[:, 0] != self._ends[:, 1]).any())
         normals = [c.normal if c.normal is not None else np.zeros(3) for c in found]
         self._normals = np.array(normals).reshape(-1, 3)
         self._start = self._along = self._facing = np.zeros((len(found) + 1, 3))
@@ -224,8 +230,9 @@ class _Colliders:
         ends = np.zeros((len(self._nodes) + 1, 2, 3))
         ends[:-1] = self._ends @ np.swapaxes(carried[:, :, :3], 1, 2) + carried[:, None, :, 3]
         self._start, self._along = ends[:, 0], ends[:, 1] - ends[:, 0]
-        self._square = np.maximum((self._along**2).sum(axis=1), 1e-12)
-        if self._plane.any():
+        if self._long:
+            self._square = np.maximum((self._along**2).sum(axis=1), 1e-12)
+        if self._flat:
             self._facing = np.zeros_like(self._start)
             self._facing[:-1] = _turned(carried[:, :, :3], self._normals)
         return self
@@ -249,14 +256,15 @@ class _Colliders:
     def _hits(self, tails: Array, radius: Array, which: Whole) -> tuple[Array, Array]:
         """How far tails (n, 3) are from each collider's skin (n, K), less than 0 within, and the way out."""
         away = tails[:, None] - self._start[which]
-        along = self._along[which]
-        share = np.clip((away * along).sum(axis=2) / self._square[which], 0.0, 1.0)
-        away -= share[:, :, None] * along
-        distance = np.sqrt((away**2).sum(axis=2))
+        if self._long:
+            along = self._along[which]
+            share = np.clip((away * along).sum(axis=2) / self._square[which], 0.0, 1.0)
+            away -= share[:, :, None] * along
+        distance = np.sqrt(np.einsum("nkc,nkc->nk", away, away))
         side = self._side[which]
         depth = side * (distance - self._radius[which]) - radius
         push = away * (side / np.maximum(distance, 1e-9))[:, :, None]
-        if self._plane.any():
+        if self._flat:
             plane, facing = self._plane[which], self._facing[which]
             depth = np.where(plane, (away * facing).sum(axis=2) - radius, depth)
             push = np.where(plane[:, :, None], facing, push)

@@ -17,7 +17,7 @@ from studio.project import Project
 from studio.take.motion_file import read_motion
 from studio.training.loop.train import resumed_recipe, train
 from studio.training.recipe import load_recipe
-from studio.training.styles import index_of, styles_of
+from studio.training.styles import RunSelection, index_of, styles_of
 from tests.tolerance import LAST_BITS
 
 MakeProject = Callable[..., Project]
@@ -52,6 +52,12 @@ def test_an_unknown_style_is_a_sentence() -> None:
     assert str(caught.value) == (
         "Run_1 knows no style called c. It was trained without styles; leave --style out."
     )
+
+
+def test_files_of_two_mixes_have_names_of_their_own() -> None:
+    a, b = (RunSelection("quick_001", mix=(("average", x), ("Ann", 1 - x))) for x in (0.5, 0.25))
+    assert (a.name, b.name) == ("quick_001_mix_average-50_Ann-50", "quick_001_mix_average-25_Ann-75")
+    assert a.title == b.title
 
 
 def two_styles(make_toy_project: MakeProject) -> Project:

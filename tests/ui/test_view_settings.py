@@ -40,7 +40,7 @@ def test_camera_and_background_are_as_they_were(qtbot: QtBot, tmp_path: Path) ->
 
 
 def test_a_camera_that_rests_is_kept_without_asking(qtbot: QtBot) -> None:
-    session = Session(Settings())
+    session = Session(Settings().changed(review_camera=""))
     pane, _, _ = seen(qtbot, session)
     pane.figure.set_view("face")
     qtbot.waitUntil(lambda: session.settings.review_camera == "-32.00,9.00,0.250")

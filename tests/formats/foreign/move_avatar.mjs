@@ -1,7 +1,7 @@
 // Plays a motion on an avatar as three-vrm does, sixty frames a second, and prints where some nodes are as JSON.
 // node move_avatar.mjs JOBS.json, which holds [{file, frames, seen, nodes, settle}]
-// A frame: {bones: {vrm1 name: [x, y, z, w]}, hips: [x, y, z]}, in VRM 1.0's axes; `seen` are frames to tell of,
-// `settle` how many seconds the first frame is held before.
+// A frame: {bones: {vrm1 name: [x, y, z, w]}, hips: [x, y, z], gaze: [yaw, pitch]}, in VRM 1.0's axes and degrees;
+// `seen` are frames to tell of, `settle` how many seconds the first frame is held before.
 globalThis.self = globalThis;
 globalThis.window = globalThis;
 console.warn = () => {};
@@ -46,6 +46,7 @@ async function played({ file, frames, seen, nodes, settle }) {
     for (const [name, q] of Object.entries(frame.bones)) (normalised[name] ??= {}).rotation = turned(q);
     vrm.humanoid.resetNormalizedPose();
     vrm.humanoid.setNormalizedPose(normalised);
+    if (frame.gaze) [vrm.lookAt.yaw, vrm.lookAt.pitch] = frame.gaze;
     vrm.update(STEP);
     vrm.scene.updateMatrixWorld(true);
   };
