@@ -18,6 +18,7 @@ from studio.motion import rotation
 from studio.motion.expression import Expression, FaceMap
 from studio.motion.look_at import Gaze, LookAt, asks, gaze_of, is_ahead, turned_by
 from studio.motion.material import SurfaceMaterial
+from studio.motion.neutral import ARMS_DOWN
 from studio.motion.rig import Rig
 from studio.motion.skeleton import Skeleton
 
@@ -29,6 +30,15 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 MIRROR_TURN = np.array([1.0, -1.0, -1.0, 1.0])
 # Rest hips this share away from the length of the legs are somebody who sat: the legs count then.
 _STANDING = 0.2
+# A face alone, of a webcam or a phone, must not stand there with its arms spread.
+_HANGING = {
+    f"{side}UpperArm": (
+        rotation.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.float64(angle)),
+        frozenset(f"{side}{part}" for part in ("Shoulder", "UpperArm", "LowerArm", "Hand")),
+    )
+    for side, angle in (("Left", ARMS_DOWN), ("Right", -ARMS_DOWN))
+}
+"""How an upper arm hangs, and the bones of which one at least is tracked where it does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +161,9 @@ class Avatar:
     ) -> tuple[Array, Array]:
         """How this avatar stands where another skeleton stands so.
 
-        A bone that the source lacks follows its parent; one that the avatar lacks is in its children's turns.
-        The hips are as far from the ground as their size asks for.
+        A bone that the source lacks follows its parent, but an arm that is not tracked at all hangs; one that
+        the avatar lacks is in its children's turns. The hips are as far from the ground as
+        their size asks for.
 
         Args:
             source: S bones.
@@ -175,6 +186,8 @@ class Avatar:
                 q[..., bone, :] = turns[..., there, :]
             elif parent >= 0:
                 q[..., bone, :] = q[..., parent, :]
+                if (hanging := _HANGING.get(own.bone_names[bone])) and not index.keys() & hanging[1]:
+                    q[..., bone, :] = rotation.multiply(q[..., bone, :], hanging[0])
             if own.bone_names[bone] == "Hips":
                 if there is not None:
                     p[..., bone, :] = joints[..., there, :] * scale

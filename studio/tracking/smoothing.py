@@ -104,18 +104,25 @@ def smoothed(times: Floats, weights: Floats, turns: Floats) -> tuple[Floats, Flo
         turns: (T, 4).
     """
     turns = rotation.sign_continuous(turns)
-    results = []
-    for order in (slice(None), slice(None, None, -1)):
-        face = FaceFilter()
-        clock = np.abs(times[order] - times[order][:1])
-        rows = [face(t, w, q) for t, w, q in zip(clock.tolist(), weights[order], turns[order], strict=True)]
-        results.append(tuple(np.array(column)[order] for column in zip(*rows, strict=True)))
-    (first, there), (second, back) = results
+    count = len(times)
+    (first, there), (second, back) = (
+        _one_way(times, weights, turns, range(count)),
+        _one_way(times, weights, turns, range(count - 1, -1, -1)),
+    )
     closed = _CLOSING * (first - second)
     # Of two closures the firmer one: the mean of a blink and of none would be half a blink.
     firm = np.where(closed > 0, first, second)
     both = np.where((_CLOSING != 0) & (np.abs(first - second) > JUMP), firm, (first + second) / 2)
     return both, rotation.slerp(there, back, np.full(len(times), 0.5))
+
+
+def _one_way(times: Floats, weights: Floats, turns: Floats, order: range) -> tuple[Floats, Floats]:
+    """Filtered in one order of the rows; into arrays, since lists of hours of small ones take gigabytes."""
+    face = FaceFilter()
+    calm, turned = np.empty(weights.shape, np.float32), np.empty(turns.shape, np.float32)
+    for i in order:
+        calm[i], turned[i] = face(abs(times[i] - times[order[0]]), weights[i], turns[i])
+    return calm, turned
 
 
 def _share(cutoff_hz: float | Floats, step: float) -> Floats:

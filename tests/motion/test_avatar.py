@@ -42,6 +42,19 @@ def test_a_bone_the_source_lacks_follows_its_parent() -> None:
     np.testing.assert_allclose(degrees, [0.0, 30.0, 30.0, 30.0], atol=1e-6)
 
 
+def test_arms_that_nobody_tracks_hang_and_others_do_as_they_are_told() -> None:
+    bones = ("Hips", "Spine", "Head", "LeftUpperArm", "LeftLowerArm", "RightUpperArm", "RightLowerArm")
+    avatar = an_avatar(bones)
+    face, arm = Skeleton.humanoid(("Head",)), Skeleton.humanoid(("Head", "LeftLowerArm"))
+    places, _ = avatar.retargeted(face, *turned(face, "Head", 10.0))
+    rest = avatar.rest_joints
+    for upper, lower in ((3, 4), (5, 6)):
+        down = places[lower] - places[upper]
+        assert down[1] < -0.9 * np.linalg.norm(rest[lower] - rest[upper])
+    places, _ = avatar.retargeted(arm, *turned(arm, "Head", 10.0))
+    np.testing.assert_allclose(places[4] - places[3], rest[4] - rest[3], atol=1e-6)
+
+
 def test_hips_move_as_far_as_their_height_asks_for() -> None:
     avatar, source = an_avatar(("Hips", "Spine", "Head"), 0.5), Skeleton.humanoid()
     positions = source.rest_positions.copy()

@@ -317,12 +317,13 @@ class RecordModel(QObject):
     def set_practising(self, on: bool) -> None:
         """Start or stop the practice performer; one that could not be seen is given a port that is free."""
         if on and not self._session.rolling:
-            self._use_a_free_port()
+            self.use_a_free_port()
         settings = self._session.settings
         self.practice.set_on(on, settings.vmc_port, settings.audio_output)
         self.practice_changed.emit()
 
-    def _use_a_free_port(self) -> None:
+    def use_a_free_port(self) -> None:
+        """Listen on another port where another program holds the chosen one: for a sender of our own."""
         from studio.capture.trackers import free_ports
 
         taken, host = self._session.settings.vmc_port, self._session.settings.vmc_host

@@ -88,6 +88,9 @@ class WebcamPresenter(QObject):
         """Start or stop the camera."""
         if on == self._on:
             return
+        if on and not self._session.rolling:
+            # Before it is on: it starts with the port that is chosen then.
+            self._model.use_a_free_port()
         self._on = on
         self._pane.show_running(on)
         if on:
