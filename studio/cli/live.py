@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 EXAMPLE = "saia live MyProject balanced_001 --to 127.0.0.1:39540"
 NOWHERE, DEFAULT = "none", "default"
-LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 30
+LOOK_S, TELL_S, SHOW_S = 0.03, 0.1, 1 / 60
 WORDS_S = 0.5
 FARTHEST_MS = 2000
 
