@@ -34,7 +34,8 @@ def test_blocks_come_back_in_order(video: Path) -> None:
     assert (np.diff(found.times) > 0).all()
     assert found.light[0] == 90.0
     assert found.cuts.all()
-    assert not (found.seen.any() or found.same.any())
+    assert not found.seen.any()
+    assert not found.same.any()
 
 
 def test_another_way_or_another_file_begins_anew(video: Path) -> None:
