@@ -147,7 +147,9 @@ def _share_of(text: str) -> tuple[str, float]:
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:
     """--size, --view, --turn, --at, --background, --clear, --light and --avatar."""
-    group = parser.add_argument_group("films (.mp4, .webm), stills (.png, _frames) and bodies (.glb)")
+    group = parser.add_argument_group(
+        "films (.mp4, .webm), stills (.png), sequences (.frames) and bodies (.glb)"
+    )
     group.add_argument("--size", default="1280x720", metavar="WxH", help="pixels (1280x720)")
     group.add_argument(
         "--view", default="front", metavar="NAME",
@@ -159,7 +161,7 @@ def add_render_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--at", type=float, metavar="S", help="the moment of a still (the middle)")
     group.add_argument(
         "--background", default="room", metavar="NAME|#RRGGBB|FILE",
-        help="room, transparent (.webm, .png and _frames), green, a colour or an image (room)",
+        help="room, transparent (.webm, .png and .frames), green, a colour or an image (room)",
     )  # fmt: skip
     group.add_argument("--clear", action="store_true", help="the same as --background transparent")
     group.add_argument("--light", action="store_true", help="in light colours")

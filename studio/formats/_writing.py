@@ -14,7 +14,7 @@ from studio.errors import StudioError
 from studio.files import atomic
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import ALL_BONES
-from studio.render.drawing import Drawing, Painter
+from studio.render.drawing import FINER, Drawing, Painter
 from studio.sound.sound_file import put_sound, read_sound, sound_info
 
 _ALIKE_SECONDS = 0.01
@@ -80,7 +80,7 @@ def not_read_back(name: str) -> StudioError:
     return StudioError(f"{name} did not read back as it was written.", "Export it again to another disk.")
 
 
-def painter_of(motion: Motion, drawing: Drawing) -> Painter:
+def painter_of(motion: Motion, drawing: Drawing, finer: float = FINER) -> Painter:
     """What draws a motion, with the avatar that was asked for.
 
     Raises:
@@ -91,7 +91,7 @@ def painter_of(motion: Motion, drawing: Drawing) -> Painter:
 
     # Read here and not in render, which knows no file formats.
     read = avatar.read(drawing.avatar) if drawing.avatar is not None else None
-    return Painter(motion, drawing, read)
+    return Painter(motion, drawing, read, finer)
 
 
 DEFAULT_FPS = 30.0

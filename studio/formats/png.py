@@ -10,7 +10,7 @@ from studio.errors import RequestError
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked, painter_of
 from studio.motion import Motion
-from studio.render.drawing import Drawing
+from studio.render.drawing import FINEST, Drawing
 
 TITLE = "Still picture"
 SUFFIX = ".png"
@@ -40,7 +40,7 @@ def write(
         raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
     first, last = float(motion.times[0]), float(motion.times[-1])
     at = (first + last) / 2 if drawing.at is None else min(max(drawing.at, first), last)
-    with painter_of(motion, drawing) as painter:
+    with painter_of(motion, drawing, FINEST) as painter:
         picture = painter.picture(at)
     if not drawing.background.is_clear:
         picture = np.ascontiguousarray(picture[..., :3])

@@ -29,8 +29,9 @@ Pixels = NDArray[np.uint8]
 SMALLEST, LARGEST = 64, 3840
 FACE_SHARE, LARGE_FACE_SHARE, MARGIN_SHARE = 0.3, 0.8, 0.022
 """Of the picture's shorter side: a face beside a figure, a face alone, and its distance from the edge."""
-FINER, MOST_ACROSS = 2, 8192
-"""Figures are drawn so many times as large, for smooth edges, but across no more pixels than OpenGL has."""
+FINER, FINEST, MOST_ACROSS = 1.5, 3.0, 8192
+"""Films and stills are drawn so many times as large, for smooth edges, but across no more pixels than OpenGL
+has; a film twice as large would take as long as it lasts where there is no graphics card."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +74,16 @@ class Painter:
         motion: what is drawn.
         drawing: how.
         avatar: what `drawing.avatar` holds, read by whoever knows that format; None for the stick figure.
+        finer: drawn so many times as large, where that is possible.
 
     Raises:
         RequestError: the size is not possible.
         StudioError: there is no OpenGL here.
     """
 
-    def __init__(self, motion: Motion, drawing: Drawing, avatar: Avatar | None = None) -> None:
+    def __init__(
+        self, motion: Motion, drawing: Drawing, avatar: Avatar | None = None, finer: float = FINER
+    ) -> None:
         for name, size in (("width", drawing.width), ("height", drawing.height)):
             if not SMALLEST <= size <= LARGEST:
                 what = f"A picture of {size} pixels in {name} is not possible."
@@ -93,7 +97,8 @@ class Painter:
         faced = bool(motion.shape_names) and not (avatar is not None and avatar.has_face)
         self._card = FaceCard(round(share * shorter), drawing.palette) if faced else None
         self._margin = round(MARGIN_SHARE * shorter)
-        self._finer = max(min(FINER, MOST_ACROSS // max(drawing.width, drawing.height)), 1)
+        largest = MOST_ACROSS / max(drawing.width, drawing.height)
+        self._finer = next((one for one in (finer, 2.0, 1.0) if one <= min(finer, largest)), 1.0)
         self._under: Pixels | None = None
         self._camera: tuple[float, ...] = ()
         # Last: nothing may fail once it is open.

@@ -251,35 +251,41 @@ class RenderScene:
         self._room.show(wall=True, shadow=True)
         return self._drawn(orbit, (width, height), (0, 0, width, height))
 
-    def room(self, orbit: Orbit, width: int, height: int, finer: int = 1) -> Pixels:
+    def room(self, orbit: Orbit, width: int, height: int, finer: float = 1.0) -> Pixels:
         """The room with nobody in it, as `render`; drawn `finer` times as large and made smaller again."""
         seen = [one for one in self._figures() if one.visible]
         for one in seen:
             one.set_visible(False)
         self._room.show(wall=True, shadow=False)
-        size = width * finer, height * finer
-        pixels = _smaller(self._drawn(orbit, size, (0, 0, *size)), finer)
+        size = round(width * finer), round(height * finer)
+        pixels = _smaller(self._drawn(orbit, size, (0, 0, *size)), (width, height))
         for one in seen:
             one.set_visible(True)
         return pixels
 
     def figure(
-        self, orbit: Orbit, width: int, height: int, finer: int = 1, shadow: bool = False
+        self, orbit: Orbit, width: int, height: int, finer: float = 1.0, shadow: bool = False
     ) -> FigureLayer:
         """Body and ghost of a picture without what is behind them.
 
         Args:
             orbit: the camera.
             width, height: of the whole picture, pixels.
-            finer: drawn so many times as large and made smaller again, for smooth edges.
+            finer: drawn so many times as large and made smaller again, for smooth edges: 1, 1.5, 2 and so on.
             shadow: with the shadow on the floor.
         """
         self._room.show(wall=False, shadow=shadow)
-        left, low, right, high = self._part(orbit, width * finer, height * finer, finer)
+        # Of one and a half times as many pixels every other edge lies between two.
+        step = 1 if finer == int(finer) else 2
+        if width % step or height % step:
+            finer, step = math.ceil(finer), 1
+        left, low, right, high = self._part(orbit, width, height, step)
         if left >= right or low >= high:
             return FigureLayer(0, 0, np.zeros((0, 0, 4), np.uint8))
-        pixels = self._drawn(orbit, (width * finer, height * finer), (left, low, right, high))
-        return FigureLayer(left // finer, height - high // finer, _smaller(pixels, finer))
+        whole = round(width * finer), round(height * finer)
+        drawn = round(left * finer), round(low * finer), round(right * finer), round(high * finer)
+        pixels = self._drawn(orbit, whole, drawn)
+        return FigureLayer(left, height - high, _smaller(pixels, (right - left, high - low)))
 
     def camera(self, orbit: Orbit) -> tuple[float, ...]:
         """What of the camera changes a picture of the same size: a room is as it was while this is."""
@@ -429,14 +435,18 @@ _STICK_HEAD = to_picture(WorldPose.at_rest(Skeleton.humanoid(("Hips", "Head"))).
 """Where the built-in figure's head rests."""
 
 
-def _smaller(pixels: Pixels, times: int) -> Pixels:
-    """A picture of colours multiplied by alpha, so many times smaller in both directions."""
-    if times == 1:
+def _smaller(pixels: Pixels, size: tuple[int, int]) -> Pixels:
+    """A picture of colours multiplied by alpha, made smaller to a width and a height."""
+    wide, high = size
+    if pixels.shape[1::-1] == size:
         return pixels
     from PIL import Image
 
     # RGBX: four numbers to be averaged. Of RGBA it would multiply the colours once more.
     image = Image.fromarray(np.ascontiguousarray(pixels), "RGBX")
+    times, rest = divmod(pixels.shape[1], wide)
+    if rest or times * high != pixels.shape[0]:
+        return np.asarray(image.resize(size, Image.Resampling.BOX))
     return np.asarray(image.reduce(times))
 
 

@@ -20,7 +20,7 @@ from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.render.background import CLEAR, Background
 from studio.render.camera import Orbit
-from studio.render.drawing import Drawing, Painter
+from studio.render.drawing import FINEST, Drawing, Painter
 from studio.render.palette import DARK
 from tests.formats.avatars import Maker
 from tests.formats.examples import a_motion, a_sound
@@ -167,7 +167,7 @@ def test_a_still_holds_the_points_that_were_drawn(tmp_path: Path) -> None:
     png.write(tmp_path / "a.png", motion, None, drawing)
     found = np.asarray(Image.open(tmp_path / "a.png"))
     assert found.shape == (108, 192, 3)
-    with Painter(motion, drawing) as painter:
+    with Painter(motion, drawing, finer=FINEST) as painter:
         # Drawn twice: a graphics card may round an edge otherwise, a figure elsewhere is far off.
         np.testing.assert_allclose(found.astype(int), painter.picture(0.4)[..., :3], atol=3)
         assert np.abs(found.astype(int) - painter.picture(0.0)[..., :3]).max() > 50, "another moment"

@@ -104,9 +104,17 @@ def test_the_performers_part_over_the_empty_room_is_the_whole_picture(
     scene.hide(GHOST)
 
 
-def test_nothing_is_behind_a_figure_and_its_edges_are_smooth(scene: RenderScene) -> None:
+@pytest.mark.parametrize(("finer", "size"), [(1.5, (320, 240)), (1.5, (321, 241)), (2.0, (320, 240))])
+def test_nothing_is_behind_a_figure_and_its_edges_are_smooth(
+    scene: RenderScene, finer: float, size: tuple[int, int]
+) -> None:
     scene.place(BODY, standing())
-    layer = scene.figure(VIEWS[0], 320, 240, finer=2)
+    layer, plain = scene.figure(VIEWS[0], *size, finer), scene.figure(VIEWS[0], *size)
+    places = [
+        np.argwhere(one.pixels[..., 3] > 127).mean(axis=0) + np.array([one.y, one.x])
+        for one in (layer, plain)
+    ]
+    assert np.abs(places[0] - places[1]).max() < 0.5, "in the same place"
     alpha = layer.pixels[..., 3]
     assert alpha[[0, 0, -1, -1], [0, -1, 0, -1]].max() == 0
     assert (alpha == 255).sum() > 1000

@@ -25,6 +25,7 @@ from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.background_menu import BackgroundMenu
 from studio.ui.widgets.figure.pane import Pane
+from studio.ui.widgets.figure.view_buttons import add_framings
 
 EDGE_PX, MARGIN_PX = 12, 24
 """Within which the mouse makes the window larger or smaller, and how far a new one stands from the corner."""
@@ -175,12 +176,7 @@ class AvatarWindow(QWidget):
 
     def _build_menu(self, on_top: bool) -> None:
         self._menu = QMenu(self)
-        for name, text in (
-            ("face", self.tr("Face")), ("bust", self.tr("Bust")), ("body", self.tr("Body"))
-        ):  # fmt: skip
-            action = self._menu.addAction(text)
-            action.setObjectName(f"avatar_window_{name}")
-            action.triggered.connect(lambda _=False, name=name: self.figure.set_view(name))
+        add_framings(self._menu, "avatar_window_", lambda: self.figure.seen, self.figure.set_view)
         self._menu.addSeparator()
         self.backgrounds = BackgroundMenu(self._menu, "avatar_window_")
         self._menu.addMenu(self.backgrounds)

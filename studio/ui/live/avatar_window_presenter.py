@@ -56,6 +56,7 @@ class AvatarWindowPresenter(QObject):
         window.on_top_chosen.connect(lambda on: self._session.change_settings(window_on_top=on))
         window.closed.connect(self._on_closed)
         self._show_avatar()
+        self._model.set_window(True)
         window.show()
         # Seen first, drawn by OpenGL then: its first picture takes a moment.
         QTimer.singleShot(0, window, window.figure.warm_up)
@@ -63,6 +64,7 @@ class AvatarWindowPresenter(QObject):
     def _on_closed(self) -> None:
         if self._seen is not None:
             self._seen.close()
+        self._model.set_window(False)
         window, self.window, self._seen = self.window, None, None
         if window is not None:
             window.figure.dispose()

@@ -102,6 +102,7 @@ class LiveModel(QObject):
         """Whether a file is still being opened that is to be performed."""
         self.active = False
         """Whether the tab is the one shown."""
+        self._window = False
         self.task.told.connect(self._on_event)
         self.task.ended.connect(self._on_ended)
         session.project_opened.connect(self.open)
@@ -126,10 +127,20 @@ class LiveModel(QObject):
         self.refresh()
         self.task.tell(switch("poses", True))
 
+    def set_window(self, is_open: bool) -> None:
+        """Whether the avatar has a window of its own, which is seen whatever tab is shown."""
+        self._window = is_open
+        self.task.tell(switch("poses", self.seen))
+
+    @property
+    def seen(self) -> bool:
+        """Whether somebody sees the poses."""
+        return self.active or self._window
+
     def deactivate(self) -> None:
         """Another tab is shown; the performance goes on, only its picture rests."""
         self.active = False
-        self.task.tell(switch("poses", False))
+        self.task.tell(switch("poses", self.seen))
 
     def open(self) -> None:
         """Another project is open; the performer of the one before leaves."""
@@ -193,7 +204,7 @@ class LiveModel(QObject):
                 self.ready = Ready.of(event)
                 self.ready_changed.emit()
                 # It was started with poses, which nobody sees now.
-                if not self.active:
+                if not self.seen:
                     self.task.tell(switch("poses", False))
             case ChannelsEvent() if self.ready is not None:
                 self.ready = self.ready.of_channels(event)

@@ -16,6 +16,7 @@ from studio.ui import theme
 from studio.ui.widgets.avatar_button import AvatarButton
 from studio.ui.widgets.background_menu import BackgroundMenu
 from studio.ui.widgets.figure.pane import Pane
+from studio.ui.widgets.figure.view_buttons import add_framings
 
 
 class Stage(QWidget):
@@ -148,12 +149,8 @@ class CameraButton(QToolButton):
             action.setObjectName(f"view_{name}")
             action.triggered.connect(lambda _=False, seen=orbit: self._look_from(seen))
         menu.addSeparator()
-        for name, text in (
-            ("face", self.tr("Face")), ("bust", self.tr("Bust")), ("body", self.tr("Body"))
-        ):  # fmt: skip
-            action = menu.addAction(text)
-            action.setObjectName(f"view_{name}")
-            action.triggered.connect(lambda _=False, name=name: self._frame(name))
+        figure = stage.predicted.figure
+        add_framings(menu, "view_", lambda: figure.seen, self._frame)
         menu.addSeparator()
         self.backgrounds = BackgroundMenu(menu, "review_")
         menu.addMenu(self.backgrounds)

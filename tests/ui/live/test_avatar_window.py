@@ -12,6 +12,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from studio.ipc.commands import switch
 from studio.project import Project
 from studio.ui import theme
 from studio.ui.live.avatar_window import AvatarWindow
@@ -144,6 +145,22 @@ def test_its_camera_and_whether_it_is_in_front_are_kept(live: Room, qtbot: QtBot
     assert not again.windowFlags() & Qt.WindowType.WindowStaysOnTopHint
     presenter.close()
     assert presenter.window.window is None, "it goes with the program"
+
+
+def test_it_goes_on_while_another_tab_is_shown(live: Room, child: FakeChild, qtbot: QtBot) -> None:
+    view, presenter, _ = live
+    window = opened(live, qtbot)
+    view.source.start.click()
+    child.told.emit(ready(("A",), BONES))
+    presenter.deactivate()
+    assert child.commands[-1] == switch("poses", True)
+    child.told.emit(pose(1, len(BONES)))
+    stance = window.figure.stance
+    assert stance is not None
+    assert stance.shapes == {"A": 0.5}
+    window.close()
+    assert child.commands[-1] == switch("poses", False)
+    child.end()
 
 
 def test_a_place_on_a_screen_that_is_gone_is_not_used(live: Room, qtbot: QtBot) -> None:

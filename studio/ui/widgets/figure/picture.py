@@ -145,6 +145,8 @@ SHARES, USUAL = (2.0, 1.0, 0.7, 0.5), 1
 """Of a picture's height and width that are drawn, scaled to fit: finer where that costs nearly nothing."""
 SLOW, EASY = 0.025, 0.018
 """Seconds: a picture that takes longer is drawn coarser; one that would take no longer finer, finer again."""
+FINE_SLOW, FINE_EASY = 0.0125, 0.01
+"""The same of pictures finer than the screen, which may not cost a single one a second."""
 _KEPT = 12
 
 
@@ -167,10 +169,12 @@ class Detail:
             return
         # The quickest counts: a computer that is held up by something else for a while is not slow.
         quickest = min(self._costs)
-        if quickest > SLOW and self._step < len(SHARES) - 1:
+        if quickest > (FINE_SLOW if self.share > 1.0 else SLOW) and self._step < len(SHARES) - 1:
             self._go(self._step + 1)
-        elif self._step and max(self._costs) * (SHARES[self._step - 1] / self.share) ** 2 < EASY:
-            self._go(self._step - 1)
+        elif self._step:
+            finer = SHARES[self._step - 1]
+            if max(self._costs) * (finer / self.share) ** 2 < (FINE_EASY if finer > 1.0 else EASY):
+                self._go(self._step - 1)
 
     def begin_anew(self) -> None:
         """Something else is drawn, or in another size."""

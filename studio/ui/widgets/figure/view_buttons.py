@@ -2,14 +2,45 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QCoreApplication, QPoint, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
 
 from studio.render.camera import FRAMINGS, VIEWS, Orbit
 from studio.ui import theme
 
 AROUND_PX = 10
 """Between the row and the picture's edges."""
+
+
+def add_framings(menu: QMenu, prefix: str, seen: Callable[[], Orbit], choose: Callable[[str], None]) -> None:
+    """Put face, bust and body into a menu, the one that is seen ticked.
+
+    Args:
+        menu: where to.
+        prefix: begins the names of the entries.
+        seen: gives the camera.
+        choose: given one of FRAMINGS.
+    """
+    translate = QCoreApplication.translate
+    names = {
+        "face": translate("ViewButtons", "Face"),
+        "bust": translate("ViewButtons", "Bust"),
+        "body": translate("ViewButtons", "Body"),
+    }
+    for name, text in names.items():
+        action = menu.addAction(text)
+        action.setObjectName(f"{prefix}{name}")
+        action.setCheckable(True)
+        action.triggered.connect(lambda _=False, name=name: choose(name))
+        menu.aboutToShow.connect(partial(_tick, action, name, seen))
+
+
+def _tick(action: QAction, name: str, seen: Callable[[], Orbit]) -> None:
+    action.setChecked(seen().framing == name)
 
 
 class ViewButtons(QWidget):

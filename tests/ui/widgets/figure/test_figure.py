@@ -17,7 +17,7 @@ from studio.render.world_pose import WorldPose
 from studio.ui import theme
 from studio.ui.widgets.figure.figure import TOO_SLOW, StickFigure
 from studio.ui.widgets.figure.pane import Pane
-from studio.ui.widgets.figure.picture import EASY, SHARES, SLOW, USUAL, Detail
+from studio.ui.widgets.figure.picture import EASY, FINE_EASY, FINE_SLOW, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
 
 
@@ -303,6 +303,13 @@ def test_it_gets_finer_only_where_that_would_not_be_slow_again() -> None:
     after(detail, *[2 * SLOW] * 12)
     assert after(detail, *[EASY * 0.6] * 40) == SHARES[USUAL + 1]  # twice the pixels would be too slow
     assert after(detail, *[EASY * 0.4] * 12) == 1.0
+
+
+def test_only_what_costs_nearly_nothing_is_drawn_finer_than_the_screen() -> None:
+    detail = Detail()
+    assert after(detail, *[EASY / 4] * 20) == 1.0
+    assert after(detail, *[FINE_EASY / 5] * 12) == SHARES[0] > 1.0
+    assert after(detail, *[FINE_SLOW * 1.1] * 12) == 1.0, "pictures a second come first"
 
 
 def test_another_size_begins_anew() -> None:
