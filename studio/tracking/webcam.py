@@ -75,7 +75,6 @@ class Webcam:
         self, reader: CameraReader, model: Path, host: str, port: int, gains: Mapping[str, float] = {}
     ) -> None:
         self._reader = reader
-        self._landmarker, self._rigid = FaceLandmarker(model), RigidFace.of_model(model)
         self._filter = FaceFilter()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -83,6 +82,9 @@ class Webcam:
             self._socket.connect((host, port))
         except OSError as error:
             raise InputError(f"{host} cannot be reached.", "Use 127.0.0.1 for this computer.") from error
+        self._rigid = RigidFace.of_model(model)
+        # At last: one that is not closed may wait for its own threads for ever.
+        self._landmarker = FaceLandmarker(model)
         # What came while the model was read is nobody's loss.
         reader.dropped = 0
         kept = load_calibration()

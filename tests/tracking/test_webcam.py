@@ -132,12 +132,14 @@ def test_the_preview_shows_the_mirrored_picture_with_the_points(webcam: Webcam) 
 def test_nobody_in_the_picture_is_said_and_nothing_is_sent(tmp_path: Path, model: Path, ear: Ear) -> None:
     film = write_video(tmp_path / "empty.mp4", [Look(gone=True, light=0.2)] * 30)
     webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", ear.port)
-    for _ in range(10):
-        webcam.step()
-    assert webcam.status.hints[0] == "no_face"
-    assert not webcam.status.face
-    assert webcam.sent == 0
-    webcam.close()
+    try:
+        for _ in range(10):
+            webcam.step()
+        assert webcam.status.hints[0] == "no_face"
+        assert not webcam.status.face
+        assert webcam.sent == 0
+    finally:
+        webcam.close()
 
 
 @pytest.mark.parametrize("device", ["/dev/video97", "nowhere.mp4"])
