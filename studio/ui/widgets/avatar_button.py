@@ -15,6 +15,8 @@ from studio.ui.widgets.card import label
 from studio.ui.widgets.figure.pane import FACE_SIDE
 
 LONGEST_NAME = 24
+LEAST_TERMS = 160
+"""Pixels; cut shorter than that, what a file allows says nothing."""
 
 
 class AvatarButton(QWidget):
@@ -150,7 +152,8 @@ class AvatarButton(QWidget):
         """Text next to the button, cut where there is no room; the tip has them all."""
         self._text = text
         room = max(self.width() - self.button.sizeHint().width() - 2 * theme.BETWEEN, 0)
-        self.terms.setText(self.terms.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room))
+        short = self.terms.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
+        self.terms.setText(short if room >= LEAST_TERMS else "")
         self.setToolTip(text)
 
     def _choice(self, group: QActionGroup, text: str, path: Path | None, checked: bool) -> None:
