@@ -123,6 +123,7 @@ class Importer(QObject):
         self._curate = curate
         self._folder = Path()
         self._saved: list[str] = []
+        self._notes: list[str] = []
         self._adopted = True
         self._refused: list[tuple[str, str]] = []
         self._paths: tuple[Path, ...] = ()
@@ -156,6 +157,7 @@ class Importer(QObject):
             self._folder = project.folder
             self._refused.clear()
             self._saved.clear()
+            self._notes.clear()
             self._adopted = False
             self._skeleton = None
             # How far it has come is seen there; whoever is recording stays with the recording.
@@ -194,6 +196,7 @@ class Importer(QObject):
                     self._session.import_pictured.emit(base64.b64decode(event.jpeg))
             case TakeEvent():
                 self._saved.append(event.take)
+                self._notes += [note for note in event.notes if note not in self._notes]
                 self._show_status(self.tr("Imported {0}").format(event.take), event.fraction)
 
     def _on_done(self, _done: ImportDone) -> None:
@@ -210,7 +213,7 @@ class Importer(QObject):
             guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
             messages.show_note(self._window, text, guess, (self.tr("Check the bones"), self._show_bones))
         else:
-            self._tell(text, self._unused_text())
+            self._tell(text, self._what_to_know())
 
     def _tell(self, text: str, remedy: str, warn: bool = False) -> None:
         """Say what came in, with Undo beside it."""
@@ -240,6 +243,14 @@ class Importer(QObject):
         if saved and not self._session.rolling:
             self._curate().show_takes(saved)
         return True
+
+    def _what_to_know(self) -> str:
+        """What was noted while reading, the first of it, and how many takes training cannot use."""
+        parts = [*self._notes[:1], self._unused_text()]
+        if len(self._notes) > 1:
+            one, many = self.tr("1 more note is kept with the take."), self.tr("{0} more notes are kept.")
+            parts.append(counted(len(self._notes) - 1, one, many))
+        return " ".join(part for part in parts if part)
 
     def _unused_text(self) -> str:
         """How many of the new takes training cannot use; "" for none."""
@@ -274,7 +285,7 @@ class Importer(QObject):
         self._show_status("", None)
         # A cancelled or failed batch keeps the takes it had finished.
         if not self._adopted and self._adopt() and self._saved:
-            self._tell(self._text(len(self._saved)), self._unused_text())
+            self._tell(self._text(len(self._saved)), self._what_to_know())
 
     def _show_status(self, sentence: str, fraction: float | None) -> None:
         self._session.status_changed.emit("job", sentence, "")

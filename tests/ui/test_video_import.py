@@ -115,6 +115,9 @@ def test_without_the_model_the_sound_alone_may_be_taken(
     assert "Apache-2.0" in asked[0][1]
     assert project.take("voice").info.motion_file is None
     qtbot.waitUntil(lambda: not window.importer.running)
+    toast = window.findChild(messages.Toast)
+    assert toast is not None
+    qtbot.waitUntil(lambda: "Only the sound of voice.mp4 was imported." in toast.remedy.text())
 
 
 @needs_tracking()
