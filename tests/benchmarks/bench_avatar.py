@@ -1,7 +1,7 @@
 """Avatars as three-vrm draws them in a browser and as the studio does: how alike, and how fast.
 
-Needs Chromium, node and npm, and the sample avatars (SAIA_DATA). Both pictures are kept where SAIA_PICTURES
-names a folder.
+Needs Chromium, node and npm, and the sample avatars (SAIA_DATA). All pictures are kept
+as results/avatar.png.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ VIEWS = {"body": (-20.0, 4.0, 1.0), "face": (-20.0, 2.0, 0.3)}
 FACES: dict[str, dict[str, float]] = {"rest": {}, "aa": {"aa": 1.0}, "blink": {"blink": 1.0}}
 PAGE = Path(__file__).resolve().parent / "foreign" / "draw_avatar.html"
 GREY = 128.0
+ACROSS = 2
 Picture = NDArray[np.float64]
 
 
@@ -46,9 +47,11 @@ def run() -> dict[str, Any]:
         if not virtual_devices.has_screen():
             os.environ["DISPLAY"] = stack.enter_context(virtual_devices.virtual_screen())
         browser = stack.enter_context(Browser(node_folder()))
-        result: dict[str, Any] = {}
+        result: dict[str, Any] = {"load_1_min": os.getloadavg()[0]}
+        pairs: list[tuple[Picture, Picture]] = []
         for path in avatars():
-            result[path.stem] = compared(path, browser) | {"speed": speed(path)}
+            result[path.stem] = compared(path, browser, pairs) | {"speed": speed(path)}
+        keep(pairs)
         return result
 
 
@@ -60,8 +63,8 @@ def avatars() -> list[Path]:
     return [OWN, *sorted(data.glob("*.vrm"))]
 
 
-def compared(path: Path, browser: Browser) -> dict[str, Any]:
-    """One avatar by both."""
+def compared(path: Path, browser: Browser, pairs: list[tuple[Picture, Picture]]) -> dict[str, Any]:
+    """One avatar by both; the pictures are added to `pairs`."""
     from studio import formats
     from studio.render import toon
     from studio.render.camera import FIELD_OF_VIEW, Orbit
@@ -89,7 +92,7 @@ def compared(path: Path, browser: Browser) -> dict[str, Any]:
                 }  # fmt: skip
                 theirs = of_png(browser.drawn(path, job))
                 found[f"{face} {view}"] = likeness(*ours, *theirs)
-                keep(f"{path.stem} {face} {view}", ours[0], theirs[0])
+                pairs.append((ours[0], theirs[0]))
     return found
 
 
@@ -155,14 +158,16 @@ def of_png(data: bytes) -> tuple[Picture, Picture]:
     return pixels[..., :3] * alpha + GREY * (1.0 - alpha), alpha[..., 0]
 
 
-def keep(name: str, ours: Picture, theirs: Picture) -> None:
-    """Ours at the left, theirs at the right."""
+def keep(pairs: list[tuple[Picture, Picture]]) -> None:
+    """All pictures as one, ours at the left of theirs, in the order of the figures."""
     from PIL import Image
 
-    if folder := os.environ.get("SAIA_PICTURES"):
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        both = np.clip(np.concatenate([ours, theirs], axis=1), 0, 255).astype(np.uint8)
-        Image.fromarray(both).save(Path(folder, f"{name}.png"))
+    tiles = [np.clip(np.concatenate(pair, axis=1), 0, 255).astype(np.uint8) for pair in pairs]
+    tiles += [np.full_like(tiles[0], int(GREY))] * (-len(tiles) % ACROSS)
+    rows = [np.concatenate(tiles[k : k + ACROSS], axis=1) for k in range(0, len(tiles), ACROSS)]
+    sheet = Image.fromarray(np.concatenate(rows))
+    sheet = sheet.resize((sheet.width // 2, sheet.height // 2)).quantize(128)
+    sheet.save(Path(__file__).resolve().parent / "results" / "avatar.png", optimize=True)
 
 
 class Browser:
