@@ -27,7 +27,7 @@ from studio.motion.channels import ARKIT_SHAPES  # noqa: E402
 
 TARGET = ROOT / "resources" / "avatar" / "Saia.vrm"
 SHADED = {  # lit and shade in sRGB, outline in metres, rim
-    "face": ("#FFE1D3", "#F2AC9C", 0.0012), "skin": ("#FFE1D3", "#F2AC9C", 0.0012),
+    "face": ("#FFE1D3", "#F2AC9C", 0.0012), "skin": ("#FFE1D3", "#F2AC9C", 0.0),
     "lids": ("#FFE1D3", "#F2AC9C", 0.0),
     "lips": ("#F6B4A6", "#E08E84", 0.0), "line": ("#8E4550", "#7A3844", 0.0), "inside": ("#7A2B35", "#5E1F2A", 0.0), "teeth": ("#FFFDF8", "#D8CFD6", 0.0),
     "tongue": ("#F08A8E", "#CC6570", 0.0), "white": ("#FFFFFF", "#C9CFE4", 0.0), "iris": ("#FFFFFF", "#FFFFFF", 0.0),

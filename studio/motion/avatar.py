@@ -85,6 +85,9 @@ class Surface:
     material: int = 0
 
 
+FREE = "Free for any use (CC0)."
+
+
 @dataclass(frozen=True)
 class Licence:
     """What an avatar's file says about itself: its title, who made it, and what one may do, in sentences."""
@@ -92,6 +95,11 @@ class Licence:
     title: str = ""
     authors: tuple[str, ...] = ()
     terms: tuple[str, ...] = ()
+
+    @property
+    def free(self) -> bool:
+        """Whether nobody has to heed anything."""
+        return self.terms == (FREE,)
 
     @property
     def line(self) -> str:

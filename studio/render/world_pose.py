@@ -48,6 +48,8 @@ class WorldPose:
         """One pose of a skeleton's bones at a moment (seconds); joints are empty where it has none."""
         if not skeleton.bone_names:
             return cls(skeleton, np.zeros((0, 3)), np.zeros((0, 4)), shapes, t)
+        if "Hips" not in skeleton.bone_names:
+            return _with_body(skeleton, pose, shapes, t)
         local, turns = skeleton.forward(pose.positions, pose.rotations)
         # The root is applied last: local joints are the skeleton's, the root moves all of it.
         root = np.broadcast_to(np.asarray(pose.root_rotation, dtype=np.float64), turns.shape)
@@ -80,13 +82,7 @@ class WorldPose:
     @classmethod
     def rest_pose(cls, skeleton: Skeleton) -> WorldPose:
         """Standing with the arms down, for a face that comes without a body."""
-        turns = np.array(skeleton.rest_rotations)
-        for name, degrees in (("LeftUpperArm", ARMS_DOWN), ("RightUpperArm", -ARMS_DOWN)):
-            if name in skeleton.bone_names:
-                turns[skeleton.bone_names.index(name)] = rotation.from_euler_yxz(
-                    0.0, 0.0, np.radians(degrees)
-                )
-        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, turns))
+        return cls(skeleton, *skeleton.forward(skeleton.rest_positions, _standing(skeleton)))
 
     def looks_like(self, other: WorldPose, moves: bool) -> bool:
         """Whether a picture of it is that of another pose; with `moves` some of it moves with the time."""
@@ -107,3 +103,22 @@ class WorldPose:
         """Whether there is something to see, all of it finite."""
         fits = len(self.joints) == len(self.skeleton.bone_names) > 0
         return fits and bool(np.isfinite(self.joints).all())
+
+
+def _with_body(skeleton: Skeleton, pose: Pose, shapes: Mapping[str, float], t: float) -> WorldPose:
+    """A head alone, such as a webcam sees, on somebody who stands with the arms down."""
+    whole = Skeleton.humanoid()
+    turns = _standing(whole)
+    for name, turn in zip(skeleton.bone_names, pose.rotations, strict=True):
+        if name in whole.bone_names:
+            turns[whole.bone_names.index(name)] = turn
+    return WorldPose(whole, *whole.forward(whole.rest_positions, turns), shapes, t)
+
+
+def _standing(skeleton: Skeleton) -> NDArray[np.floating]:
+    """Rotations of a skeleton that stands with the arms down (J, 4)."""
+    turns = np.array(skeleton.rest_rotations)
+    for name, degrees in (("LeftUpperArm", ARMS_DOWN), ("RightUpperArm", -ARMS_DOWN)):
+        if name in skeleton.bone_names:
+            turns[skeleton.bone_names.index(name)] = rotation.from_euler_yxz(0.0, 0.0, np.radians(degrees))
+    return turns

@@ -86,6 +86,7 @@ class StartPresenter(QObject):
         """Make a project folder and open it, or say why not."""
         try:
             self._session.create_project(folder, folder.name)
+            self._session.tab_requested.emit("record")
         except StudioError as error:
             messages.show_error(self._window, error)
         self.refresh()

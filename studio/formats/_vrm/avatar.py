@@ -17,7 +17,7 @@ from studio.formats._vrm.material import read_materials
 from studio.formats._vrm.mesh import Nodes
 from studio.formats._vrm.rig import read_rig
 from studio.motion import Skeleton, rotation
-from studio.motion.avatar import MIRROR, Avatar, Licence
+from studio.motion.avatar import FREE, MIRROR, Avatar, Licence
 from studio.motion.channels import ALL_BONES, vrm1_bone
 
 _LONGEST = 120
@@ -65,7 +65,7 @@ def read_licence(meta: Any, old: bool) -> Licence:
         business = _BUSINESS.get(str(meta.get("commercialUsage", "personalNonProfit")))
         licence, title = _text(meta.get("licenseUrl")), _text(meta.get("name"))
         if _CC0 in _text(meta.get("otherLicenseUrl")):
-            return Licence(title, tuple(author for author in authors if author), ("Free for any use (CC0).",))
+            return Licence(title, tuple(author for author in authors if author), (FREE,))
     terms = [sentence for sentence in (who, business) if sentence]
     terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))

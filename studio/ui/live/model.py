@@ -94,6 +94,8 @@ class LiveModel(QObject):
         self.state: LiveStateEvent | None = None
         """Its last state; None before the first."""
         self.selection = RunSelection()
+        self._picked = False
+        """Whether a person chose the run, and not the newest one itself."""
         self.look_ahead_ms: int | None = None
         """The look-ahead chosen, None for the usual one."""
         self.file: Path | None = None
@@ -146,14 +148,17 @@ class LiveModel(QObject):
         """Another project is open; the performer of the one before leaves."""
         self.task.stop()
         self.selection, self.look_ahead_ms = RunSelection(), None
+        self._picked = False
         self.refresh()
 
     def refresh(self) -> None:
-        """Choose the newest run where the one chosen is gone."""
+        """Choose the newest run, where nobody chose one or that is gone."""
         runs = self.runs
         # While it performs, what performs stays chosen.
-        if runs and self.run is None and not self.task.running:
-            self.selection, self.look_ahead_ms = RunSelection(newest(runs).id), None
+        if runs and (self.run is None or not self._picked) and not self.task.running:
+            latest = newest(runs).id
+            if latest != self.selection.run:
+                self.selection, self.look_ahead_ms = RunSelection(latest), None
         self.runs_changed.emit()
 
     def choose_run(self, selection: RunSelection) -> None:
@@ -161,7 +166,7 @@ class LiveModel(QObject):
         if selection.run != self.selection.run:
             # Another run offers others.
             self.look_ahead_ms = None
-        self.selection = selection
+        self.selection, self._picked = selection, True
         self.run_chosen.emit()
 
     def choose_look_ahead(self, ms: int) -> None:

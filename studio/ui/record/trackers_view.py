@@ -164,6 +164,8 @@ class TrackersDialog(QDialog):
         practice = QPushButton(self.tr("No tracker? Practice performer"))
         practice.setObjectName("tracker_practice")
         theme.as_role(practice, "quiet")
+        # Enter presses what a dialog holds first, otherwise.
+        practice.setAutoDefault(False)
         practice.setToolTip(self.tr("Speaks and moves like a tracked person, without any hardware."))
         practice.clicked.connect(self.practice_requested)
         self._list.addStretch(1)

@@ -36,6 +36,8 @@ from studio.ui.widgets.meters import ShapeMeters
 FACE = QSize(116, 116)
 LEAST_LEFT, LEAST_MIDDLE, LEAST_RIGHT = 250, 452, 244
 """Pixels of the columns in the smallest window; in the middle Record has a chooser at either side."""
+WITH_BUTTONS = 700
+"""Pixels of a figure that has room for buttons beside the performer."""
 LOW = 640
 """Pixels of height under which the teleprompter says less, so that the figure keeps its room."""
 
@@ -89,6 +91,8 @@ class RecordView(QWidget):
         if watched is self.figure and isinstance(event, QResizeEvent):
             self.face.move(theme.INSIDE, event.size().height() - FACE.height() - theme.INSIDE)
             self.avatar.place(event.size())
+            # Narrower, they would lie over a face, and over what the practice performer says.
+            self.figure.view_buttons_shown = event.size().width() >= WITH_BUTTONS
         return False
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -78,6 +78,7 @@ class ExportPresenter(QObject):
         self._panel.show_fps(session.settings.export_fps)
         self._show_background()
         session.settings_changed.connect(self._on_settings)
+        session.project_opened.connect(lambda: self._panel.show_result("", False))
         self._panel.export_requested.connect(self._on_export)
         self._panel.cancel_requested.connect(self._child.cancel)
         self._panel.folder_requested.connect(self._on_folder)

@@ -57,7 +57,7 @@ class AvatarButton(QWidget):
         self.terms.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.terms.setTextFormat(Qt.TextFormat.PlainText)
         self.terms.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._text, self._faced, self._brief = "", False, brief
+        self._text, self._faced, self._brief, self._free = "", False, brief, False
         if brief:
             self.terms.hide()
         row = self._row = QHBoxLayout(self)
@@ -102,6 +102,8 @@ class AvatarButton(QWidget):
     def show_avatar(self, avatar: Avatar | None) -> None:
         """Name what is worn and what its file allows."""
         self._faced = avatar is not None and avatar.has_face
+        # Where nobody has to heed anything, the words would only lie over the performer.
+        self._free = avatar is not None and avatar.licence.free and not avatar.notes
         name = avatar.name if avatar else ""
         name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
         self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))
@@ -113,6 +115,7 @@ class AvatarButton(QWidget):
 
     def show_busy(self, name: str) -> None:
         """An avatar is being opened."""
+        self._free = False
         self._show_text(self.tr("Opening {0}…").format(name))
 
     def place(self, room: QSize) -> None:
@@ -153,7 +156,7 @@ class AvatarButton(QWidget):
         self._text = text
         room = max(self.width() - self.button.sizeHint().width() - 2 * theme.BETWEEN, 0)
         short = self.terms.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
-        self.terms.setText(short if room >= LEAST_TERMS else "")
+        self.terms.setText(short if room >= LEAST_TERMS and not self._free else "")
         self.setToolTip(text)
 
     def _choice(self, group: QActionGroup, text: str, path: Path | None, checked: bool) -> None:
