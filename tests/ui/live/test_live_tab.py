@@ -39,6 +39,20 @@ def test_before_the_first_take_the_base_voice_is_ready_to_go_live(
     assert view.source.start.isEnabled()
 
 
+def test_a_run_that_is_trained_meanwhile_performs_unless_a_person_chose(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    view, presenter, session = room(toy_project)
+    assert view.source.run.wanted.run == "base_voice"
+    first = add_run(toy_project)
+    session.runs_changed.emit()
+    assert view.source.run.wanted.run == first.id
+    presenter.model.choose_run(replace(presenter.model.selection, run="base_voice"))
+    add_run(toy_project)
+    session.runs_changed.emit()
+    assert presenter.model.selection.run == "base_voice"
+
+
 def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quality(
     room: Callable[..., Room], toy_project: Project
 ) -> None:
