@@ -110,6 +110,14 @@ def name_one_morph_often(document: Document) -> None:
     primitive["targets"] = primitive["targets"][:1] * 100_000
 
 
+def be_in_a_thousand_and_one_parts(document: Document) -> None:
+    """Each of one triangle."""
+    document["accessors"].append(positions_of(document) | {"count": 3})
+    primitive = {"attributes": {"POSITION": len(document["accessors"]) - 1}}
+    document["meshes"].append({"primitives": [primitive] * 1001})
+    document["nodes"][1]["mesh"] = len(document["meshes"]) - 1
+
+
 def have_a_million_vertices(document: Document) -> None:
     primitive = document["meshes"][0]["primitives"][0]
     accessor = positions_of(document)
@@ -138,6 +146,7 @@ def have_a_million_vertices(document: Document) -> None:
         (hang_from_no_joint, "x.vrm is damaged."),
         (name_a_morph_by_text, "x.vrm is damaged."),
         (name_one_array_often, "x.vrm is too large to show."),
+        (be_in_a_thousand_and_one_parts, "x.vrm is too large to show."),
         (name_one_morph_often, "x.vrm is too large to show."),
     ],
 )
