@@ -82,13 +82,18 @@ def _receive(file: Offered, part: Path, on_progress: Callable[[int], None]) -> N
     with urllib.request.urlopen(request, timeout=TIMEOUT_S) as answer:
         have = have if answer.status == 206 else 0  # some servers begin at the beginning whatever is asked
         with part.open("ab" if have else "wb") as kept:
-            _copy(answer, kept, have, on_progress)
+            _copy(answer, kept, have, file.size, on_progress)
 
 
-def _copy(answer: IO[bytes], kept: IO[bytes], have: int, on_progress: Callable[[int], None]) -> None:
+def _copy(
+    answer: IO[bytes], kept: IO[bytes], have: int, size: int, on_progress: Callable[[int], None]
+) -> None:
     while piece := answer.read(_PIECE):
         kept.write(piece)
         have += len(piece)
+        # A server that never stops would fill the disk before anybody sees that it is something else.
+        if size and have > size:
+            break
         on_progress(have)
     kept.flush()
     with suppress(OSError):  # not every file system can

@@ -145,6 +145,7 @@ def keep_drivers(path: Path, drivers: Mapping[str, str]) -> None:
     """Keep beside an avatar's file which blend shapes move its faces; `read_avatar` knows it from then on.
 
     Raises:
+        NewerVersionError: a newer studio kept some there, which stay.
         StudioError: the folder cannot be written.
     """
     from studio.formats._vrm import drivers as beside

@@ -25,6 +25,8 @@ GREEN = "#00B140"
 NAMES = {"room": "room", "transparent": "transparent", "green": GREEN}
 """What a person may write besides "#RRGGBB" and the path of an image."""
 _LARGEST = 3840
+MOST_PIXELS = 89_000_000
+"""Of an image's file, from where Pillow, too, holds it for a bomb: three bytes each while it is read."""
 HOW = 'Choose room, transparent, green, a colour such as "#204060", or an image (PNG or JPEG).'
 
 
@@ -49,7 +51,7 @@ class Background:
         made = cls(text)
         if text.startswith("#") and not made.is_colour:
             raise RequestError(f"{text} is no colour.", HOW)
-        if not (made.is_room or made.is_clear or made.is_colour) and not Path(text).is_file():
+        if made.is_image and not Path(text).is_file():
             raise RequestError(f"There is no background called {text}.", HOW)
         return made
 
@@ -67,6 +69,20 @@ class Background:
     def is_colour(self) -> bool:
         """One colour, as for a chroma key."""
         return re.fullmatch("#[0-9a-fA-F]{6}", self.text) is not None
+
+    @property
+    def is_image(self) -> bool:
+        """An image's file."""
+        return not (self.is_room or self.is_clear or self.is_colour)
+
+    def load(self) -> None:
+        """Read its image, half a second for a photo, so that painting it holds up nobody from then on.
+
+        Raises:
+            StudioError: the image cannot be read.
+        """
+        if self.is_image:
+            _image(Path(self.text))
 
     def painted(self, width: int, height: int, palette: Palette) -> Pixels:
         """The background alone, RGBA (height, width, 4); of the room only its wall.
@@ -93,21 +109,33 @@ def _covering(path: Path, width: int, height: int) -> Pixels:
     """An image scaled to cover a picture, what juts out cut off."""
     from PIL import Image, ImageOps
 
-    try:
-        opened = _opened(path, path.stat().st_mtime)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        what = f"The background {path.name} cannot be read as an image."
-        raise StudioError(what, "Choose another PNG or JPEG.") from error
-    fitted = ImageOps.fit(opened, (width, height), Image.Resampling.BICUBIC)
+    fitted = ImageOps.fit(_image(path), (width, height), Image.Resampling.BICUBIC)
     return np.dstack([np.asarray(fitted), np.full((height, width), 255, np.uint8)])
 
 
-@lru_cache(maxsize=2)
+def _image(path: Path) -> Image.Image:
+    """As `_opened`; StudioError where it cannot be read."""
+    from PIL import Image
+
+    try:
+        return _opened(path, path.stat().st_mtime)
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        what = f"The background {path.name} has more than {MOST_PIXELS // 1_000_000} megapixels."
+        raise StudioError(what, "Make it smaller, or choose another PNG or JPEG.") from error
+    except (OSError, ValueError, SyntaxError) as error:
+        what = f"The background {path.name} cannot be read as an image."
+        raise StudioError(what, "Choose another PNG or JPEG.") from error
+
+
+# One behind the stage, one in the avatar window, one in an export's form.
+@lru_cache(maxsize=3)
 def _opened(path: Path, _changed: float) -> Image.Image:
     """An image the right way up, no larger than a picture may be; kept, as windows are resized in steps."""
     from PIL import Image, ImageOps
 
     with Image.open(path) as image:
+        if image.width * image.height > MOST_PIXELS:
+            raise Image.DecompressionBombError(image.size)
         upright = ImageOps.exif_transpose(image).convert("RGB")
     upright.thumbnail((_LARGEST, _LARGEST), Image.Resampling.LANCZOS)
     return upright

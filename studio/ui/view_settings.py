@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from studio.errors import StudioError
 from studio.render.background import ROOM, Background
 from studio.render.camera import CLOSEST, FARTHEST, Orbit
-from studio.ui import messages, theme
+from studio.ui import messages, tasks
 
 if TYPE_CHECKING:
     from studio.ui.session import Session
@@ -79,6 +79,7 @@ class ViewSettings(QObject):
         self._widget, self._panes, self._chooser, self._session = widget, panes, chooser, session
         self._looking = panes[0].figure
         self._camera, self._background = camera, background
+        self._opening, self._showing = tasks.LatestTask(self), tasks.LatestTask(self)
         self._keep = QTimer(self)
         self._keep.setSingleShot(True)
         self._keep.setInterval(KEEP_MS)
@@ -114,19 +115,41 @@ class ViewSettings(QObject):
             self._show()
 
     def _on_chosen(self, text: str) -> None:
+        self._opening.drop()
         try:
             background = Background.parse(text)
-            # An image that cannot be read is refused here, and not in each picture.
-            background.painted(8, 8, theme.colours())
         except StudioError as error:
-            messages.show_error(self._widget, error)
+            self._refuse(error)
             return
+        if not background.is_image:
+            self._choose(background)
+            return
+        self._chooser.show_background(background)
+        # An image that cannot be read is refused here, and not in each picture.
+        self._opening.run(background.load, lambda _: self._choose(background), self._refuse)
+
+    def _choose(self, background: Background) -> None:
         self._session.change_settings(**{self._background: background.text})
 
-    def _show(self) -> None:
+    def _refuse(self, error: BaseException) -> None:
         self._chooser.show_background(self.background)
+        messages.show_error(self._widget, error)
+
+    def _show(self) -> None:
+        background = self.background
+        self._chooser.show_background(background)
+        self._showing.drop()
+        if background.is_image:
+            # Read before it is painted; one that cannot be read any more is the room.
+            self._showing.run(
+                background.load, lambda _: self._set(background), lambda _error: self._set(ROOM)
+            )
+        else:
+            self._set(background)
+
+    def _set(self, background: Background) -> None:
         for pane in self._panes:
-            pane.set_background(self.background)
+            pane.set_background(background)
 
 
 def orbit_of(text: str) -> Orbit | None:

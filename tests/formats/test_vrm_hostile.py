@@ -110,6 +110,14 @@ def name_one_morph_often(document: Document) -> None:
     primitive["targets"] = primitive["targets"][:1] * 100_000
 
 
+def be_in_a_thousand_and_one_parts(document: Document) -> None:
+    """Each of one triangle."""
+    document["accessors"].append(positions_of(document) | {"count": 3})
+    primitive = {"attributes": {"POSITION": len(document["accessors"]) - 1}}
+    document["meshes"].append({"primitives": [primitive] * 1001})
+    document["nodes"][1]["mesh"] = len(document["meshes"]) - 1
+
+
 def have_a_million_vertices(document: Document) -> None:
     primitive = document["meshes"][0]["primitives"][0]
     accessor = positions_of(document)
@@ -138,6 +146,7 @@ def have_a_million_vertices(document: Document) -> None:
         (hang_from_no_joint, "x.vrm is damaged."),
         (name_a_morph_by_text, "x.vrm is damaged."),
         (name_one_array_often, "x.vrm is too large to show."),
+        (be_in_a_thousand_and_one_parts, "x.vrm is too large to show."),
         (name_one_morph_often, "x.vrm is too large to show."),
     ],
 )
@@ -162,6 +171,71 @@ def test_memory_follows_the_file_not_what_it_claims(
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50e6
+
+
+def name_one_group_often(document: Document) -> None:
+    """15,000 colliders, and each spring names their group 15,000 times: 225 million pairs."""
+    ball = {"offset": {"x": 0, "y": 0, "z": 0}, "radius": 0.1}
+    document["extensions"]["VRM"]["secondaryAnimation"] = {
+        "colliderGroups": [{"node": 0, "colliders": [ball] * 15_000}],
+        "boneGroups": [{"bones": [1], "colliderGroups": [0] * 15_000}],
+    }
+
+
+def name_one_collider_often(document: Document) -> None:
+    document["extensions"]["VRMC_springBone"] = {
+        "colliders": [{"node": 0, "shape": {"sphere": {"radius": 0.1}}}],
+        "colliderGroups": [{"colliders": [0] * 15_000}],
+        "springs": [{"joints": [{"node": 1}, {"node": 2}], "colliderGroups": [0] * 15_000}],
+    }
+
+
+def touch_all_from_everywhere(document: Document) -> None:
+    """A thousand groups of all colliders, and springs that name all of them."""
+    document["extensions"]["VRMC_springBone"] = {
+        "colliders": [{"node": 0, "shape": {"sphere": {"radius": 0.1}}}] * 300,
+        "colliderGroups": [{"colliders": list(range(300))}] * 300,
+        "springs": [{"joints": [{"node": 1}, {"node": 2}], "colliderGroups": list(range(300))}] * 300,
+    }
+
+
+@pytest.mark.parametrize(
+    ("version", "change", "swinging"),
+    [
+        (0, name_one_group_often, 0),
+        (1, name_one_collider_often, 1),
+        (1, touch_all_from_everywhere, 0),
+    ],
+)
+def test_memory_does_not_grow_with_what_springs_name_again_and_again(
+    tmp_path: Path, version: int, change: Callable[[Document], None], swinging: int
+) -> None:
+    file = changed(Maker(version).write(tmp_path / "good.vrm"), tmp_path, change)
+    tracemalloc.start()
+    avatar = formats.read_avatar(file)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+    assert len(avatar.rig.joints) == swinging
+    assert len(avatar.rig.colliders) <= 1
+    too_many = "Its hair and clothes stay still: they have more springs than the studio can move."
+    assert avatar.notes == (() if swinging else (too_many,))
+
+
+def test_what_hangs_from_a_spring_is_walked_once_however_often_its_root_is_named(tmp_path: Path) -> None:
+    """A walk of 8,000 nodes takes milliseconds, 300,000 of them the better part of an hour."""
+
+    def hang(document: Document) -> None:
+        first = len(document["nodes"])
+        document["nodes"] += [{} for _ in range(8_000)]
+        document["nodes"][0].setdefault("children", []).append(first)
+        document["nodes"][first]["children"] = list(range(first + 1, first + 8_000))
+        group = {"bones": [first] * 300_000}
+        document["extensions"]["VRM"]["secondaryAnimation"] = {"boneGroups": [group], "colliderGroups": []}
+
+    avatar = formats.read_avatar(changed(Maker(0).write(tmp_path / "good.vrm"), tmp_path, hang))
+    assert not avatar.rig.joints
+    assert len(avatar.notes) == 1
 
 
 @pytest.mark.parametrize("share", [0.0, 0.0001, 0.3, 0.9, 0.999])

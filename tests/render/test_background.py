@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +45,20 @@ def test_an_image_covers_the_picture_and_a_broken_one_is_a_sentence(tmp_path: Pa
     with pytest.raises(StudioError) as error:
         Background(str(tmp_path / "broken.png")).painted(64, 64, DARK)
     assert error.value.what == "The background broken.png cannot be read as an image."
+
+
+@pytest.mark.parametrize("side", [9440, 10_000, 30_000])
+def test_an_image_larger_than_any_screen_is_refused_unread(tmp_path: Path, side: int) -> None:
+    file = tmp_path / "big.png"
+    Image.new("RGB", (8, 8)).save(file)
+    data = bytearray(file.read_bytes())
+    data[16:24] = struct.pack(">II", side, side)  # what its head claims
+    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    file.write_bytes(data)
+    with pytest.raises(StudioError) as error:
+        Background(str(file)).load()
+    assert error.value.what == "The background big.png has more than 89 megapixels."
+    assert error.value.remedy == "Make it smaller, or choose another PNG or JPEG."
 
 
 def layer(rgba: tuple[int, int, int, int]) -> FigureLayer:

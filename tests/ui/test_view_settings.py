@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 from studio import settings as preferences
 from studio.render.camera import Orbit
 from studio.settings import Settings
+from studio.ui import tasks
 from studio.ui.session import Session
 from studio.ui.view_settings import ViewSettings, orbit_of
 from studio.ui.widgets.background_menu import BackgroundButton
@@ -52,9 +54,36 @@ def test_an_image_that_cannot_be_read_is_said_and_changes_nothing(qtbot: QtBot, 
     pane, button, _ = seen(qtbot, session)
     pane.show()
     button.chosen.emit(str(tmp_path / "wall.png"))
-    assert session.settings.stage_background == "room"
-    said = [one.text() for one in pane.findChildren(QLabel)]
-    assert any("The background wall.png cannot be read as an image." in text for text in said)
+    said = "The background wall.png cannot be read as an image."
+    qtbot.waitUntil(lambda: any(said in one.text() for one in pane.findChildren(QLabel)))
+    assert session.settings.stage_background == button.background.text == "room"
+
+
+def test_an_image_is_read_where_nobody_waits_for_pictures(qtbot: QtBot, tmp_path: Path) -> None:
+    wall = str(tmp_path / "wall.png")
+    Image.new("RGB", (64, 48), "red").save(wall)
+    session = Session(Settings())
+    pane, button, _ = seen(qtbot, session)
+    button.chosen.emit(wall)
+    assert button.text() == "wall.png", "it is named at once"
+    assert pane.figure.background.is_room, "and painted when it is there"
+    qtbot.waitUntil(lambda: pane.figure.background.text == wall)
+    assert session.settings.stage_background == wall
+    later, _, _ = seen(qtbot, session)
+    assert later.figure.background.is_room
+    qtbot.waitUntil(lambda: later.figure.background.text == wall)
+
+
+def test_what_is_chosen_while_an_image_is_read_holds(qtbot: QtBot, tmp_path: Path) -> None:
+    wall = str(tmp_path / "wall.png")
+    Image.new("RGB", (64, 48), "red").save(wall)
+    session = Session(Settings())
+    pane, button, _ = seen(qtbot, session)
+    button.chosen.emit(wall)
+    button.chosen.emit("green")
+    assert tasks.wait()
+    qtbot.wait(1)
+    assert session.settings.stage_background == pane.figure.background.text == "#00B140"
 
 
 def test_an_image_that_is_gone_is_the_rooms_wall(qtbot: QtBot, tmp_path: Path) -> None:

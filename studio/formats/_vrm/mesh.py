@@ -91,6 +91,8 @@ def _local(node: dict[str, Any]) -> NDArray[np.float64]:
 MOST_VERTICES = 800_000
 MOST_TRIANGLES = 1_600_000
 """Twice as many take a quarter of a second a picture where no graphics card helps."""
+MOST_SURFACES = 1000
+"""Each is drawn by itself, however small: 12,000 took a second a picture. Avatars have some ten."""
 MOST_TARGETS = 20_000
 """Morph targets of all parts: a face has up to some hundred, and some ten parts."""
 MOST_NUMBERS = 150_000_000
@@ -162,6 +164,8 @@ class _Reader:
         if primitive.get("mode", _TRIANGLES) != _TRIANGLES or packed:
             self._left_out += 1
             return
+        if len(self._made) >= MOST_SURFACES:
+            raise too_large(self._glb.path)
         attributes = primitive["attributes"]
         at = self._floats(attributes["POSITION"], 3)
         corners = self._corners(primitive, len(at))

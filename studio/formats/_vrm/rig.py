@@ -47,7 +47,11 @@ def read_rig(glb: Glb, old: bool, nodes: Nodes, bones: Sequence[int]) -> tuple[R
         bones: the nodes of its bones; they are the rig's first.
     """
     reader = _Reader(glb, nodes)
-    springs = list(reader.springs_of_vrm0() if old else reader.springs())
+    try:
+        springs = list(reader.springs_of_vrm0() if old else reader.springs())
+    except _TooManyError:
+        notes = [_DAMAGED] if reader.damaged else []
+        return *_still(nodes, bones), [*notes, _TOO_MANY]
     constraints = list(reader.constraints())
     moved = list(dict.fromkeys([*bones, *(node for node, _ in constraints), *(node for node, _ in springs)]))
     notes = [_DAMAGED] if reader.damaged else []
@@ -55,13 +59,7 @@ def read_rig(glb: Glb, old: bool, nodes: Nodes, bones: Sequence[int]) -> tuple[R
     parents = tuple(int(above[node]) for node in moved)
     pairs = len(springs) * max((len(one["colliders"]) for _, one in springs), default=0)
     if len(moved) > MOST_NODES or _deepest(parents) > MOST_DEEP or pairs > MOST_PAIRS:
-        at = nodes.world[list(bones), :3, 3]
-        above = nodes.owners(list(bones), strictly=True)
-        return (
-            Rig(tuple(int(above[node]) for node in bones), at, len(bones)),
-            list(bones),
-            [*notes, _TOO_MANY],
-        )
+        return *_still(nodes, bones), [*notes, _TOO_MANY]
     rig = Rig(
         parents,
         nodes.world[moved, :3, 3],
@@ -77,6 +75,13 @@ def read_rig(glb: Glb, old: bool, nodes: Nodes, bones: Sequence[int]) -> tuple[R
         tuple(Collider(int(owners[node]), *shape) for node, *shape in reader.colliders),
     )
     return rig, moved, notes
+
+
+def _still(nodes: Nodes, bones: Sequence[int]) -> tuple[Rig, list[int]]:
+    """Nothing but bones, and their nodes."""
+    above = nodes.owners(list(bones), strictly=True)
+    rig = Rig(tuple(int(above[node]) for node in bones), nodes.world[list(bones), :3, 3], len(bones))
+    return rig, list(bones)
 
 
 def _deepest(parents: Sequence[int]) -> int:
@@ -95,6 +100,10 @@ def _deepest(parents: Sequence[int]) -> int:
     return deepest
 
 
+class _TooManyError(Exception):
+    """Springs name more than MOST_PAIRS of what they may touch."""
+
+
 class _Reader:
     def __init__(self, glb: Glb, nodes: Nodes) -> None:
         self._document, self._nodes = glb.document, nodes
@@ -102,6 +111,7 @@ class _Reader:
         self.damaged = 0
         self.colliders: list[tuple[Any, ...]] = []
         self._sprung: set[int] = set()
+        self._pairs = 0
         world = nodes.world[:, :3, :3]
         # Columns at length 1; nodes may be scaled.
         size = np.linalg.norm(world, axis=1, keepdims=True)
@@ -132,12 +142,12 @@ class _Reader:
             return
         known = [self._tried(self._collider, one) for one in _list(extension, "colliders")]
         groups = [
-            [c for i in _list(group, "colliders") for c in _at([[k] for k in known], i) if c is not None]
+            [c for i in _once(_list(group, "colliders"), len(known)) if (c := known[i]) is not None]
             for group in _list(extension, "colliderGroups")
         ]
         for spring in _list(extension, "springs"):
             joints = _list(spring, "joints")
-            touched = tuple(c for i in _list(spring, "colliderGroups") for c in _at(groups, i))
+            touched = self._touched(spring, groups, max(len(joints) - 1, 1))
             for one, after in pairwise(joints):
                 made = self._tried(self._joint, one, after, touched, spring.get("center", -1))
                 if made:
@@ -150,17 +160,32 @@ class _Reader:
             self._tried(self._colliders_of_vrm0, group) or () for group in _list(table, "colliderGroups")
         ]
         for spring in _list(table, "boneGroups"):
-            touched = tuple(c for i in _list(spring, "colliderGroups") for c in _at(groups, i))
+            touched = self._touched(spring, groups)
             values = self._tried(self._of_vrm0, spring)
             for root in _list(spring, "bones") if values else ():
                 walked = [root] if self._is_node(root) else []
                 self.damaged += not walked and root != -1
                 # Grows while it is walked; a tree, so it ends.
                 for node in walked:
+                    # Below one that swings all do: a file may name a root a hundred thousand times.
+                    if node in self._sprung or not values:
+                        continue
                     walked += self._entries[node].get("children", ())
-                    if node not in self._sprung and values:
-                        self._sprung.add(node)
-                        yield node, values | {"tail": self._tail_of_vrm0(node), "colliders": touched}
+                    self._sprung.add(node)
+                    self._count(len(touched))
+                    yield node, values | {"tail": self._tail_of_vrm0(node), "colliders": touched}
+
+    def _touched(self, spring: Any, groups: Sequence[Sequence[int]], joints: int = 1) -> tuple[int, ...]:
+        """What the joints of a spring may touch, each once."""
+        named = [groups[i] for i in _once(_list(spring, "colliderGroups"), len(groups))]
+        self._count(sum(len(group) for group in named) * joints)
+        return tuple(dict.fromkeys(c for group in named for c in group))
+
+    def _count(self, pairs: int) -> None:
+        """Stop before a small file fills the memory: it grows with the square of what a file lists."""
+        self._pairs += pairs
+        if self._pairs > MOST_PAIRS:
+            raise _TooManyError
 
     def _tried(self, read: Callable[..., T], *args: Any) -> T | None:
         """What could be read; what could not is counted."""
@@ -313,5 +338,6 @@ def _list(table: Any, name: str) -> Sequence[Any]:
     return found if isinstance(found, list) else ()
 
 
-def _at(groups: Sequence[Sequence[T]], index: Any) -> Sequence[T]:
-    return groups[index] if isinstance(index, int) and 0 <= index < len(groups) else ()
+def _once(indices: Sequence[Any], count: int) -> Iterable[int]:
+    """The indices that exist, each once."""
+    return dict.fromkeys(i for i in indices if isinstance(i, int) and 0 <= i < count)

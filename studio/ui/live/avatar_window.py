@@ -59,6 +59,8 @@ class AvatarWindow(QWidget):
         self.pane = Pane("avatar_window_pane", "", "", "mdi6.human", "figure")
         self.pane.set_see_through()
         self.figure = self.pane.figure
+        # A game that loads holds up a picture for seconds: no stick figure in front of viewers for that.
+        self.figure.keeps_avatar = True
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.pane)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QRect, QSignalBlocker, QTimer
 from studio.ipc.events import PoseEvent
 from studio.motion import Skeleton
 from studio.render.world_pose import WorldPose
+from studio.ui import messages
 from studio.ui.live.avatar_window import AvatarWindow, place_of, text_of
 from studio.ui.live.model import LiveModel
 from studio.ui.live.stream_view import StreamCard
@@ -55,6 +56,7 @@ class AvatarWindowPresenter(QObject):
         window.placed.connect(self._on_placed)
         window.on_top_chosen.connect(lambda on: self._session.change_settings(window_on_top=on))
         window.closed.connect(self._on_closed)
+        window.figure.avatar_too_slow.connect(self._on_too_slow)
         self._show_avatar()
         self._model.set_window(True)
         window.show()
@@ -71,6 +73,13 @@ class AvatarWindowPresenter(QObject):
             window.deleteLater()
         with QSignalBlocker(self._card.avatar_window):
             self._card.avatar_window.setChecked(False)
+
+    def _on_too_slow(self) -> None:
+        what = self.tr(
+            "This computer was too busy to draw the avatar window: it is coarser until that is over."
+        )
+        # In the main window: what stands in the avatar's own, viewers read.
+        messages.show_warning(self._card, what, self.tr("If it stays coarse, choose a simpler avatar."))
 
     def _on_placed(self, place: QRect) -> None:
         if text_of(place) != self._session.settings.window_place:

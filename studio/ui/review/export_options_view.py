@@ -9,8 +9,9 @@ from PySide6.QtCore import QRegularExpression, QSignalBlocker, Signal
 from PySide6.QtGui import QRegularExpressionValidator
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
+from studio.errors import StudioError
 from studio.render.background import ROOM, Background
-from studio.ui import theme
+from studio.ui import messages, tasks, theme
 from studio.ui.review.tune_controls import Fold
 from studio.ui.widgets.background_menu import BackgroundButton
 from studio.ui.widgets.card import label
@@ -52,6 +53,7 @@ class OptionsForm(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._opening = tasks.LatestTask(self)
         self._build_boxes()
         self._span_words, self._size_words = caption(self.tr("Span")), caption(self.tr("Picture"))
         grid = QGridLayout(self)
@@ -113,6 +115,7 @@ class OptionsForm(QWidget):
 
     def show_background(self, background: Background) -> None:
         """Propose what is behind: as the stage shows it."""
+        self._opening.drop()
         self.background.show_background(background)
         self.changed.emit()
 
@@ -174,7 +177,21 @@ class OptionsForm(QWidget):
         self.tuned.toggled.connect(lambda _: self.changed.emit())
 
     def _on_background(self, text: str) -> None:
-        self.show_background(Background.parse(text))
+        before = self.background.background
+
+        def refused(error: BaseException) -> None:
+            self.show_background(before)
+            messages.show_error(self, error)
+
+        try:
+            background = Background.parse(text)
+        except StudioError as error:
+            refused(error)
+            return
+        self.show_background(background)
+        if background.is_image:
+            # What cannot be read is said now, and not when the export fails.
+            self._opening.run(background.load, lambda _: None, refused)
 
     def _box(self, name: str, text: str) -> QComboBox:
         box = QComboBox()

@@ -16,6 +16,7 @@ from studio.ipc.commands import switch
 from studio.project import Project
 from studio.ui import theme
 from studio.ui.live.avatar_window import AvatarWindow
+from studio.ui.messages import Toast
 from tests.formats.avatars import Maker
 from tests.inference.live.runs import add_run
 from tests.ui.live.children import FakeChild, Room, pose, ready
@@ -120,6 +121,24 @@ def test_it_is_dragged_and_resized_and_stands_there_again(live: Room, qtbot: QtB
     assert not view.stream.avatar_window.isChecked()
     assert session.settings.window_place == "100,80,360,380"
     assert opened(live, qtbot).geometry() == QRect(100, 80, 360, 380)
+
+
+def test_a_busy_computer_makes_it_coarse_and_says_so_elsewhere(
+    live: Room, qtbot: QtBot, tmp_path: Path
+) -> None:
+    view, _, _ = live
+    window = opened(live, qtbot)
+    view.stage.avatar.wanted.emit(Maker(0).write(tmp_path / "a.vrm"))
+    qtbot.waitUntil(lambda: window.figure.avatar is not None)
+    for _ in range(12):
+        window.figure.note_cost(2.1)  # as while a game loads
+    assert window.figure.avatar is not None
+    assert window.figure.avatar.surfaces
+    said = [toast.text.text() for toast in view.findChildren(Toast)]
+    assert said == [
+        "This computer was too busy to draw the avatar window: it is coarser until that is over.",
+    ]
+    assert not window.findChildren(Toast), "viewers see that window"
 
 
 def test_escape_closes_it_and_the_button_in_live_as_well(live: Room, qtbot: QtBot) -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QScrollArea
+from PySide6.QtWidgets import QLabel, QScrollArea
 from pytestqt.qtbot import QtBot
 
 from studio.export.options import FormatChoice, format_choices
@@ -98,6 +98,20 @@ def test_a_film_that_cannot_be_transparent_says_which_can(panel: ExportPanel, tm
     panel.options.background.chosen.emit("#102030")
     assert panel.export.isEnabled()
     assert panel.options.options.background.text == "#102030"
+
+
+def test_an_image_that_cannot_be_read_is_said_when_it_is_chosen(
+    panel: ExportPanel, qtbot: QtBot, tmp_path: Path
+) -> None:
+    panel.options.show_background(CLEAR)
+    for name, what in (
+        ("gone.png", "There is no background called"),
+        ("wall.png", "The background wall.png cannot be read as an image."),
+    ):
+        panel.options.background.chosen.emit(str(tmp_path / name))
+        qtbot.waitUntil(lambda what=what: any(what in one.text() for one in panel.findChildren(QLabel)))
+        assert panel.options.options.background.is_clear, "the one before"
+        (tmp_path / "wall.png").write_bytes(b"no picture")
 
 
 def test_a_size_may_be_typed(panel: ExportPanel) -> None:

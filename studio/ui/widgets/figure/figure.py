@@ -57,7 +57,7 @@ class StickFigure(QWidget):
     Signals:
         view_changed: the camera moved; carries an Orbit.
         empty_clicked: the button of the empty room.
-        avatar_too_slow: the avatar's surfaces are left away from now on.
+        avatar_too_slow: the avatar's surfaces are left away from now on; with `keeps_avatar` they get coarse.
     """
 
     view_changed = Signal(object)
@@ -80,6 +80,8 @@ class StickFigure(QWidget):
         self.orbit = Orbit()
         self.view_buttons_shown = True
         """False where a tab offers one set of view buttons for several figures."""
+        self.keeps_avatar = self._slow_told = False
+        """Set where others watch: an avatar that takes too long gets coarse, and never a stick figure."""
         self.renders = 0
         """Pictures made so far; for measuring."""
         self._scene: RenderScene | None = None
@@ -138,6 +140,7 @@ class StickFigure(QWidget):
         """Draw an avatar instead of the stick figure; None for the stick figure."""
         if avatar is not self._avatar:
             self._avatar = avatar
+            self._slow_told = False
             self._costs.clear()
             self._detail.begin_anew()
             self._request()
@@ -455,7 +458,14 @@ class StickFigure(QWidget):
         quickest = min(self._costs)
         always = len(self._costs) == _COSTS_KEPT and quickest > TOO_SLOW
         if always or (len(self._costs) >= _COSTS_ENOUGH and quickest > FAR_TOO_SLOW):
-            self.set_avatar(replace(self._avatar, surfaces=(), expressions=()))
+            if self.keeps_avatar:
+                self._costs.clear()
+                self._detail.go_coarsest()
+                if self._slow_told:
+                    return
+            else:
+                self.set_avatar(replace(self._avatar, surfaces=(), expressions=()))
+            self._slow_told = True
             self.avatar_too_slow.emit()
 
     # Buttons over the picture

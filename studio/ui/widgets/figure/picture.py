@@ -180,6 +180,10 @@ class Detail:
         """Something else is drawn, or in another size."""
         self._go(USUAL)
 
+    def go_coarsest(self) -> None:
+        """Pictures hold up everything: no more than must be, until they are quick again."""
+        self._go(len(SHARES) - 1)
+
     def _go(self, step: int) -> None:
         self._step = step
         self._costs.clear()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QToolButton
+from pytestqt.qtbot import QtBot
 
 from studio import formats
 from studio.motion.skeleton import Skeleton
@@ -15,7 +18,7 @@ from studio.render.background import CLEAR, ROOM, Background
 from studio.render.camera import FRAMINGS, Orbit, project, to_picture
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
-from studio.ui.widgets.figure.figure import TOO_SLOW, StickFigure
+from studio.ui.widgets.figure.figure import FAR_TOO_SLOW, TOO_SLOW, StickFigure
 from studio.ui.widgets.figure.pane import Pane
 from studio.ui.widgets.figure.picture import EASY, FINE_EASY, FINE_SLOW, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
@@ -212,6 +215,20 @@ def test_an_avatar_that_draws_too_slowly_becomes_a_figure_of_its_size(figure, qt
     assert not figure.avatar.surfaces
 
 
+def test_in_front_of_viewers_an_avatar_that_draws_too_slowly_stays(
+    figure: StickFigure, qtbot: QtBot, tmp_path: Path
+) -> None:
+    avatar = formats.read_avatar(Maker(0).write(tmp_path / "a.vrm"))
+    figure.keeps_avatar = True
+    figure.set_avatar(avatar)
+    told = []
+    figure.avatar_too_slow.connect(lambda: told.append(1))
+    for _ in range(20):
+        figure.note_cost(FAR_TOO_SLOW + 1.0)
+    assert figure.avatar is avatar
+    assert told == [1], "once is enough"
+
+
 def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tmp_path) -> None:
     figure.set_avatar(formats.read_avatar(Maker(0, head=3.0).write(tmp_path / "a.vrm")))
     skeleton, world = t_pose()
@@ -310,6 +327,13 @@ def test_only_what_costs_nearly_nothing_is_drawn_finer_than_the_screen() -> None
     assert after(detail, *[EASY / 4] * 20) == 1.0
     assert after(detail, *[FINE_EASY / 5] * 12) == SHARES[0] > 1.0
     assert after(detail, *[FINE_SLOW * 1.1] * 12) == 1.0, "pictures a second come first"
+
+
+def test_what_holds_up_everything_is_coarse_at_once_and_fine_again_when_that_is_over() -> None:
+    detail = Detail()
+    detail.go_coarsest()
+    assert detail.share == SHARES[-1]
+    assert after(detail, *[FINE_EASY / 10] * 60) >= 1.0
 
 
 def test_another_size_begins_anew() -> None:
