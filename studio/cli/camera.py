@@ -124,7 +124,8 @@ def _look(path: Path, out: Output) -> None:
     from studio.tracking.video import look
 
     with as_request():
-        picture, faces = look(path, face_model.need_model())
+        found = look(path, face_model.need_model())
+    picture, faces = found.picture, found.faces
     height, width = picture.shape[:2]
     boxes = []
     for face in faces:

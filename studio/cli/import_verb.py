@@ -42,8 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     videos = parser.add_argument_group("videos")
     videos.add_argument(
-        "--face", type=int, default=0, metavar="N", help="the Nth face from the left; the largest by default"
-    )
+        "--face", type=int, default=0, metavar="N",
+        help="the Nth face as `saia camera --look` counts them from the left; the largest by default",
+    )  # fmt: skip
     videos.add_argument(
         "--box",
         metavar="X,Y,W,H",

@@ -21,6 +21,7 @@ from studio.tracking.video import (
     TrackingProgress,
     VideoOptions,
     has_pictures,
+    look,
     pictures,
     track_video,
 )
@@ -35,6 +36,8 @@ from tests.tracking.faces import (
     needs_tracking,
     picture,
     use_model,
+    write_latecomer,
+    write_swap,
     write_two_faces,
     write_video,
 )
@@ -138,22 +141,51 @@ def test_of_two_faces_the_largest_unless_asked_otherwise(tmp_path: Path, model: 
     assert error.value.what == "two.mp4 shows 2 faces at most, so there is no face 3."
 
 
+def test_who_joins_later_is_tracked_where_they_were_pointed_at(tmp_path: Path, model: Path) -> None:
+    path = write_latecomer(tmp_path / "late.mp4")
+    looked = look(path, model)
+    assert len(looked.faces) == 3
+    assert looked.t >= 18 * FRAME
+    middle, found = track(path, model, VideoOptions(face=2))
+    assert np.ptp(head(middle)[2]) > 14
+    assert middle.times[0] == pytest.approx(18 * FRAME, abs=2 * FRAME)
+    assert next(span for span in found.left_out if span[2] == NO_FACE)[0] == 0.0
+    for side in (1, 3):
+        motion = track(path, model, VideoOptions(face=side))[0]
+        assert len(motion.times) == 45, "followed back to the beginning"
+        assert np.ptp(head(motion)[2]) < 8
+
+
+class PoweredOffError(Exception):
+    pass
+
+
+def break_off(path: Path, model: Path, part: float) -> None:
+    def power_off(progress: TrackingProgress) -> None:
+        if progress.part > part:
+            raise PoweredOffError
+
+    with pytest.raises(PoweredOffError):
+        track_video(path, model, on_progress=power_off)
+
+
+def test_a_break_changes_nobody(tmp_path: Path, model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("studio.tracking.video.BLOCK", 10)
+    path = write_swap(tmp_path / "swap.mp4")
+    break_off(path, model, 0.7)
+    assert BlockStore(path, LARGEST.box).load()
+    # The one who is the largest at the beginning, though not where tracking goes on.
+    assert np.ptp(head(track(path, model)[0])[2]) < 3
+
+
 def test_a_break_costs_no_more_than_a_block(
     talk: Path, model: Path, tracked: tuple[Motion, TrackedVideo], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(raw, "BLOCK", 20)
     monkeypatch.setattr("studio.tracking.video.BLOCK", 20)
 
-    class PoweredOffError(Exception):
-        pass
-
-    def power_off(progress: TrackingProgress) -> None:
-        if progress.part > 0.6:
-            raise PoweredOffError
-
-    with pytest.raises(PoweredOffError):
-        track_video(talk, model, on_progress=power_off)
-    kept = BlockStore(talk, (VideoOptions(), False)).load()
+    break_off(talk, model, 0.6)
+    kept = BlockStore(talk, LARGEST.box).load()
     assert len(kept) >= 2
     seen: list[float] = []
     found = track_video(talk, model, on_progress=lambda progress: seen.append(progress.part))
@@ -161,7 +193,7 @@ def test_a_break_costs_no_more_than_a_block(
     assert found.motion is not None
     assert np.allclose(found.motion.times, tracked[0].times)
     assert np.abs(found.motion.shapes - tracked[0].shapes).max() < 0.25
-    assert BlockStore(talk, (VideoOptions(), False)).load() == []
+    assert BlockStore(talk, LARGEST.box).load() == []
 
 
 def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
