@@ -123,7 +123,7 @@ def track_video(
 ) -> TrackedVideo:
     """Track a face through a video.
 
-    What was tracked before a break is gone on with.
+    What was tracked before a break is gone on with, and kept until somebody calls `forget`.
 
     Args:
         path: any video FFmpeg reads.
@@ -145,13 +145,17 @@ def track_video(
     found = picked(
         _track(path, model, options, looked, duration, store, on_progress), looked.place(options.face)
     )
-    store.discard()
     if not found.seen.any():
         return TrackedVideo(None)
     notes = []
     if faces > 1 and not options.face:
         notes.append(f"{path.name} shows {faces} faces; the largest was tracked.")
     return _tracked(found, sound_start, tuple(notes))
+
+
+def forget(path: Path, options: VideoOptions) -> None:
+    """Keep no longer what was tracked of a video: its take is written."""
+    BlockStore(path, options.box).discard()
 
 
 def _clock_of(path: Path) -> tuple[float, float]:

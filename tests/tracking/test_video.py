@@ -20,6 +20,7 @@ from studio.tracking.video import (
     TrackedVideo,
     TrackingProgress,
     VideoOptions,
+    forget,
     has_pictures,
     look,
     pictures,
@@ -193,6 +194,8 @@ def test_a_break_costs_no_more_than_a_block(
     assert found.motion is not None
     assert np.allclose(found.motion.times, tracked[0].times)
     assert np.abs(found.motion.shapes - tracked[0].shapes).max() < 0.25
+    assert BlockStore(talk, LARGEST.box).load(), "kept until its take is written"
+    forget(talk, LARGEST)
     assert BlockStore(talk, LARGEST.box).load() == []
 
 
