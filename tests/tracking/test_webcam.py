@@ -106,6 +106,31 @@ def test_a_calibration_takes_the_face_at_rest_off_and_is_kept(webcam: Webcam, ea
     assert calibration_file().is_file()
 
 
+@pytest.mark.parametrize("back_again", [False, True])
+def test_a_calibration_without_a_face_changes_nothing_and_says_so(
+    tmp_path: Path, model: Path, ear: Ear, back_again: bool
+) -> None:
+    save_calibration(Calibration(np.full(52, 0.05)))
+    nobody, shouting = [Look(gone=True)] * 66, [Look(open=18, yaw=12)] * 24
+    film = write_video(tmp_path / "away.mp4", [*nobody, *(shouting if back_again else [])])
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", ear.port)
+    try:
+        webcam.step()
+        webcam.calibrate()
+        while webcam.status.calibrating:
+            webcam.step()
+        while webcam.status.hints[0] != "not_calibrated":
+            webcam.step()
+        if back_again:
+            while not webcam.status.face:
+                webcam.step()
+    finally:
+        webcam.close()
+    kept = load_calibration()
+    assert kept is not None
+    assert kept.neutral == pytest.approx(np.full(52, 0.05))
+
+
 def test_a_damaged_calibration_is_none() -> None:
     save_calibration(Calibration(gains={"JawOpen": 1.2}))
     found = load_calibration()
