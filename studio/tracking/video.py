@@ -215,7 +215,8 @@ def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Ite
 def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None) -> Picture:
     """A frame of PyAV's as RGB, upright, no wider than needed, and nothing of it outside of a box."""
     scale = 1.0 if box else min(_WIDEST / max(frame.width, 1), 1.0)
-    size = {} if scale == 1.0 else {"width": int(frame.width * scale), "height": int(frame.height * scale)}
+    width, height = max(int(frame.width * scale), 1), max(int(frame.height * scale), 1)
+    size = {} if scale == 1.0 else {"width": width, "height": height}
     picture: Picture = frame.to_ndarray(format="rgb24", **size)
     # Phones held upright write pictures that lie on their side, and say so.
     if quarter := round(getattr(frame, "rotation", 0) / 90) % 4:
@@ -223,9 +224,10 @@ def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None)
     if box is not None:
         height, width = picture.shape[:2]
         x, y, w, h = box
-        picture = picture[
-            round(y * height) : round((y + h) * height), round(x * width) : round((x + w) * width)
-        ]
+        top, left = min(round(y * height), height - 1), min(round(x * width), width - 1)
+        # At least a pixel, however small the picture.
+        bottom, right = max(round((y + h) * height), top + 1), max(round((x + w) * width), left + 1)
+        picture = picture[top:bottom, left:right]
     return picture
 
 
