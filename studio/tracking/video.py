@@ -39,6 +39,7 @@ _LOST_S = 0.1
 _STILL_S = 1.0
 _CUT_S = 0.07
 _BREAK_S = 0.25
+_SHORT_S = 1.0
 _FACTS_EVERY = 4
 NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
 """Why a span is left out."""
@@ -150,6 +151,12 @@ def track_video(
     notes = []
     if faces > 1 and not options.face:
         notes.append(f"{path.name} shows {faces} faces; the largest was tracked.")
+    shown = float(found.times[-1] - found.times[0])
+    if duration - shown > _SHORT_S:
+        notes.append(
+            f"Only {shown:.1f} of the {duration:.1f} seconds of {path.name} have pictures that can be read; "
+            "if it plays longer elsewhere, convert it there and import it again."
+        )
     return _tracked(found, sound_start, tuple(notes))
 
 
@@ -172,15 +179,49 @@ def _clock_of(path: Path) -> tuple[float, float]:
             start = float((stream.start_time or 0) * stream.time_base)
             if container.streams.audio:
                 # The first frame that comes out: what encoders put before it is cut off by then.
-                first = next((one for one in container.decode(audio=0) if one.time is not None), None)
-                start = float(first.time) if first is not None and first.time is not None else start
+                heard = _first_heard(container)
+                start = start if heard is None else heard
             return duration, start
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise _unreadable(path) from error
 
 
+def _first_heard(container: Any) -> float | None:
+    """When the first sample is heard, which is silence where it is damaged; None without any."""
+    damaged = 0
+    for packet in _packets(container, container.streams.audio[0]):
+        for frame in _decoded(packet):
+            if frame is None:
+                damaged += 1
+            elif frame.time is not None:
+                return float(frame.time) - damaged * frame.samples / frame.sample_rate
+    return None
+
+
+def _packets(container: Any, stream: Any) -> Iterator[Any]:
+    """The packets of a stream, up to where a damaged file cannot be taken apart any more."""
+    import av
+
+    try:
+        yield from container.demux(stream)
+    except av.FFmpegError:
+        return
+
+
+def _decoded(packet: Any) -> list[Any]:
+    """The frames of a packet, None for one that is damaged."""
+    import av
+
+    try:
+        return list(packet.decode())
+    except av.FFmpegError:
+        return [None]
+
+
 def _unreadable(path: Path) -> StudioError:
-    return StudioError(f"{path.name} cannot be read as a video.", "Convert it to MP4, or choose another.")
+    is_mp4 = path.suffix.lower() in (".mp4", ".m4v")
+    advice = "Copy it again from where it came" if is_mp4 else "Convert it to MP4"
+    return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
 
 
 def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Iterator[tuple[float, Picture]]:
@@ -199,14 +240,10 @@ def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Ite
             container.seek(int(after / stream.time_base), stream=stream)
         rate = float(stream.average_rate or 30)
         least = 1 / MOST_FPS if rate > MOST_FPS else 0.0
-        for packet in container.demux(stream):
-            try:
-                frames = packet.decode()
-            except av.FFmpegError:
-                continue
-            for frame in frames:
+        for packet in _packets(container, stream):
+            for frame in _decoded(packet):
                 # Half a frame of room: times are rounded in files.
-                if frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
+                if frame is None or frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
                     continue
                 last = frame.time
                 yield last, picture_of(frame, options.box)
@@ -292,7 +329,8 @@ def _keyframe(path: Path, options: VideoOptions, t: float) -> tuple[float, Pictu
         with av.open(str(path.absolute())) as container:
             stream = _stream(container)
             container.seek(int(t / stream.time_base), stream=stream)
-            frame = next(container.decode(stream), None)
+            frames = (frame for packet in _packets(container, stream) for frame in _decoded(packet))
+            frame = next((one for one in frames if one is not None), None)
             return (float(frame.time or 0.0), picture_of(frame, options.box)) if frame is not None else None
     except av.FFmpegError:
         return None

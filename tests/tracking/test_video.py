@@ -6,11 +6,13 @@ import struct
 from itertools import pairwise
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
+from studio.sound.sound_file import read_sound
 from studio.tracking import raw
 from studio.tracking.raw import BlockStore
 from studio.tracking.video import (
@@ -32,8 +34,11 @@ from tests.tracking.faces import (
     MODEL,
     OPEN_S,
     OPENS,
+    RATE,
     ROLL,
     Look,
+    bursts,
+    look_at,
     needs_tracking,
     picture,
     use_model,
@@ -227,6 +232,32 @@ def test_a_phone_held_upright_films_upright_faces(tmp_path: Path, model: Path) -
     assert abs(np.median(apart)) < 5.0
 
 
+def test_pictures_that_end_before_their_time_are_said(tmp_path: Path, model: Path) -> None:
+    path = write_video(tmp_path / "cut.mkv", [Look(roll=i / 9) for i in range(60)])
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+    motion, found = track(path, model)
+    assert motion.times[-1] < 1.0
+    (note,) = found.notes
+    assert note.startswith("Only 0.")
+    assert " of the 2.0 seconds of cut.mkv have pictures that can be read; " in note
+
+
+def test_a_damaged_sound_costs_no_pictures_and_no_sync(tmp_path: Path, model: Path) -> None:
+    looks = [look_at(i / FPS) for i in range(60)]
+    path = write_video(tmp_path / "crackle.mp4", looks, bursts(2.0, OPENS, OPEN_S))
+    whole = track(path, model)[0]
+    with av.open(str(path)) as film:
+        bad = [(one.pos, one.size) for one in film.demux(audio=0) if one.size][1:5]
+    data = bytearray(path.read_bytes())
+    for at, size in bad:
+        data[at : at + size] = bytes(k * 7 & 255 for k in range(size))
+    path.write_bytes(data)
+    assert read_sound(path).samples.shape[0] / RATE == pytest.approx(2.0, abs=0.1)
+    mended = track(path, model)[0]
+    assert mended.times[0] == pytest.approx(whole.times[0], abs=0.07)
+    assert mended.times[-1] == pytest.approx(whole.times[-1], abs=0.07)
+
+
 def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:
     nonsense = tmp_path / "nonsense.mp4"
     nonsense.write_bytes(b"\0\1\2" * 99)
@@ -234,3 +265,4 @@ def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:
     with pytest.raises(StudioError) as error:
         track_video(nonsense, model)
     assert error.value.what == "nonsense.mp4 cannot be read as a video."
+    assert error.value.remedy == "Copy it again from where it came, or choose another."
