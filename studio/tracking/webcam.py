@@ -31,7 +31,7 @@ from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame
 
 PREVIEW_WIDTH = 320
-_RATE_SPAN_S = 2.0
+_RATE_SPAN_S, _LEAST_RATE_SPAN_S = 2.0, 0.3
 _LOST_S = 0.3
 # Pictures of a face that tell how it is at rest, of the slowest cameras too.
 _FEWEST = 3
@@ -173,8 +173,9 @@ class Webcam:
         """How it is doing now."""
         now = clock.now()
         lately = [t for t in self._taken if t > now - _RATE_SPAN_S]
-        span = lately[-1] - lately[0] if len(lately) > 5 else 0.0
-        fps = (len(lately) - 1) / span if span > 0 else 0.0
+        span = lately[-1] - lately[0] if lately else 0.0
+        # The first picture takes longer than those behind it, and alone would be called slow.
+        fps = (len(lately) - 1) / span if span > _LEAST_RATE_SPAN_S else 0.0
         codes: tuple[str, ...] = ()
         if self._last is not None:
             picture, face = self._last
