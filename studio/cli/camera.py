@@ -124,7 +124,8 @@ def _look(path: Path, out: Output) -> None:
     from studio.tracking.video import look
 
     with as_request():
-        picture, faces = look(path, face_model.need_model())
+        found = look(path, face_model.need_model())
+    picture, faces = found.picture, found.faces
     height, width = picture.shape[:2]
     boxes = []
     for face in faces:
@@ -199,7 +200,11 @@ def _device(text: str) -> str:
         return text
     found = cameras()
     if not text and not found:
-        raise RequestError("No camera was found.", "Plug one in, or name a video with --device.")
+        raise RequestError(
+            "No camera was found.",
+            "Plug one in, or name a video with --device.",
+            in_window="Plug one in, or choose “Play a video instead…” in the list of cameras.",
+        )
     named = [one.id for one in found if text in ("", one.id, one.title)]
     # What is not listed is tried all the same: not every system lists its cameras.
     return named[0] if named else text

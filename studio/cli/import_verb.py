@@ -42,8 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     videos = parser.add_argument_group("videos")
     videos.add_argument(
-        "--face", type=int, default=0, metavar="N", help="the Nth face from the left; the largest by default"
-    )
+        "--face", type=int, default=0, metavar="N",
+        help="the Nth face as `saia camera --look` counts them from the left; the largest by default",
+    )  # fmt: skip
     videos.add_argument(
         "--box",
         metavar="X,Y,W,H",
@@ -82,6 +83,7 @@ def _import_all(
     """Ids of the takes made, and why the others could not be."""
     from studio.cli._project import offer_table, save_bone_table
     from studio.formats._find import read_all
+    from studio.tracking.video import forget
 
     takes: list[str] = []
     failed: list[StudioError] = []
@@ -92,6 +94,9 @@ def _import_all(
                 offer_table(source, imported, None, out)
                 raise RequestError(imported.what, imported.remedy)
             take = _save(project, imported, source.format)
+            if source.format == "video":
+                # Only now: a disk that is full at this moment costs no hours of tracking.
+                forget(source.path, videos.options)
         except StudioError as error:
             failed.append(error)
             # With one recording the command fails with this very sentence.

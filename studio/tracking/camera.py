@@ -141,7 +141,7 @@ class CameraReader:
                 if self._ended.is_set():
                     return
         except (av.FFmpegError, OSError, ValueError) as error:
-            self._error = _refused(self._device, error)
+            self._error = _unreadable(self._device) if self._is_file else _refused(self._device, error)
         else:
             self._error = InputError("The camera stopped.", "Plug it in again, or choose another.")
         self._arrived.set()
@@ -182,8 +182,12 @@ def _opened_file(path: str) -> Any:
         if not container.streams.video:
             raise InputError(f"There are no pictures in {Path(path).name}.", "Choose a video.")
     except (av.FFmpegError, OSError, ValueError) as error:
-        raise _refused(path, error) from error
+        raise _unreadable(path) from error
     return container
+
+
+def _unreadable(path: str) -> InputError:
+    return InputError(f"{Path(path).name} cannot be read as a video.", "Choose another, or a camera.")
 
 
 def _opened(device: str, size: tuple[int, int], fps: float) -> Any:

@@ -92,6 +92,9 @@ class FaceLandmarker:
         Args:
             picture: (H, W, 3).
             t: when it was taken, seconds; later than the one before.
+
+        Raises:
+            StudioError: MediaPipe gives up; it finds nothing any more.
         """
         image = self._image(image_format=self._format, data=np.ascontiguousarray(picture))
         # Whole milliseconds that must rise.
@@ -111,12 +114,24 @@ class FaceLandmarker:
 
     def close(self) -> None:
         """Let go of the model."""
-        self._landmarker.close()
+        try:
+            self._landmarker.close()
+        except RuntimeError:
+            # It says once more why a picture failed, keeps its handle, and so closes itself again when it is
+            # collected; if that is while another one opens, both wait for ever. MediaPipe 1.2.2.
+            self._landmarker._handle = None
 
     def _run(self, image: Any) -> Any:
-        if self._stills:
-            return self._landmarker.detect(image)
-        return self._landmarker.detect_for_video(image, self._last_ms)
+        try:
+            if self._stills:
+                return self._landmarker.detect(image)
+            return self._landmarker.detect_for_video(image, self._last_ms)
+        except RuntimeError as error:
+            height, width = image.height, image.width
+            raise StudioError(
+                f"MediaPipe failed in a picture of {width} x {height} pixels.",
+                "Try again; if it fails again, use another video or another tracker.",
+            ) from error
 
 
 def _weights(scores: Any) -> NDArray[np.float32]:

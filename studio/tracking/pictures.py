@@ -126,6 +126,7 @@ def is_turned(turn: NDArray[np.floating]) -> bool:
 
 
 HINTS = {
+    "not_calibrated": "I saw no face to calibrate by. Look into the camera and press Calibrate again.",
     "no_face": "I see no face. Sit in front of the camera.",
     "dark": "Too dark. Turn a lamp towards your face.",
     "small": "Your face is too small. Come closer.",

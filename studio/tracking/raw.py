@@ -16,22 +16,22 @@ from studio.motion.channels import ARKIT_SHAPES
 from studio.tracking.landmarker import Face
 from studio.tracking.pictures import PictureFacts
 
-_VERSION = 1
+_VERSION = 2
 _S = len(ARKIT_SHAPES)
-_WIDTH = _S + 4 + 7
+_WIDTH = _S + 4 + 2 + 7
 BLOCK = 600
-"""Frames of a block: what a break costs at most."""
+"""Pictures of a block: what a break costs at most."""
 _MOST_BYTES = 500e6
 
 
 @dataclass(frozen=True, eq=False)
 class RawFaces:
-    """Frames of a video, with the face in each; zeros where none was seen.
+    """Pictures of a video: a row for each face, or one of zeros where none was seen.
 
     Args:
-        times: when they are shown, seconds of the file, float64 (T,).
-        values: weights, the head's turn, then light, sharpness, size, how many faces, and whether the face
-            was seen, a cut lies before, the picture is the one before; float32 (T, 63).
+        times: when they are shown, seconds of the file, float64 (T,); rows of one picture share theirs.
+        values: weights, the head's turn, the face's middle, then light, sharpness, size, how many faces, and
+            whether the face was seen, a cut lies before, the picture is the one before; float32 (T, 65).
     """
 
     times: NDArray[np.float64]
@@ -46,6 +46,11 @@ class RawFaces:
     def turns(self) -> NDArray[np.float64]:
         """Of the head, (T, 4)."""
         return self.values[:, _S : _S + 4].astype(np.float64)
+
+    @property
+    def places(self) -> NDArray[np.float32]:
+        """Middle and size of the faces, pixels, (T, 3)."""
+        return self.values[:, [_S + 4, _S + 5, -5]]
 
     @property
     def light(self) -> NDArray[np.float32]:
@@ -82,14 +87,22 @@ class RawFaces:
         """Whether a picture is the very one before, (T,)."""
         return np.asarray(self.values[:, -1] > 0)
 
+    def only(self, rows: NDArray[np.intp], there: NDArray[np.bool_]) -> RawFaces:
+        """Some of the rows; where the face is not `there`, of their pictures only."""
+        values = self.values[rows]
+        values[~there, : _S + 6] = 0.0
+        values[~there, -6:-4] = 0.0
+        values[~there, -3] = 0.0
+        return RawFaces(self.times[rows], values)
+
 
 def row_of(
     face: Face | None, turn: NDArray[np.floating], facts: PictureFacts, faces: int, cut: bool, same: bool
 ) -> NDArray[np.float32]:
-    """One frame as a row of RawFaces.values."""
+    """One face of a picture as a row of RawFaces.values; None is a picture without one."""
     row = np.zeros(_WIDTH, dtype=np.float32)
     if face is not None:
-        row[:_S], row[_S : _S + 4] = face.weights, turn
+        row[:_S], row[_S : _S + 4], row[_S + 4 : _S + 6] = face.weights, turn, face.centre
     row[-7:] = facts.light, facts.sharpness, facts.size, faces, face is not None, cut, same
     return row
 

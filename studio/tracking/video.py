@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
 from studio.tracking import raw
+from studio.tracking.choice import FaceChoice, Place, picked
 from studio.tracking.face import head_turn, motion_of, usual_of
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
 from studio.tracking.pictures import (
@@ -34,12 +35,11 @@ MOST_FPS = 31.0
 MOST_FACES = 5
 _WIDEST = 1280
 _PROBES = 12
-# A face that jumps farther than this many of its sizes is another one's.
-_REACH = 1.5
 _LOST_S = 0.1
 _STILL_S = 1.0
 _CUT_S = 0.07
 _BREAK_S = 0.25
+_SHORT_S = 1.0
 _FACTS_EVERY = 4
 NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
 """Why a span is left out."""
@@ -65,7 +65,7 @@ class VideoOptions:
     """Whose face, and where.
 
     Args:
-        face: counted from the left as they are first seen together, 1 and up; 0 is the largest.
+        face: counted from the left in the picture that `look` finds, 1 and up; 0 is the largest.
         box: x, y, width, height as parts of the picture: nothing outside of it is looked at; None is all.
     """
 
@@ -124,7 +124,7 @@ def track_video(
 ) -> TrackedVideo:
     """Track a face through a video.
 
-    What was tracked before a break is gone on with.
+    What was tracked before a break is gone on with, and kept until somebody calls `forget`.
 
     Args:
         path: any video FFmpeg reads.
@@ -137,19 +137,32 @@ def track_video(
         StudioError: it cannot be read, or MediaPipe does not run.
     """
     duration, sound_start = _clock_of(path)
-    faces = len(look(path, model, options)[1])
+    looked = look(path, model, options)
+    faces = len(looked.faces)
     if options.face > max(faces, 1):
         what = f"{path.name} shows {faces} faces at most, so there is no face {options.face}."
         raise RequestError(what, "Choose a smaller number, or a box around the face.")
-    store = BlockStore(path, (options, faces > 1))
-    found = _track(path, model, options, faces, duration, store, on_progress)
-    store.discard()
+    store = BlockStore(path, options.box)
+    found = picked(
+        _track(path, model, options, looked, duration, store, on_progress), looked.place(options.face)
+    )
     if not found.seen.any():
         return TrackedVideo(None)
     notes = []
     if faces > 1 and not options.face:
         notes.append(f"{path.name} shows {faces} faces; the largest was tracked.")
+    shown = float(found.times[-1] - found.times[0])
+    if duration - shown > _SHORT_S:
+        notes.append(
+            f"Only {shown:.1f} of the {duration:.1f} seconds of {path.name} have pictures that can be read; "
+            "if it plays longer elsewhere, convert it there and import it again."
+        )
     return _tracked(found, sound_start, tuple(notes))
+
+
+def forget(path: Path, options: VideoOptions) -> None:
+    """Keep no longer what was tracked of a video: its take is written."""
+    BlockStore(path, options.box).discard()
 
 
 def _clock_of(path: Path) -> tuple[float, float]:
@@ -166,15 +179,49 @@ def _clock_of(path: Path) -> tuple[float, float]:
             start = float((stream.start_time or 0) * stream.time_base)
             if container.streams.audio:
                 # The first frame that comes out: what encoders put before it is cut off by then.
-                first = next((one for one in container.decode(audio=0) if one.time is not None), None)
-                start = float(first.time) if first is not None and first.time is not None else start
+                heard = _first_heard(container)
+                start = start if heard is None else heard
             return duration, start
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise _unreadable(path) from error
 
 
+def _first_heard(container: Any) -> float | None:
+    """When the first sample is heard, which is silence where it is damaged; None without any."""
+    damaged = 0
+    for packet in _packets(container, container.streams.audio[0]):
+        for frame in _decoded(packet):
+            if frame is None:
+                damaged += 1
+            elif frame.time is not None:
+                return float(frame.time) - damaged * frame.samples / frame.sample_rate
+    return None
+
+
+def _packets(container: Any, stream: Any) -> Iterator[Any]:
+    """The packets of a stream, up to where a damaged file cannot be taken apart any more."""
+    import av
+
+    try:
+        yield from container.demux(stream)
+    except av.FFmpegError:
+        return
+
+
+def _decoded(packet: Any) -> list[Any]:
+    """The frames of a packet, None for one that is damaged."""
+    import av
+
+    try:
+        return list(packet.decode())
+    except av.FFmpegError:
+        return [None]
+
+
 def _unreadable(path: Path) -> StudioError:
-    return StudioError(f"{path.name} cannot be read as a video.", "Convert it to MP4, or choose another.")
+    is_mp4 = path.suffix.lower() in (".mp4", ".m4v")
+    advice = "Copy it again from where it came" if is_mp4 else "Convert it to MP4"
+    return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
 
 
 def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Iterator[tuple[float, Picture]]:
@@ -193,14 +240,10 @@ def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Ite
             container.seek(int(after / stream.time_base), stream=stream)
         rate = float(stream.average_rate or 30)
         least = 1 / MOST_FPS if rate > MOST_FPS else 0.0
-        for packet in container.demux(stream):
-            try:
-                frames = packet.decode()
-            except av.FFmpegError:
-                continue
-            for frame in frames:
+        for packet in _packets(container, stream):
+            for frame in _decoded(packet):
                 # Half a frame of room: times are rounded in files.
-                if frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
+                if frame is None or frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
                     continue
                 last = frame.time
                 yield last, picture_of(frame, options.box)
@@ -209,7 +252,8 @@ def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Ite
 def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None) -> Picture:
     """A frame of PyAV's as RGB, upright, no wider than needed, and nothing of it outside of a box."""
     scale = 1.0 if box else min(_WIDEST / max(frame.width, 1), 1.0)
-    size = {} if scale == 1.0 else {"width": int(frame.width * scale), "height": int(frame.height * scale)}
+    width, height = max(int(frame.width * scale), 1), max(int(frame.height * scale), 1)
+    size = {} if scale == 1.0 else {"width": width, "height": height}
     picture: Picture = frame.to_ndarray(format="rgb24", **size)
     # Phones held upright write pictures that lie on their side, and say so.
     if quarter := round(getattr(frame, "rotation", 0) / 90) % 4:
@@ -217,14 +261,39 @@ def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None)
     if box is not None:
         height, width = picture.shape[:2]
         x, y, w, h = box
-        picture = picture[
-            round(y * height) : round((y + h) * height), round(x * width) : round((x + w) * width)
-        ]
+        top, left = min(round(y * height), height - 1), min(round(x * width), width - 1)
+        # At least a pixel, however small the picture.
+        bottom, right = max(round((y + h) * height), top + 1), max(round((x + w) * width), left + 1)
+        picture = picture[top:bottom, left:right]
     return picture
 
 
-def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> tuple[Picture, tuple[Face, ...]]:
-    """The picture of a video with the most faces, of some that are spread over it, and they from the left.
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """The picture of a video in which most faces are seen.
+
+    Args:
+        t: when it is shown, seconds of the file.
+        picture: (H, W, 3).
+        faces: from the left.
+    """
+
+    t: float
+    picture: Picture
+    faces: tuple[Face, ...]
+
+    def place(self, number: int) -> Place | None:
+        """Where a face is, counted from 1; None for 0, which is the largest."""
+        if not 1 <= number <= len(self.faces):
+            return None
+        face = self.faces[number - 1]
+        return Place(
+            self.t, float(face.centre[0]), float(face.centre[1]), face.size, number - 1, len(self.faces)
+        )
+
+
+def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> Looked:
+    """The picture of a video with the most faces, of some that are spread over it.
 
     Args:
         path: the video.
@@ -236,115 +305,115 @@ def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> tup
     """
     duration, _ = _clock_of(path)
     landmarker = FaceLandmarker(model, MOST_FACES, stills=True)
-    found: tuple[Picture, tuple[Face, ...]] | None = None
+    found: Looked | None = None
     try:
         for i in range(_PROBES):
-            picture = _keyframe(path, options, duration * (i + 0.5) / _PROBES)
-            if picture is None:
+            shown = _keyframe(path, options, duration * (i + 0.5) / _PROBES)
+            if shown is None:
                 continue
-            faces = landmarker.detect(picture, float(i))
-            if found is None or len(faces) > len(found[1]):
-                found = picture, faces
+            faces = landmarker.detect(shown[1], float(i))
+            if found is None or len(faces) > len(found.faces):
+                found = Looked(*shown, tuple(sorted(faces, key=lambda face: float(face.centre[0]))))
     finally:
         landmarker.close()
     if found is None:
         raise _unreadable(path)
-    return found[0], tuple(sorted(found[1], key=lambda face: float(face.centre[0])))
+    return found
 
 
-def _keyframe(path: Path, options: VideoOptions, t: float) -> Picture | None:
-    """The picture before a moment that needs no others to be decoded, None where there is none."""
+def _keyframe(path: Path, options: VideoOptions, t: float) -> tuple[float, Picture] | None:
+    """The picture before a moment that needs no others to be decoded, with its time."""
     import av
 
     try:
         with av.open(str(path.absolute())) as container:
             stream = _stream(container)
             container.seek(int(t / stream.time_base), stream=stream)
-            frame = next(container.decode(stream), None)
-            return picture_of(frame, options.box) if frame is not None else None
+            frames = (frame for packet in _packets(container, stream) for frame in _decoded(packet))
+            frame = next((one for one in frames if one is not None), None)
+            return (float(frame.time or 0.0), picture_of(frame, options.box)) if frame is not None else None
     except av.FFmpegError:
         return None
-
-
-class FaceChoice:
-    """Which of the faces of a picture is the one: chosen once, then followed.
-
-    Args:
-        number: counted from the left, 1 and up; 0 is the largest.
-    """
-
-    def __init__(self, number: int = 0) -> None:
-        self._number = number
-        self._before: Face | None = None
-
-    def reset(self) -> None:
-        """Choose anew: a cut, or a long time without the face."""
-        self._before = None
-
-    def pick(self, faces: tuple[Face, ...]) -> Face | None:
-        """The face of this picture, None where it is not in it."""
-        if not faces:
-            return None
-        before = self._before
-        if before is None:
-            if len(faces) < self._number:
-                return None
-            by_place = sorted(faces, key=lambda face: float(face.centre[0]))
-            chosen = by_place[self._number - 1] if self._number else max(faces, key=lambda face: face.size)
-        else:
-            chosen = min(faces, key=lambda face: float(np.hypot(*(face.centre - before.centre))))
-            if np.hypot(*(chosen.centre - before.centre)) > _REACH * before.size:
-                return None
-        self._before = chosen
-        return chosen
 
 
 def _track(
     path: Path,
     model: Path,
     options: VideoOptions,
-    faces: int,
+    looked: Looked,
     duration: float,
     store: BlockStore,
     on_progress: OnProgress,
 ) -> RawFaces:
-    """All pictures of a video tracked, from where it was broken off."""
+    """All faces in all pictures of a video, from where it was broken off."""
     blocks = store.load()
     after = float(blocks[-1].times[-1]) if blocks else -math.inf
     # A second face is looked for only where there is one: it costs a search in every picture.
-    landmarker, rigid = FaceLandmarker(model, MOST_FACES if faces > 1 else 1), RigidFace.of_model(model)
-    choice, cuts = FaceChoice(options.face), CutDetector()
-    times: list[float] = []
-    rows: list[NDArray[np.float32]] = []
-    missed = 0
-    facts: PictureFacts | None = None
+    landmarker = FaceLandmarker(model, MOST_FACES if len(looked.faces) > 1 else 1)
+    cuts, shown = CutDetector(), FaceChoice(looked.place(options.face))
+    rows_of, times, rows = _Rows(model), list[float](), list[NDArray[np.float32]]()
+    count = 0
+
+    def save() -> None:
+        nonlocal times, rows
+        blocks.append(RawFaces(np.array(times), np.array(rows)))
+        store.save(len(blocks) - 1, blocks[-1])
+        times, rows = [], []
+
     try:
         for t, picture in pictures(path, options, after):
             cut, same = cuts.push(picture)
             seen = landmarker.detect(picture, t)
-            if cut or missed > 30:
-                choice.reset()
-            face = choice.pick(seen)
-            missed = 0 if face is not None else missed + 1
-            turn = head_turn(rigid.matrix(face.points)) if face is not None else rotation.IDENTITY
-            times.append(t)
-            # Light and sharpness change slowly, and measuring them costs a fifth of tracking.
-            other = facts is None or cut or (face is None) != (facts.size == 0)
-            if facts is None or other or len(rows) % _FACTS_EVERY == 0:
-                facts = facts_of(picture, face)
-            rows.append(raw.row_of(face, turn, facts, len(seen), cut, same))
-            if len(rows) == BLOCK:
-                blocks.append(RawFaces(np.array(times), np.array(rows)))
-                store.save(len(blocks) - 1, blocks[-1])
-                times, rows = [], []
-            if len(rows) % 15 == 0:
+            found = rows_of(picture, seen, cut, same)
+            times += [t] * len(found)
+            rows += found
+            count += 1
+            # Before the picture that was pointed at nobody knows yet whose face it is.
+            index = None
+            if not options.face or t >= looked.t:
+                index = shown.pick(np.array([(*face.centre, face.size) for face in seen]), cut)
+            if count % BLOCK == 0:
+                save()
+            if count % 15 == 0:
                 part = min(t / duration, 1.0) if duration > 0 else 0.0
+                face = seen[index] if index is not None else None
                 on_progress(TrackingProgress(part, picture, face))
     finally:
         landmarker.close()
     if rows:
-        blocks.append(RawFaces(np.array(times), np.array(rows)))
+        save()
     return raw.joined(blocks)
+
+
+class _Rows:
+    """Makes rows of RawFaces of pictures and their faces."""
+
+    def __init__(self, model: Path) -> None:
+        self._rigid = RigidFace.of_model(model)
+        self._known: list[tuple[Face, PictureFacts]] = []
+        self._count = 0
+
+    def __call__(
+        self, picture: Picture, seen: tuple[Face, ...], cut: bool, same: bool
+    ) -> list[NDArray[np.float32]]:
+        if not seen:
+            self._known = []
+            return [raw.row_of(None, rotation.IDENTITY, facts_of(picture, None), 0, cut, same)]
+        # Light and sharpness change slowly, and measuring them costs a fifth of tracking.
+        if cut or len(seen) != len(self._known) or self._count % _FACTS_EVERY == 0:
+            self._known = [(face, facts_of(picture, face)) for face in seen]
+        self._count += 1
+        return [
+            raw.row_of(
+                face, head_turn(self._rigid.matrix(face.points)), self._facts(face), len(seen), cut, same
+            )
+            for face in seen
+        ]
+
+    def _facts(self, face: Face) -> PictureFacts:
+        """Those of the face that was nearest when they were measured, at its size of now."""
+        _, facts = min(self._known, key=lambda known: float(np.hypot(*(known[0].centre - face.centre))))
+        return replace(facts, size=face.size)
 
 
 def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> TrackedVideo:

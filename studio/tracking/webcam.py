@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import socket
 from collections import deque
 from collections.abc import Mapping
@@ -30,8 +31,11 @@ from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame
 
 PREVIEW_WIDTH = 320
-_RATE_SPAN_S = 2.0
+_RATE_SPAN_S, _LEAST_RATE_SPAN_S = 2.0, 0.3
 _LOST_S = 0.3
+# Pictures of a face that tell how it is at rest, of the slowest cameras too.
+_FEWEST = 3
+_SAID_S = 5.0
 _OPTIONS = SendOptions(names="as_is", root=False)
 _VERSION = 1
 
@@ -93,6 +97,8 @@ class Webcam:
         self._calibration = replace(kept, gains={**kept.gains, **gains})
         self._collecting: list[tuple[np.ndarray, np.ndarray]] = []
         self._collect_until = 0.0
+        self._collect_pictures = 0
+        self._not_calibrated_at = -math.inf
         self._taken: deque[float] = deque(maxlen=120)
         self._began: float | None = None
         self._delays: deque[float] = deque(maxlen=60)
@@ -120,7 +126,10 @@ class Webcam:
         face = faces[0] if faces else None
         self._taken.append(shot.taken)
         self._last, self._turn = (picture, face), None
+        if self._collect_until:
+            self._collect_pictures += 1
         if face is None:
+            self._end_calibration()
             if shot.taken - self._seen_at > _LOST_S:
                 self._filter.reset()
             return
@@ -128,7 +137,9 @@ class Webcam:
         turn = head_turn(self._rigid.matrix(face.points))
         self._turn = turn
         weights, turn = self._filter(shot.taken, face.weights.astype(np.float64), turn)
-        self._collect(weights, turn)
+        if self._collect_until:
+            self._collecting.append((weights, turn))
+            self._end_calibration()
         pose = pose_of(weights, turn, self._calibration)
         # From the first picture on: of a computer that runs for days, 32 bits cannot tell the frames.
         self._began = shot.taken if self._began is None else self._began
@@ -144,8 +155,12 @@ class Webcam:
         self.sent += 1
 
     def calibrate(self) -> None:
-        """Take the face of the next seconds for its face at rest, looking ahead."""
+        """Take the face of the next seconds for its face at rest, looking ahead.
+
+        Where it is not seen for half of them, the calibration stays what it was and a hint says so.
+        """
         self._collecting, self._collect_until = [], clock.now() + CALIBRATION_SECONDS
+        self._collect_pictures, self._not_calibrated_at = 0, -math.inf
 
     def set_gain(self, shape: str, factor: float) -> None:
         """Make a shape stronger or weaker from now on, and keep that."""
@@ -158,12 +173,15 @@ class Webcam:
         """How it is doing now."""
         now = clock.now()
         lately = [t for t in self._taken if t > now - _RATE_SPAN_S]
-        span = lately[-1] - lately[0] if len(lately) > 5 else 0.0
-        fps = (len(lately) - 1) / span if span > 0 else 0.0
+        span = lately[-1] - lately[0] if lately else 0.0
+        # The first picture takes longer than those behind it, and alone would be called slow.
+        fps = (len(lately) - 1) / span if span > _LEAST_RATE_SPAN_S else 0.0
         codes: tuple[str, ...] = ()
         if self._last is not None:
             picture, face = self._last
             codes = hints(facts_of(picture, face), self._turn, fps)
+        if now - self._not_calibrated_at < _SAID_S:
+            codes = ("not_calibrated", *codes)
         return WebcamStatus(
             round(fps, 1),
             codes,
@@ -187,19 +205,21 @@ class Webcam:
         self._landmarker.close()
         self._socket.close()
 
-    def _collect(self, weights: np.ndarray, turn: np.ndarray) -> None:
-        if not self._collect_until:
+    def _end_calibration(self) -> None:
+        """Once its time is over, calibrate by what was collected; too little of that changes nothing."""
+        if not self._collect_until or clock.now() < self._collect_until:
             return
-        self._collecting.append((weights, turn))
-        if clock.now() >= self._collect_until:
-            self._collect_until = 0.0
-            found = neutral_of(
-                np.array([w for w, _ in self._collecting]),
-                np.array([q for _, q in self._collecting]),
-                self._calibration.gains,
-            )
-            self._calibration, self._calibrated = found, True
-            save_calibration(found)
+        self._collect_until = 0.0
+        if len(self._collecting) < max(_FEWEST, self._collect_pictures / 2):
+            self._not_calibrated_at = clock.now()
+            return
+        found = neutral_of(
+            np.array([w for w, _ in self._collecting]),
+            np.array([q for _, q in self._collecting]),
+            self._calibration.gains,
+        )
+        self._calibration, self._calibrated = found, True
+        save_calibration(found)
 
 
 def calibration_file() -> Path:

@@ -12,6 +12,9 @@ import pytest
 from studio import cli
 from studio.project import Project
 from studio.take.check import check_take
+from studio.tracking import raw
+from studio.tracking.raw import BlockStore
+from tests.small_disk import small_disk
 from tests.tracking.faces import (
     GONE,
     OPENS,
@@ -59,6 +62,19 @@ def test_a_video_becomes_a_take_with_its_lost_face_left_out(
     assert "face_lost" in kinds
     assert not kinds & {"gap", "jump", "frozen"}
     project.close()
+
+
+@needs_tracking_here
+def test_a_disk_that_is_full_at_the_end_costs_no_tracking(model: Path, tmp_path: Path) -> None:
+    # Noise, which no FLAC makes small.
+    sound = np.random.default_rng(0).uniform(-0.3, 0.3, 16_000 * 10).astype(np.float32)
+    film = write_video(tmp_path / "a.mp4", [Look(roll=i / 3) for i in range(20)], sound)
+    with small_disk(tmp_path / "tiny", "200k") as tiny:
+        assert cli.main(["import", str(tiny / "p"), str(film)]) == 1
+    store = BlockStore(film, None)
+    assert len(raw.joined(store.load()).times) == 20
+    imported(tmp_path, str(film)).close()
+    assert store.load() == []
 
 
 @pytest.fixture

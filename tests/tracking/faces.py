@@ -105,10 +105,13 @@ def write_video(
     fps: int = FPS,
     shape: tuple[int, int] = (SIZE, SIZE),
     draw: Callable[[Look], NDArray[np.uint8]] | None = None,
+    keys: int = 250,
 ) -> Path:
-    """A film in H.264 with AAC sound, one look a frame; (N,) mono at RATE."""
+    """A film in H.264 with AAC sound, one look a frame, a keyframe each `keys`; (N,) mono at RATE."""
     with av.open(str(path), "w") as film:
-        stream = film.add_stream("libx264", rate=fps, options={"preset": "ultrafast", "crf": "16"})
+        stream = film.add_stream(
+            "libx264", rate=fps, options={"preset": "ultrafast", "crf": "16", "g": str(keys)}
+        )
         stream.width, stream.height, stream.pix_fmt = *shape, "yuv420p"
         voice = film.add_stream("aac", rate=RATE) if sound is not None else None
         if voice is not None:
@@ -177,3 +180,29 @@ def write_two_faces(path: Path) -> Path:
     """A film of both, without sound."""
     looks = [Look(roll=10 * float(np.sin(i / 5))) for i in range(30)]
     return write_video(path, looks, bursts(1.0, (0.2,)), shape=(448, 256), draw=two_faces)
+
+
+def write_latecomer(path: Path) -> Path:
+    """A film of two still faces at the sides; from the 18th of 45 frames on one between them rolls."""
+
+    def draw(look: Look) -> NDArray[np.uint8]:
+        wide = np.zeros((192, 576, 3), np.uint8)
+        for at, one in enumerate((Look(scale=0.8), look, Look(scale=0.8))):
+            wide[:, 192 * at : 192 * at + 192] = picture(one, 192, 192)
+        return wide
+
+    looks = [Look(roll=12 * float(np.sin(i / 3)), scale=0.8, gone=i < 18) for i in range(45)]
+    return write_video(path, looks, shape=(576, 192), draw=draw, keys=9)
+
+
+def write_swap(path: Path) -> Path:
+    """A film of two faces; the left one holds still and shrinks, the right one rolls and grows larger."""
+
+    def draw(look: Look) -> NDArray[np.uint8]:
+        wide = np.zeros((224, 448, 3), np.uint8)
+        wide[:, :224] = picture(Look(scale=1.0 - (look.scale - 0.75)), 224, 224)
+        wide[:, 224:] = picture(look, 224, 224)
+        return wide
+
+    looks = [Look(roll=10 * float(np.sin(i / 3)), scale=0.75 + i / 160) for i in range(40)]
+    return write_video(path, looks, shape=(448, 224), draw=draw)

@@ -6,11 +6,13 @@ import struct
 from itertools import pairwise
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
+from studio.sound.sound_file import read_sound
 from studio.tracking import raw
 from studio.tracking.raw import BlockStore
 from studio.tracking.video import (
@@ -20,7 +22,9 @@ from studio.tracking.video import (
     TrackedVideo,
     TrackingProgress,
     VideoOptions,
+    forget,
     has_pictures,
+    look,
     pictures,
     track_video,
 )
@@ -30,11 +34,16 @@ from tests.tracking.faces import (
     MODEL,
     OPEN_S,
     OPENS,
+    RATE,
     ROLL,
     Look,
+    bursts,
+    look_at,
     needs_tracking,
     picture,
     use_model,
+    write_latecomer,
+    write_swap,
     write_two_faces,
     write_video,
 )
@@ -138,22 +147,51 @@ def test_of_two_faces_the_largest_unless_asked_otherwise(tmp_path: Path, model: 
     assert error.value.what == "two.mp4 shows 2 faces at most, so there is no face 3."
 
 
+def test_who_joins_later_is_tracked_where_they_were_pointed_at(tmp_path: Path, model: Path) -> None:
+    path = write_latecomer(tmp_path / "late.mp4")
+    looked = look(path, model)
+    assert len(looked.faces) == 3
+    assert looked.t >= 18 * FRAME
+    middle, found = track(path, model, VideoOptions(face=2))
+    assert np.ptp(head(middle)[2]) > 14
+    assert middle.times[0] == pytest.approx(18 * FRAME, abs=2 * FRAME)
+    assert next(span for span in found.left_out if span[2] == NO_FACE)[0] == 0.0
+    for side in (1, 3):
+        motion = track(path, model, VideoOptions(face=side))[0]
+        assert len(motion.times) == 45, "followed back to the beginning"
+        assert np.ptp(head(motion)[2]) < 8
+
+
+class PoweredOffError(Exception):
+    pass
+
+
+def break_off(path: Path, model: Path, part: float) -> None:
+    def power_off(progress: TrackingProgress) -> None:
+        if progress.part > part:
+            raise PoweredOffError
+
+    with pytest.raises(PoweredOffError):
+        track_video(path, model, on_progress=power_off)
+
+
+def test_a_break_changes_nobody(tmp_path: Path, model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("studio.tracking.video.BLOCK", 10)
+    path = write_swap(tmp_path / "swap.mp4")
+    break_off(path, model, 0.7)
+    assert BlockStore(path, LARGEST.box).load()
+    # The one who is the largest at the beginning, though not where tracking goes on.
+    assert np.ptp(head(track(path, model)[0])[2]) < 3
+
+
 def test_a_break_costs_no_more_than_a_block(
     talk: Path, model: Path, tracked: tuple[Motion, TrackedVideo], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(raw, "BLOCK", 20)
     monkeypatch.setattr("studio.tracking.video.BLOCK", 20)
 
-    class PoweredOffError(Exception):
-        pass
-
-    def power_off(progress: TrackingProgress) -> None:
-        if progress.part > 0.6:
-            raise PoweredOffError
-
-    with pytest.raises(PoweredOffError):
-        track_video(talk, model, on_progress=power_off)
-    kept = BlockStore(talk, (VideoOptions(), False)).load()
+    break_off(talk, model, 0.6)
+    kept = BlockStore(talk, LARGEST.box).load()
     assert len(kept) >= 2
     seen: list[float] = []
     found = track_video(talk, model, on_progress=lambda progress: seen.append(progress.part))
@@ -161,7 +199,9 @@ def test_a_break_costs_no_more_than_a_block(
     assert found.motion is not None
     assert np.allclose(found.motion.times, tracked[0].times)
     assert np.abs(found.motion.shapes - tracked[0].shapes).max() < 0.25
-    assert BlockStore(talk, (VideoOptions(), False)).load() == []
+    assert BlockStore(talk, LARGEST.box).load(), "kept until its take is written"
+    forget(talk, LARGEST)
+    assert BlockStore(talk, LARGEST.box).load() == []
 
 
 def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
@@ -192,6 +232,32 @@ def test_a_phone_held_upright_films_upright_faces(tmp_path: Path, model: Path) -
     assert abs(np.median(apart)) < 5.0
 
 
+def test_pictures_that_end_before_their_time_are_said(tmp_path: Path, model: Path) -> None:
+    path = write_video(tmp_path / "cut.mkv", [Look(roll=i / 9) for i in range(60)])
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+    motion, found = track(path, model)
+    assert motion.times[-1] < 1.0
+    (note,) = found.notes
+    assert note.startswith("Only 0.")
+    assert " of the 2.0 seconds of cut.mkv have pictures that can be read; " in note
+
+
+def test_a_damaged_sound_costs_no_pictures_and_no_sync(tmp_path: Path, model: Path) -> None:
+    looks = [look_at(i / FPS) for i in range(60)]
+    path = write_video(tmp_path / "crackle.mp4", looks, bursts(2.0, OPENS, OPEN_S))
+    whole = track(path, model)[0]
+    with av.open(str(path)) as film:
+        bad = [(one.pos, one.size) for one in film.demux(audio=0) if one.size][1:5]
+    data = bytearray(path.read_bytes())
+    for at, size in bad:
+        data[at : at + size] = bytes(k * 7 & 255 for k in range(size))
+    path.write_bytes(data)
+    assert read_sound(path).samples.shape[0] / RATE == pytest.approx(2.0, abs=0.1)
+    mended = track(path, model)[0]
+    assert mended.times[0] == pytest.approx(whole.times[0], abs=0.07)
+    assert mended.times[-1] == pytest.approx(whole.times[-1], abs=0.07)
+
+
 def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:
     nonsense = tmp_path / "nonsense.mp4"
     nonsense.write_bytes(b"\0\1\2" * 99)
@@ -199,3 +265,4 @@ def test_nonsense_is_one_sentence(tmp_path: Path, model: Path) -> None:
     with pytest.raises(StudioError) as error:
         track_video(nonsense, model)
     assert error.value.what == "nonsense.mp4 cannot be read as a video."
+    assert error.value.remedy == "Copy it again from where it came, or choose another."

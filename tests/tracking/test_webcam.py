@@ -8,13 +8,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
-from studio import clock
+from studio import cli, clock
 from studio.capture.receiver import Receiver
 from studio.errors import InputError
 from studio.motion import Motion
+from studio.tracking import face_model
 from studio.tracking.camera import CameraReader, cameras
 from studio.tracking.face import BONES, SHAPES, Calibration
 from studio.tracking.webcam import Webcam, calibration_file, load_calibration, save_calibration
@@ -106,6 +108,31 @@ def test_a_calibration_takes_the_face_at_rest_off_and_is_kept(webcam: Webcam, ea
     assert calibration_file().is_file()
 
 
+@pytest.mark.parametrize("back_again", [False, True])
+def test_a_calibration_without_a_face_changes_nothing_and_says_so(
+    tmp_path: Path, model: Path, ear: Ear, back_again: bool
+) -> None:
+    save_calibration(Calibration(np.full(52, 0.05)))
+    nobody, shouting = [Look(gone=True)] * 66, [Look(open=18, yaw=12)] * 24
+    film = write_video(tmp_path / "away.mp4", [*nobody, *(shouting if back_again else [])])
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", ear.port)
+    try:
+        webcam.step()
+        webcam.calibrate()
+        while webcam.status.calibrating:
+            webcam.step()
+        while webcam.status.hints[0] != "not_calibrated":
+            webcam.step()
+        if back_again:
+            while not webcam.status.face:
+                webcam.step()
+    finally:
+        webcam.close()
+    kept = load_calibration()
+    assert kept is not None
+    assert kept.neutral == pytest.approx(np.full(52, 0.05))
+
+
 def test_a_damaged_calibration_is_none() -> None:
     save_calibration(Calibration(gains={"JawOpen": 1.2}))
     found = load_calibration()
@@ -151,8 +178,67 @@ def test_a_camera_that_is_not_there_is_one_sentence(device: str) -> None:
     assert error.value.remedy.endswith(".")
 
 
-def test_the_cameras_can_be_listed_where_there_are_none() -> None:
-    assert all(camera.id and camera.title for camera in cameras())
+@pytest.mark.parametrize("is_film", [False, True])
+def test_a_broken_video_as_a_camera_is_called_one(tmp_path: Path, is_film: bool) -> None:
+    path = tmp_path / "broken.mkv"
+    path.write_bytes(b"\0\1\2" * 99)
+    if is_film:
+        write_video(path, [Look(gone=True)] * 20)
+        with av.open(str(path)) as film:
+            packets = [(one.pos, one.size) for one in film.demux() if one.size]
+        data = bytearray(path.read_bytes())
+        for at, size in packets:
+            data[at : at + size + 16] = bytes(size + 16)
+        path.write_bytes(data)
+
+    def open_and_look() -> None:
+        reader = CameraReader(str(path))
+        try:
+            reader.next()
+        finally:
+            reader.close()
+
+    with pytest.raises(InputError) as error:
+        open_and_look()
+    assert error.value.what == "broken.mkv cannot be read as a video."
+    assert error.value.remedy == "Choose another, or a camera."
+
+
+def test_a_very_slow_camera_is_called_slow(tmp_path: Path, model: Path, ear: Ear) -> None:
+    film = write_video(tmp_path / "slow.mp4", [Look(roll=i) for i in range(6)], fps=2)
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", ear.port)
+    try:
+        for _ in range(4):
+            webcam.step()
+        now = webcam.status
+    finally:
+        webcam.close()
+    assert now.fps == pytest.approx(2, abs=0.5)
+    assert now.hints[-1] == "slow"
+
+
+@pytest.mark.usefixtures("model")
+def test_no_camera_is_said_for_the_window_and_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    if cameras():
+        pytest.skip("there is a camera here")
+    if face_model.missing() is not None:
+        pytest.skip("what is missing is said first")
+    assert cli.main(["camera", "--to", "127.0.0.1:39539", "--json"]) == 2
+    event = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert event["remedy"] == "Plug one in, or name a video with --device."
+    assert event["in_window"] == "Plug one in, or choose “Play a video instead…” in the list of cameras."
+
+
+def test_a_camera_that_is_listed_is_the_first_that_gives_pictures() -> None:
+    found = cameras()
+    if not found:
+        pytest.skip("no camera is plugged in")
+    assert all(camera.id and camera.title for camera in found)
+    reader = CameraReader(found[0].id)
+    try:
+        assert reader.next().picture.shape[2] == 3
+    finally:
+        reader.close()
 
 
 def test_the_command_says_how_it_is_doing_and_ends_on_request(talk: Path, model: Path, ear: Ear) -> None:
