@@ -171,6 +171,7 @@ def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: Tab, session: Session)
     assert set(shown) == {presenter.model.side.selection.run}
     a, b = view.bar.vote.sides
     figures = _text(view, "review_metrics")
+    assert figures.startswith("This take: ")
     qtbot.mouseClick(b, Qt.MouseButton.LeftButton)
     assert _peak(presenter) == pytest.approx(0.5, abs=0.01)
     assert _text(view, "review_metrics") != figures
