@@ -28,6 +28,7 @@ class InputStatus:
         flood: what is thrown away at the moment. frames_thinned: frames left out because they are too many.
         frames_lost: frames lost in the last seconds. missing: bones that are left out lately.
         frameless_for: seconds since the last frame, None before any came.
+        dismissed: that sender was ended on purpose.
         frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
         device: the microphone, None where closed. gone: it vanished.
         soundless_for: seconds without a block. quiet_for: seconds since anything was to be heard.
@@ -47,6 +48,7 @@ class InputStatus:
     frames_thinned: int = 0
     missing: tuple[str, ...] = ()
     frameless_for: float | None = None
+    dismissed: bool = False
     frozen_for: float = 0.0
     fps: float = 0.0
     bones: int = 0
@@ -144,6 +146,9 @@ def _no_motion(s: InputStatus) -> list[Problem]:
         what = f"Packets arrive on port {s.port}, but there is no motion in them."
         return [(what, "Choose VMC (OSC) as the protocol in the sender.")] if s.listening_for > 2 else []
     if s.frameless_for > 1:
+        # Who ended it needs no word about that, but for a take that goes on without motion.
+        if s.dismissed and not s.rolling:
+            return []
         return [
             (
                 f"Motion stopped {s.frameless_for:.0f} s ago.",

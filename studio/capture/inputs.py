@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
 import pickle
 import socket
@@ -47,6 +48,7 @@ class MotionInput:
         ports: those bound. host: of the first.
         stats: counters and names, a few hundredths of a second old.
         latest: the last block of rows, None before any.
+        dismissed: when the sender was last ended on purpose.
 
     Raises:
         StudioError: a port cannot be opened.
@@ -56,6 +58,7 @@ class MotionInput:
         self.opened = clock.now()
         self.stats = ReceiverStats()
         self.latest: RowBlock | None = None
+        self.dismissed = -math.inf
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.capture.device_names import title_of
 from studio.capture.microphone import AudioInput
 from studio.errors import InputError
 from studio.sound.level import FLOOR_DBFS, dbfs
@@ -98,12 +99,16 @@ class PhraseRecording:
             InputError: nobody spoke.
         """
         if not self._end.state.spoken:
-            name = self._input.device.name if self._input.device is not None else "the microphone"
-            what = f"Nothing was heard from {name}."
-            raise InputError(what, "Check that it is switched on, or type a sentence.")
+            raise nothing_heard(self._input.device.name if self._input.device is not None else "default")
         return Sound(np.concatenate(self._blocks), self._input.sample_rate)
 
     def _feed(self, blocks: Iterable[NDArray[np.float32]]) -> None:
         for samples in blocks:
             self._end.feed(samples)
             self._blocks.append(samples.mean(axis=1, keepdims=True, dtype=np.float32))
+
+
+def nothing_heard(device: str) -> InputError:
+    """What is said where nobody spoke into a microphone, by its name as the sound system has it."""
+    what = f"Nothing was heard from {title_of(device, 'the default microphone')}."
+    return InputError(what, "Check that it is switched on, or type a sentence.")

@@ -179,6 +179,12 @@ class Recorder:
         if sound is not None:
             sound.meter.reset()
 
+    def dismiss_sender(self) -> None:
+        """Who sends motion now is ended on purpose: that it stops is no problem."""
+        motion = self._motion
+        if motion is not None:
+            motion.dismissed = clock.now()
+
     def snapshot(self) -> Snapshot:
         """How things stand, at most a few hundredths of a second old. Never waits."""
         return self._snapshot

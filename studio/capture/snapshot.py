@@ -106,6 +106,8 @@ class Snapshot:
 
 # A sender that is held up for half a second is no news; the lamp would flicker.
 _ALIVE_S = 0.75
+_DISMISSED_S = 4.0
+"""A sender that was ended on purpose may go on for so long."""
 
 
 @dataclass(frozen=True)
@@ -303,6 +305,7 @@ def _input_status(
             "missing": stats.missing,
             "local": stats.sender.startswith("127."),
             "frameless_for": now - stats.last_arrival if latest is not None else None,
+            "dismissed": stats.last_arrival < motion.dismissed + _DISMISSED_S,
             "frozen_for": stats.last_arrival - stats.last_moved,
             "fps": stats.frames_per_s,
             "bones": len(latest.names.bones) if latest is not None else 0,

@@ -156,6 +156,13 @@ def program_of(sender: Sender) -> str:
     return ""
 
 
+def own_program() -> str:
+    """The name of this process, as `program_of` gives it to its children."""
+    import psutil
+
+    return str(psutil.Process().name())
+
+
 def own_address() -> str:
     """The address other devices of the network reach this computer by; "" where there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

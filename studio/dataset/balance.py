@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 from studio.dataset.dataset import Dataset, Selection
 
 SHARES = {"train": 0.8, "val": 0.1, "test": 0.1}
+ALL_TRAIN = {"train": 1.0, "val": 0.0, "test": 0.0}
+"""Shares where there is too little to keep any of it back; what is locked stays in test."""
+FEW_TAKES, FEW_SECONDS = 4, 240.0
+"""Below either, a take kept back costs more than it tells: training checks itself on the end of one."""
 BALANCED_TIERS = frozenset({"emotion", "gesture", "vowel"})
 """Tiers whose words come from a vocabulary, so that the same one is in many takes."""
 MOMENT = 1.0
@@ -58,6 +62,11 @@ def balanced_split(
             for s in dataset.selections
         ),
     )
+
+
+def shares_for(seconds: Collection[float]) -> Mapping[str, float]:
+    """The shares for takes that last so many seconds each: all of few of them, or of short ones, trains."""
+    return ALL_TRAIN if len(seconds) < FEW_TAKES or sum(seconds) < FEW_SECONDS else SHARES
 
 
 def _divided_groups(

@@ -285,7 +285,7 @@ def _basis(measured: MeasuredRun) -> str:
     if measured.split == "test":
         return f"Measured on {on}, which it never learnt from."
     if measured.split == "val":
-        return f"Measured on {on}, which also chose the version kept: that flatters it a little."
+        return f"Measured on {on}. The best version was chosen by it too: new speech may go a little worse."
     if measured.split == "train":
         return f"Measured on {on}, which it learnt from: that says nothing about new sound."
     return f"Measured on {on}."

@@ -5,6 +5,9 @@ Source: VMC protocol and UniVRM for names; SAIA's client for the 18 + 54 x 7 = 3
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+
 VRM0_SHAPES: tuple[str, ...] = (
     "A", "Angry", "Blink", "Blink_L", "Blink_R", "E", "Fun", "I", "Joy", "LookDown", "LookLeft",
     "LookRight", "LookUp", "Neutral", "O", "Sorrow", "Surprised", "U",
@@ -93,6 +96,12 @@ _BY_LOWER_SHAPE = {name.lower(): name for name in (*ARKIT_SHAPES, *VRM1_SHAPES, 
 def canonical_bone(name: str) -> str:
     """The HumanBodyBones spelling of a bone name in any case; unknown names come back unchanged."""
     return _BY_LOWER_BONE.get(name.lower(), name)
+
+
+def bone_words(names: Iterable[str]) -> list[str]:
+    """Bones as people say them in a sentence's head: ["Right lower leg", "head"]."""
+    words = [re.sub(r"(?<!^)(?=[A-Z])", " ", name).lower() for name in names]
+    return [words[0].capitalize(), *words[1:]] if words else []
 
 
 def canonical_shape(name: str) -> str:

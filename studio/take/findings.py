@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import Motion, lag, rotation
-from studio.motion.channels import is_blink_shape, is_mouth_shape
+from studio.motion.channels import bone_words, is_blink_shape, is_mouth_shape
 from studio.sound.sound_file import sound_blocks, sound_info
 from studio.take.take import Finding
 
@@ -22,6 +22,10 @@ BONE_STILL = 5.0
 """Seconds without any change from which a bone that else always moves counts as stuck."""
 _SLACK = 0.1
 """Seconds by which a gap may reach beyond the span that explains it: some frames."""
+_STANDING = frozenset(
+    f"{side}{part}" for side in ("Left", "Right") for part in ("UpperLeg", "LowerLeg", "Foot", "Toes")
+)
+"""Who speaks stands or sits: nobody lost a tracker where a leg rests."""
 Span = tuple[float, float]
 _LIVELY = 0.6
 """Part of the frames in which something changes that counts as always moving."""
@@ -206,7 +210,7 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
     anything = _changes(motion.rotations)
     for j, name in enumerate(motion.bone_names):
         moves = _changes(motion.rotations[:, j])
-        if moves.mean() < _LIVELY:
+        if name in _STANDING or moves.mean() < _LIVELY:
             continue
         edges = np.concatenate([[0], np.flatnonzero(moves) + 1, [len(moves)]])
         longest = int(np.argmax(np.diff(motion.times[edges])))
@@ -215,7 +219,8 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
         if end - start > BONE_STILL and anything[first : max(last - 1, first)].mean() > _LIVELY:
             held.setdefault((round(start, 1), round(end, 1)), []).append(name)
     for (start, end), names in sorted(held.items())[:3]:
-        what = f"{_some(names)} {'stands' if len(names) == 1 else 'stand'} still for {end - start:.1f} s."
+        do = "stands" if len(names) == 1 else "stand"
+        what = f"{_some(bone_words(names))} {do} still for {end - start:.1f} s."
         remedy = "Exclude that part if it shows, and check that tracker before the next take."
         yield Finding("stuck_bones", "minor", what, remedy, start, end)
 

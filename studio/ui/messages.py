@@ -305,6 +305,13 @@ def dismiss_error(parent: QWidget) -> None:
         toast.hide()
 
 
+def dismiss_note(parent: QWidget, text: str) -> None:
+    """Take away the note of this text, where it is still shown: what it offered was done."""
+    toast = toast_of(parent.window())
+    if toast is not None and not toast.bad and toast.text.text() == text:
+        toast.hide()
+
+
 def toast_of(window: QWidget) -> Toast | None:
     """The message over a window, shown or not; None where it never had one."""
     return window.findChild(Toast, options=Qt.FindChildOption.FindDirectChildrenOnly)

@@ -57,6 +57,7 @@ class Session(QObject):
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
         review_requested: show a run in Review, by its id.
         watch_requested: the same, and play it from the start.
+        run_shown: Review shows what this run makes, by its id.
         news_changed: (tab, what is new there and not seen yet; "" for nothing).
         take_requested: show a take in Curate, by its id.
         step_done: a step on the way to going live that no file tells of ("check", "watch", "live").
@@ -84,6 +85,7 @@ class Session(QObject):
     tab_requested = Signal(str)
     review_requested = Signal(str)
     watch_requested = Signal(str)
+    run_shown = Signal(str)
     news_changed = Signal(str, str)
     take_requested = Signal(str)
     step_done = Signal(str)

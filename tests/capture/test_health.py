@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from studio.capture.health import InputStatus, losses, problems
+from studio.capture.health import InputStatus, losses, problems, troubled
 from studio.take.take import TakeInfo
 from studio.vmc.senders import Flood
 
@@ -18,6 +18,12 @@ def test_when_all_is_well_nothing_is_said() -> None:
     assert problems(WELL) == ()
     assert problems(InputStatus()) == ()
     assert problems(replace(WELL, frames_lost=3)) == ()  # one in two hundred is no news
+
+
+def test_a_sender_that_was_ended_on_purpose_is_missed_in_a_take_alone() -> None:
+    ended = replace(WELL, frameless_for=4.2, dismissed=True)
+    assert (problems(ended), troubled(ended)) == ((), frozenset())
+    assert problems(replace(ended, rolling=True))[0][0] == "Motion stopped 4 s ago."
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studio.capture.phrase import LONGEST_S, PAUSE_S, PhraseEnd
+from studio.capture.phrase import LONGEST_S, PAUSE_S, PhraseEnd, nothing_heard
 
 RATE, BLOCK = 16_000, 800
 
@@ -40,3 +40,9 @@ def test_who_never_pauses_is_stopped() -> None:
     state = listen(15.0, [(0.0, 15.0)]).state
     assert state.ended
     assert state.duration == pytest.approx(LONGEST_S, abs=0.1)
+
+
+def test_a_microphone_that_heard_nothing_is_named_as_people_know_it() -> None:
+    remedy = "Check that it is switched on, or type a sentence."
+    assert str(nothing_heard("default")) == f"Nothing was heard from the default microphone. {remedy}"
+    assert str(nothing_heard("USB Mic")) == f"Nothing was heard from USB Mic. {remedy}"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.dataset import Dataset, Label, Selection
-from studio.dataset.balance import balanced_split, leaking
+from studio.dataset.balance import ALL_TRAIN, SHARES, balanced_split, leaking, shares_for
 
 
 def _divided(*selections: Selection, **seconds: float) -> dict[str, str]:
@@ -32,6 +32,20 @@ def test_many_takes_are_divided_by_their_length() -> None:
 def test_few_takes_still_train_and_validate(count: int, expected: list[str]) -> None:
     made = _divided(*(Selection(f"t{i}", f"t{i}") for i in range(count)))
     assert sorted(made.values()) == expected
+
+
+@pytest.mark.parametrize(
+    ("seconds", "shares"),
+    [([70, 60], ALL_TRAIN), ([600, 600, 600], ALL_TRAIN), ([50] * 4, ALL_TRAIN), ([60] * 4, SHARES)],
+)
+def test_of_few_takes_or_short_ones_none_is_kept_back(seconds: list[float], shares: dict[str, float]) -> None:
+    assert shares_for(seconds) is shares
+
+
+def test_where_all_trains_a_locked_test_take_still_does_not() -> None:
+    takes = Dataset((Selection("a", "a", split="test", locked=True), *(Selection(n, n) for n in "bc")))
+    made = balanced_split(takes, {"a": 9.0, "b": 60.0, "c": 61.0}, ALL_TRAIN).selections
+    assert [s.split for s in made] == ["test", "train", "train"]
 
 
 def test_parts_of_one_take_stay_together() -> None:

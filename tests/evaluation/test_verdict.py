@@ -37,7 +37,7 @@ def test_a_run_is_praised_for_what_it_does_and_told_what_it_was_measured_on(tmp_
     assert told.quality == "Follows your mouth well, moves a little less than you."
     assert told.help == "Four more minutes would probably help most."
     assert told.basis == (
-        "Measured on Chat_003, which also chose the version kept: that flatters it a little."
+        "Measured on Chat_003. The best version was chosen by it too: new speech may go a little worse."
     )
 
 

@@ -268,6 +268,19 @@ def test_a_tracker_lost_in_mid_take_is_told_with_its_place(tmp_path: Path) -> No
     assert (finding.at, finding.until) == (pytest.approx(5.0, abs=0.1), pytest.approx(12.0, abs=0.1))
 
 
+def test_a_leg_may_stand_still(tmp_path: Path) -> None:
+    whole, bones = motion(), ("Head", "Hips", "RightLowerLeg", "RightLowerArm")
+    held = np.where(
+        (whole.times > 5) & (whole.times < 12), np.searchsorted(whole.times, 5.0), np.arange(len(whole))
+    )
+    rotations = whole.rotations.copy()
+    rotations[:, 2] = rotations[:, 3] = rotations[:, 0][held]
+    standing = Motion.build(whole.times, whole.shape_names, whole.shapes, bones, whole.positions, rotations)
+    report = check_take(take_of(tmp_path, standing, voice()))
+    (finding,) = [f for f in report.findings if f.kind == "stuck_bones"]
+    assert finding.what == "Right lower arm stands still for 7.0 s."
+
+
 def test_a_whole_take_is_verified_and_one_that_lost_something_is_not(tmp_path: Path) -> None:
     take = take_of(tmp_path, motion(), voice())
     proof = proof_of(take, check_take(take))

@@ -279,9 +279,9 @@ def test_undo_in_train_brings_runs_back_and_takes_set_aside(
     assert project is not None
     window.session.edit("Split", edits.set_split(project.dataset, ["toy_003"], "train"))
     folder = project.new_run_folder("quick")
-    view = show(qtbot, window, "train")
+    show(qtbot, window, "train")
     presenter = window.room("train")[1]
-    view.findChild(QPushButton, "set_validation").click()
+    presenter.model.set_aside()  # type: ignore[attr-defined]
     (chosen,) = (one["id"] for one in choices(edited) if one["split"] == "val")
     assert told(window) == (f"{chosen} is kept for validation.", "Undo")
     presenter.model.trash.remove(folder, "Removed quick_001.")  # type: ignore[attr-defined]

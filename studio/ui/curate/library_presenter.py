@@ -10,7 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
 from studio.dataset import edits
-from studio.dataset.balance import balanced_split
+from studio.dataset.balance import ALL_TRAIN, balanced_split, shares_for
 from studio.dataset.dataset import Dataset
 from studio.errors import StudioError
 from studio.files.atomic import safe_name
@@ -81,16 +81,24 @@ class LibraryPresenter(QObject):
         unfit = {row.selection.take for row in rows if not _judges(row)}
         # A take that is missing may be found again; one that was recorded without motion never trains.
         useless = [r.id for r in rows if r.take is not None and r.selection.split and not _whole(r)]
+        usable: dict[str, float] = {}
+        for row in rows:
+            if row.selection.split and row.selection.take not in unfit:
+                usable[row.selection.take] = usable.get(row.selection.take, 0.0) + row.seconds
+        shares = shares_for(usable.values())
 
         def divided(data: Dataset) -> Dataset:
-            return balanced_split(edits.set_split(data, useless, ""), seconds, unfit=unfit)
+            return balanced_split(edits.set_split(data, useless, ""), seconds, shares, unfit)
 
         before = self._model.dataset
         if self._model.edit(name_of("split_takes"), divided):
-            self._model.show_message(self._split_text(useless), since=before)
+            self._model.show_message(self._split_text(useless, shares is ALL_TRAIN), since=before)
 
-    def _split_text(self, useless: Sequence[str]) -> str:
-        """How many takes do what; those that training has no use for are named as such."""
+    def _split_text(self, useless: Sequence[str], little: bool) -> str:
+        """How many takes do what, and why none checks the training where there are few.
+
+        Those that training has no use for are named as such.
+        """
         whole = {row.id for row in self._model.rows if _whole(row)}
         used = {s: [x.id for x in self._model.dataset.of_split(s)] for s in ("train", "val", "test")}
         count = {split: len(whole.intersection(ids)) for split, ids in used.items()}
@@ -100,6 +108,9 @@ class LibraryPresenter(QObject):
             counted(count["test"], self.tr("1 for testing"), self.tr("{0} for testing")),
         )
         sentence = self.tr("{0}, {1}, {2}.").format(*parts)
+        if little and count["train"]:
+            sentence = self.tr("{0}. With so little, all of it trains.").format(parts[0])
+            sentence += " " + self.tr("The end of the longest take checks the training.")
         one = self.tr("{0} is not used: training needs both sound and motion.").format(*useless[:1], "")
         many = self.tr("{0} takes are not used: training needs both sound and motion.")
         return f"{sentence} {counted(len(useless), one, many)}" if useless else sentence

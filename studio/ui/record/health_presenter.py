@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication, QObject
 
+from studio.capture.device_names import DEFAULT
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.settings import NO_MICROPHONE
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import Session
-
-NAMELESS = ("default", "pulse", "sysdefault")
-"""What sound systems call the microphone that the system chooses."""
 
 Finding = tuple[str, str, str]
 """Sentence, remedy, health ("good", "warn" or "")."""
@@ -108,7 +106,7 @@ def strip_sound(snap: Snapshot) -> tuple[str, str]:
 def _named(what: str, device: str | None) -> str:
     """A sentence about a device that has no name of its own, in the words of the list of microphones."""
     # The sound system's word for it says nothing to a performer; the list of microphones has this one.
-    return what.replace(device, _tr("the default microphone")) if device in NAMELESS else what
+    return what.replace(device, _tr("the default microphone")) if device in DEFAULT else what
 
 
 def _tr(text: str) -> str:

@@ -319,6 +319,8 @@ class RecordModel(QObject):
         if on and not self._session.rolling:
             self.use_a_free_port()
         settings = self._session.settings
+        if self.practice.on and not on and self.recorder is not None:
+            self.recorder.dismiss_sender()
         self.practice.set_on(on, settings.vmc_port, settings.audio_output)
         self.practice_changed.emit()
 

@@ -13,7 +13,7 @@ from studio.ui.messages import counted
 from studio.ui.record.model import RecordModel
 from studio.ui.record.trackers_view import WEBCAM, TrackerCard, TrackersDialog
 from studio.ui.session import Session
-from studio.vmc.stream import Sender
+from studio.vmc.stream import VMC, Sender
 
 _BY_ID = {one.id: one for one in TRACKERS}
 
@@ -31,6 +31,7 @@ class TrackersPresenter(QObject):
         self._senders: tuple[Sender, ...] = ()
         # Names of the programs by their address: looked up once each.
         self._programs: dict[str, str] = {}
+        self._own_program = trackers.own_program()
         tiles = [(one.id, self._translated(one.title)) for one in TRACKERS]
         page.show_tiles([(WEBCAM, self.tr("This webcam")), *tiles])
         page.chosen.connect(self._on_chosen)
@@ -90,17 +91,29 @@ class TrackersPresenter(QObject):
         mine = frozenset({WEBCAM} if len(self._senders) < len(heard_now) else ())
         for sender in self._senders:
             self._look_up(sender)
+        practising = tuple(one for one in self._senders if self._practises(one))
+        self._senders = tuple(one for one in self._senders if one not in practising)
         known = [one for one in self._senders if one.sender in self._programs]
         found = [trackers.tracker_of(one, self._programs[one.sender]) for one in known]
         if found and not self._picked and self._shown not in found:
             self._show(found[0])
         heard = self._heard()
         lit = frozenset(one.id for one in found) | ({self._shown.id} if heard else frozenset())
-        self._page.show_heard(lit | mine, self._sentence(heard, snap), heard is not None)
+        sentence = self._sentence(heard, snap)
+        if heard is None and self._shown.kind in {one.kind for one in practising}:
+            sentence = self.tr("This is the practice performer. Listening for a tracker…")
+        self._page.show_heard(lit | mine, sentence, heard is not None)
 
     def _heard(self) -> Sender | None:
         """Who sends as the card shown does; any VMC program may be the one meant."""
         return next((one for one in self._senders if one.kind == self._shown.kind), None)
+
+    def _practises(self, sender: Sender) -> bool:
+        """Whether it is, or may yet turn out to be, the practice performer: that is no tracker."""
+        if not self._model.practice.on or sender.kind != VMC or not trackers.is_here(sender):
+            return False
+        # It runs in the same interpreter as this window; some systems name no program.
+        return self._programs.get(sender.sender, "") in ("", self._own_program)
 
     def _sentence(self, heard: Sender | None, snap: Snapshot) -> str:
         port = self._port(self._shown)

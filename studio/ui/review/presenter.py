@@ -51,6 +51,7 @@ class ReviewPresenter(QObject):
         scopes = (self.moods.steps, view.tune.undo_scope, self.presets.steps, self.sources.steps)
         self.undo_scope = JointUndo(scopes, self)
         self.transport.played.connect(self._on_played)
+        model.motion_changed.connect(self._tell_shown)
         view.train_requested.connect(lambda: session.tab_requested.emit("train"))
         model.open()
 
@@ -58,6 +59,7 @@ class ReviewPresenter(QObject):
         """The tab is shown."""
         self.model.activate()
         self.transport.activate()
+        self._tell_shown()
         QTimer.singleShot(WARM_UP_MS, self, self._warm_up)
 
     def show_run(self, run: str) -> None:
@@ -86,6 +88,11 @@ class ReviewPresenter(QObject):
     def _on_played(self) -> None:
         if self.model.side.selection.run != BASE_VOICE:
             self._session.step_done.emit("watch")
+
+    def _tell_shown(self) -> None:
+        run = self.model.side.selection.run
+        if self.model.active and self.model.predicted is not None and run:
+            self._session.run_shown.emit(run)
 
     def _warm_up(self) -> None:
         # It takes a core for a moment, which a recording under way may need.

@@ -207,10 +207,11 @@ class StagePresenter(QObject):
         if c.degrees is not None:
             parts.append(self.tr("bones {0}°").format(f"{c.degrees:.1f}"))
         tip = self.tr(
-            "What is on screen against what was captured:\n"
+            "Measured on this take alone, what is on screen against what was captured; the words that Train\n"
+            "and the message of a finished training say are of the takes kept back to check it.\n"
             "error: how far the face alone is off, 0 to 1; less is better (Train's counts the body too)\n"
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
             "bones: how far the bones are turned wrong, in degrees; less is better"
         )
-        return f"{words[:1].upper()}{words[1:]}", "\n\n".join(("  ".join(parts), tip))
+        return self.tr("This take: {0}").format(words), "\n\n".join(("  ".join(parts), tip))

@@ -111,7 +111,7 @@ class TransportPresenter(QObject):
                 self.seek(start)
             self._last = player.position
             player.toggle()
-            self._view.show_notice(player.problem.what if player.problem else "")
+            self._show_problem()
             if player.playing and self._model.predicted is not None:
                 self.played.emit()
 
@@ -165,7 +165,11 @@ class TransportPresenter(QObject):
         self._model.playhead_moved.emit(t)
         # A device may be unplugged while it plays; the picture goes on without it.
         if player.problem is not None and playing:
-            self._view.show_notice(player.problem.what)
+            self._show_problem()
+
+    def _show_problem(self) -> None:
+        problem = self._model.player.problem if self._model.player is not None else None
+        self._view.show_notice(problem.what if problem else "", problem.in_window if problem else "")
 
     def _reaches_end(self, t: float) -> bool:
         """Rest at the end of what is used; who begins behind it hears what was trimmed away."""

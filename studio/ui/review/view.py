@@ -123,9 +123,10 @@ class ReviewView(QWidget):
         """Explain bars and marks where captured and predicted are both seen."""
         self._legend.setVisible(both)
 
-    def show_notice(self, text: str) -> None:
-        """Why no sound is heard; "" for nothing."""
+    def show_notice(self, text: str, remedy: str = "") -> None:
+        """Why no sound is heard, and in the tip what to do about it; "" for nothing."""
         self._notice.setText(text)
+        self._notice.setToolTip(f"{text} {remedy}".strip())
         self._notice.setVisible(bool(text))
 
     # -- keys --------------------------------------------------------------------------------------
@@ -199,10 +200,7 @@ class ReviewView(QWidget):
         self.camera = CameraButton(self.stage)
         self._time = label(f"{clock(0.0)} / {clock(0.0)}", "", "transport_time")
         self._time.setFont(theme.figures_font())
-        self._notice = label("", "warn", "sound_notice")
-        # In one line it would push the tools out of a small window.
-        self._notice.setWordWrap(True)
-        self._notice.setMinimumWidth(90)
+        self._notice = CutLabel("warn", "sound_notice")
         self._notice.hide()
         self._metrics = CutLabel("muted", "review_metrics")
         self._metrics.setFont(theme.figures_font(theme.CAPTION_PX))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QCoreApplication
 
+from studio.dataset.balance import ALL_TRAIN, shares_for
 from studio.dataset.dataset import Dataset, Selection
 from studio.take import Take
 from studio.ui.widgets.timeline.time_view import minutes
@@ -125,9 +126,14 @@ def _warnings(
     ):
         if missing:
             found.append(DataWarning(text.format(_listed(missing))))
-    if train.takes and not val.takes:
+    # Of little, training holds back the end of the longest take, and no take is spared.
+    lengths = {take.id: 0.0 for take in training}
+    for selection, take in used:
+        if selection.split == "train" and take.id in lengths:
+            lengths[take.id] += _seconds(selection, take)
+    if train.takes and not val.takes and shares_for(lengths.values()) is not ALL_TRAIN:
         text = _tr("No validation take: the studio cannot tell which version is best.")
-        found.append(DataWarning(text, repair="val" if train.takes > 1 else ""))
+        found.append(DataWarning(text, repair="val"))
     if train.takes and train.seconds < LITTLE_SECONDS:
         text = _tr("Only {0} to learn from: two minutes or more give a livelier result.")
         found.append(DataWarning(text.format(minutes(train.seconds))))

@@ -35,8 +35,10 @@ class ProgressPresenter(QObject):
         self._preview = PreviewPresenter(view.preview)
         self._desktop = DesktopNotifier(view)
         self._ready = ""  # the run that is ready and was not watched yet
+        self._said = ""  # what the message of that says
         session.watch_requested.connect(self._on_watch)
         session.review_requested.connect(self._on_watch)
+        session.run_shown.connect(self._on_watch)
         session.project_opened.connect(lambda: self._show_ready(""))
         view.watch_requested.connect(lambda: session.watch_requested.emit(model.shown))
         view.stop_requested.connect(model.training.stop)
@@ -106,7 +108,7 @@ class ProgressPresenter(QObject):
         if self._model.here:
             for tab in ("train", "review"):
                 self._session.news_changed.emit(tab, text)
-            self._ready = run
+            self._ready, self._said = run, text
         told = self._model.verdict_of(run).quality
         # A person who is away finds it still there; one who is not has the strip, which covers no tab.
         messages.show_note(
@@ -123,8 +125,9 @@ class ProgressPresenter(QObject):
             self._session.status_changed.emit("train", text, "good" if run else "")
 
     def _on_watch(self, run: str) -> None:
-        if run == self._ready:
+        if run and run == self._ready:
             self._show_ready("")
+            messages.dismiss_note(self._view, self._said)
 
     def _on_failed(self, error: StudioError) -> None:
         smaller = self._training.progress.smaller

@@ -273,11 +273,13 @@ def test_a_note_is_kept_when_another_take_is_chosen(room: Room) -> None:
     assert room.saved("toy_002").get("note", "") == ""
 
 
-def test_split_for_me_trains_validates_and_tests(room: Room) -> None:
+def test_split_for_me_spares_nothing_of_few_takes(room: Room) -> None:
     room.click("split_for_me_button")
-    splits = sorted(room.saved(f"toy_00{i}").get("split", "train") for i in (1, 2, 3))
-    assert splits == ["test", "train", "val"]
-    said = "1 take for training, 1 for validation, 1 for testing."
+    assert {room.saved(f"toy_00{i}").get("split", "train") for i in (1, 2, 3)} == {"train"}
+    said = (
+        "3 takes for training. With so little, all of it trains. "
+        "The end of the longest take checks the training."
+    )
     assert said in [label.text() for label in room.view.window().findChildren(QLabel)]
 
 
@@ -294,7 +296,8 @@ def test_split_for_me_leaves_a_take_without_motion_unused_and_says_so(room: Room
     room.click("split_for_me_button")
     assert room.saved("Radio").get("split", "train") == ""
     said = (
-        "1 take for training, 1 for validation, 1 for testing. "
+        "3 takes for training. With so little, all of it trains. "
+        "The end of the longest take checks the training. "
         "Radio is not used: training needs both sound and motion."
     )
     assert said in [label.text() for label in room.view.window().findChildren(QLabel)]

@@ -102,6 +102,29 @@ def test_a_vmc_program_on_the_port_in_use_is_heard_and_closing_listens_as_before
     assert session.settings.vmc_port == port
 
 
+def test_the_practice_performer_is_no_tracker(tab, qtbot) -> None:
+    view, presenter, session = tab
+    model, port = presenter.model, session.settings.vmc_port
+    model.practice.set_on(True, free_port(), "none")
+    view.inputs.trackers.click()
+    page = view.trackers
+    pose = Motion.build([0.0], ("Joy",), [[0.5]], BONES).pose(0.0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
+
+        def heard() -> str:
+            for datagram in encode_frame(pose, ("Joy",), BONES, 0.0):
+                program.sendto(datagram, ("127.0.0.1", port))
+            return page.heard.text()
+
+        said = "This is the practice performer. Listening for a tracker…"
+        qtbot.waitUntil(lambda: heard() == said)
+        tiles = [page.findChild(QToolButton, f"tracker_{one.id}") for one in TRACKERS]
+        assert not any(tile.property("heard") for tile in tiles)
+        assert not page.use.isEnabled()
+        model.practice.set_on(False)
+        qtbot.waitUntil(lambda: heard() and page.use.isEnabled())
+
+
 def test_a_take_keeps_its_motion_when_the_page_closes_in_its_midst(tab, qtbot) -> None:
     view, presenter, session = tab
     model, port = presenter.model, session.settings.vmc_port

@@ -236,12 +236,14 @@ def test_a_long_sentence_beside_the_transport_leaves_the_send_panel_whole(
     view, _ = tab
     view.tabs.setCurrentWidget(view.send)
     view.show_metrics("error 0.123  r 0.84  motion 0.92  bones 12.3°", "")
-    view.show_notice("No sound device can play.")
+    view.show_notice("No sound device can play.", "Plug in headphones.")
     view.columns.setSizes([210, 2000, 0])  # as narrow as it gets
     qtbot.waitUntil(lambda: view.columns.sizes()[2] <= 300)
     notice = view.findChild(QLabel, "sound_notice")
     assert notice is not None
     assert notice.minimumSizeHint().width() < notice.fontMetrics().horizontalAdvance(notice.text())
+    assert notice.toolTip() == "No sound device can play. Plug in headphones."
+    assert notice.height() < 2 * notice.fontMetrics().height(), "in one line"
     for box in (view.send.rows[0].port, view.send.names, view.send.fps):
         assert box.mapTo(view.send, box.rect().topRight()).x() < view.send.width()
 

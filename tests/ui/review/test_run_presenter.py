@@ -163,11 +163,15 @@ def _two(qtbot: QtBot, view: ReviewView, presenter: ReviewPresenter) -> None:
     qtbot.waitUntil(lambda: presenter.model.both_ready, timeout=MINUTE)
 
 
-def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: Tab) -> None:
+def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: Tab, session: Session) -> None:
     view, presenter = tab
+    shown: list[str] = []
+    session.run_shown.connect(shown.append)
     _two(qtbot, view, presenter)
+    assert set(shown) == {presenter.model.side.selection.run}
     a, b = view.bar.vote.sides
     figures = _text(view, "review_metrics")
+    assert figures.startswith("This take: ")
     qtbot.mouseClick(b, Qt.MouseButton.LeftButton)
     assert _peak(presenter) == pytest.approx(0.5, abs=0.01)
     assert _text(view, "review_metrics") != figures

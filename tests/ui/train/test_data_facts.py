@@ -49,16 +49,21 @@ def test_sounds_alone_stop_with_a_sentence_that_says_what_is_missing() -> None:
 
 
 def test_a_missing_validation_take_can_be_mended_with_one_click() -> None:
-    facts = data_facts(_dataset(("a", "train"), ("b", "train")), [_take("a"), _take("b")])
+    facts = data_facts(_dataset(*((name, "train") for name in "abcd")), [_take(name) for name in "abcd"])
     (warning,) = facts.warnings
     assert warning.text == "No validation take: the studio cannot tell which version is best."
     assert warning.repair == "val"
     assert facts.can_train
 
 
+def test_no_take_is_asked_for_validation_where_there_are_few() -> None:
+    dataset = _dataset(("a", "train"), ("b", "train"))
+    assert data_facts(dataset, [_take("a"), _take("b")]).warnings == ()
+
+
 def test_a_single_take_cannot_be_set_aside() -> None:
     dataset = _dataset(("a", "train"))
-    assert data_facts(dataset, [_take("a", 200.0)]).warnings[0].repair == ""
+    assert data_facts(dataset, [_take("a", 200.0)]).warnings == ()
     assert one_for_validation(dataset, [_take("a")]) is None
 
 

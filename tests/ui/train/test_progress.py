@@ -13,6 +13,8 @@ from studio.ipc.events import (
     StartedEvent,
     TrainDone,
 )
+from studio.ui import messages
+from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.task import TrainingProgress, TrainRequest, run_text, training_text
 from studio.ui.train.view import TrainView
@@ -71,3 +73,23 @@ def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
     progress.update(StartedEvent("quick_001"))
     assert training_text(progress) == "reading the takes; the first epoch follows"
     assert progress.fraction == -1.0
+
+
+def test_the_message_that_a_run_is_ready_goes_when_it_is_seen(
+    tab: tuple[TrainView, TrainPresenter], child: FakeChildTask, session: Session
+) -> None:
+    view, presenter = tab
+    presenter.model.start(TrainRequest("quick"))
+    child.end(TrainDone("quick_001"))
+    toast = messages.toast_of(view.window())
+    assert toast is not None
+    assert (toast.isVisible(), toast.text.text()) == (True, "quick_001 is ready.")
+    session.run_shown.emit("quick_000")
+    assert toast.isVisible(), "another one is seen"
+    session.run_shown.emit("quick_001")
+    assert not toast.isVisible()
+    presenter.model.start(TrainRequest("quick"))
+    child.end(TrainDone("quick_002"))
+    messages.show_failure(view, "The disk is full.", "Make room.")
+    session.run_shown.emit("quick_002")
+    assert toast.isVisible(), "errors stay"

@@ -41,8 +41,8 @@ QUICK, QUICK_SHARE, SLOWEST_SHARE = 0.0125, 0.85, 0.5
 reach the display's rate in software too; slow machines show fewer."""
 MOST_PIXELS = 2_600_000
 FINEST = 2
-REST_MS, REST_COST = 300, 0.02
-"""After which a picture that stays is drawn once more, finely, where it took no longer (s) before."""
+REST_MS, REST_COST = 300, 0.25
+"""After which what stays is drawn once more in full; with smooth edges where that takes no longer (s)."""
 TOO_SLOW, FAR_TOO_SLOW = 0.25, 2.0
 """Seconds a picture of an avatar may take; beyond, the stick figure of its proportions is drawn."""
 _COSTS_KEPT, _COSTS_ENOUGH = 12, 3
@@ -413,8 +413,8 @@ class StickFigure(QWidget):
         self._next.start(max(0, int(wait * 1000)))
 
     def _draw_finely(self) -> None:
-        """Nothing moves any more: draw the same picture with smooth edges, once."""
-        if not self._next.isActive() and self._last_cost < REST_COST:
+        """Nothing moves any more: draw the same picture in full, once, however coarse it was."""
+        if not self._next.isActive():
             self._draw_picture(resting=True)
 
     def _draw_picture(self, resting: bool = False) -> None:
@@ -431,12 +431,13 @@ class StickFigure(QWidget):
             self._scene.hide(GHOST)
         ratio, share = self.devicePixelRatioF(), self._detail.share
         pixels = self.width() * self.height() * ratio * ratio
-        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * min(share, 1.0)
+        ratio *= min(1.0, (MOST_PIXELS / max(pixels, 1.0)) ** 0.5) * (1.0 if resting else min(share, 1.0))
         size = max(int(self.width() * ratio), 8), max(int(self.height() * ratio), 8)
         if self._picture is None:
             self._picture = FigurePicture(self._scene)
-        finer = FINEST if (share > 1.0 or resting) and pixels < MOST_PIXELS else 1
-        part = self._picture.draw(self.seen, size, finer, self.background, self._palette())
+        smooth = self._last_cost * (FINEST / share) ** 2 < REST_COST if resting else share > 1.0
+        finer = FINEST if smooth and pixels < MOST_PIXELS else 1
+        part = self._picture.draw(self.seen, size, finer, self.background, self._palette(), resting)
         self._shown = (self._stance, self._ghost)
         self.renders += 1
         if not resting:

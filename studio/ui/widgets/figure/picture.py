@@ -35,7 +35,13 @@ class FigurePicture:
         self._passing: tuple[object, ...] = ()
 
     def draw(
-        self, orbit: Orbit, size: tuple[int, int], finer: int, background: Background, palette: Palette
+        self,
+        orbit: Orbit,
+        size: tuple[int, int],
+        finer: int,
+        background: Background,
+        palette: Palette,
+        stays: bool = False,
     ) -> QRect:
         """Make it anew.
 
@@ -45,6 +51,7 @@ class FigurePicture:
             finer: the performer is drawn so many times as large, for smooth edges.
             background: what is behind them.
             palette: the room's colours.
+            stays: nothing moves, so that the room is worth drawing apart at once.
 
         Returns:
             The part of it that may have changed.
@@ -53,7 +60,7 @@ class FigurePicture:
         camera = scene.camera(orbit) if background.is_room else ()
         key = (size, background, palette, finer, camera)
         changed, self._size = key != self._key, size
-        if changed and background.is_room and key != self._passing:
+        if changed and background.is_room and key != self._passing and not stays:
             # The camera moves: all of it at once, since the room would be drawn for this picture alone.
             self._passing, self._key = key, ()
             self._under, self._layer = image_of(scene.render(orbit, *size)), None

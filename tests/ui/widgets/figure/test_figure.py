@@ -18,7 +18,7 @@ from studio.render.background import CLEAR, ROOM, Background
 from studio.render.camera import FRAMINGS, Orbit, project, to_picture
 from studio.render.world_pose import WorldPose
 from studio.ui import theme
-from studio.ui.widgets.figure.figure import FAR_TOO_SLOW, TOO_SLOW, StickFigure
+from studio.ui.widgets.figure.figure import FAR_TOO_SLOW, REST_COST, TOO_SLOW, StickFigure
 from studio.ui.widgets.figure.pane import Pane
 from studio.ui.widgets.figure.picture import EASY, FINE_EASY, FINE_SLOW, SHARES, SLOW, USUAL, Detail
 from tests.formats.avatars import Maker
@@ -334,6 +334,22 @@ def test_what_holds_up_everything_is_coarse_at_once_and_fine_again_when_that_is_
     detail.go_coarsest()
     assert detail.share == SHARES[-1]
     assert after(detail, *[FINE_EASY / 10] * 60) >= 1.0
+
+
+def test_what_rests_is_drawn_in_full_whatever_it_cost_while_it_moved(warm: StickFigure, qtbot) -> None:
+    warm.set_background(CLEAR)
+    drawn(warm, qtbot)
+    qtbot.waitUntil(lambda: not warm.drawing_soon)
+    full = warm.picture
+    for _ in range(12):
+        warm.note_cost(2 * SLOW)
+    warm.set_orbit(Orbit.preset("side"))
+    before = warm.renders
+    qtbot.waitUntil(lambda: warm.renders > before)
+    assert warm.picture.width() < full.width()
+    warm.note_cost(REST_COST)
+    qtbot.waitUntil(lambda: not warm.drawing_soon)
+    assert warm.picture.size() == full.size()
 
 
 def test_another_size_begins_anew() -> None:
