@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 from pytestqt.qtbot import QtBot
 
+from studio.dataset import balance
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
 from studio.ui.train.view import TrainView
@@ -32,3 +33,10 @@ def tab(
     presenter.activate()
     yield view, presenter
     presenter.close()
+
+
+@pytest.fixture
+def enough_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Toys of six seconds count as enough to keep one of them back."""
+    monkeypatch.setattr(balance, "FEW_TAKES", 1)
+    monkeypatch.setattr(balance, "FEW_SECONDS", 0.0)

@@ -212,6 +212,7 @@ def test_steps_move_the_bar_between_epochs() -> None:
     assert seen == [(0.125, 70.0), (0.25, 60.0), (0.275, 55.0)]
 
 
+@pytest.mark.usefixtures("enough_takes")
 def test_a_project_only_to_look_at_sets_no_take_aside_and_keeps_its_notes(
     qtbot: QtBot, toy_project: Project
 ) -> None:

@@ -181,6 +181,7 @@ def test_notes_are_kept_beside_the_run(
     assert again.text() == "窓を閉めて"
 
 
+@pytest.mark.usefixtures("enough_takes")
 def test_setting_one_take_aside_is_one_click(
     qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session
 ) -> None:

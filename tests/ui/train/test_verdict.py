@@ -64,6 +64,7 @@ def test_the_chosen_run_is_judged_in_words_and_figures_wait_behind_details(
     assert not table.isColumnHidden(RMSE)
 
 
+@pytest.mark.usefixtures("enough_takes")
 def test_start_stands_still_when_there_is_a_warning(tab: Tab, session: Session, qtbot: QtBot) -> None:
     view, _ = tab
     view.resize(1024, 588)
