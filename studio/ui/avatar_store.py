@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import shiboken6
-from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtCore import QObject, QThreadPool, Signal, SignalInstance
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio.errors import StudioError
@@ -93,6 +93,11 @@ class AvatarStore(QObject):
         self.path: Path | None = None
         """Where the file of the avatar lies in the project."""
         self._reading = tasks.LatestTask(self)
+        self._driven = False
+        """Whether another choice for its faces is kept, or on its way to the disk."""
+        # One after the other: the choice that was made last holds.
+        self._in_order = QThreadPool(self)
+        self._in_order.setMaxThreadCount(1)
         session.avatar_dropped.connect(lambda path: self.choose(Path(str(path))))
         session.project_opened.connect(self._on_project)
         self._on_project()
@@ -137,21 +142,31 @@ class AvatarStore(QObject):
         project = self._session.project
         if self.avatar is None or self.path is None or project is None:
             return
-        from studio import formats
-        from studio.project import avatars
-
         self.avatar = self.avatar.driven_by(drivers)
         self.changed.emit()
         if project.read_only:
             what = self.tr("This project can only be looked at: the choice holds until it is closed.")
             messages.show_note(asking, what)
             return
+        self._driven = self._driven or bool(drivers)
+        folder, path, copied = project.folder, self.path, self._driven
+        tasks.run(
+            lambda: _kept(folder, path, drivers, copied),
+            lambda kept: self._on_kept(folder, path, kept, asking),
+            lambda error: _show_error(asking, error),
+            owner=self,
+            pool=self._in_order,
+        )
+
+    def _on_kept(self, folder: Path, path: Path, kept: Path, asking: QWidget | None) -> None:
+        project = self._session.project
+        if kept == path or self.path != path or project is None or project.folder != folder:
+            return
+        from studio.project import avatars
+
+        self.path = kept
         try:
-            if drivers and self.path == avatars.OWN:
-                self.path = avatars.adopt(project.folder, self.path, changed=True)
-                avatars.choose(project.folder, self.path)
-            if self.path != avatars.OWN:
-                formats.keep_drivers(self.path, drivers)
+            avatars.choose(folder, kept)
         except StudioError as error:
             _show_error(asking, error)
 
@@ -181,7 +196,7 @@ class AvatarStore(QObject):
         self._reading.run(lambda: _opened(path, folder, keep), loaded, failed)
 
     def _show(self, found: _Opened, source: Path | None) -> None:
-        self.avatar, self.path = found.avatar, found.path
+        self.avatar, self.path, self._driven = found.avatar, found.path, False
         if source is not None:
             recent = self._session.settings.with_recent_avatar(source).recent_avatars
             self._session.change_settings(recent_avatars=recent)
@@ -189,7 +204,7 @@ class AvatarStore(QObject):
 
     def _clear(self) -> None:
         self._reading.drop()
-        self.avatar = self.path = None
+        self.avatar, self.path, self._driven = None, None, False
         self.changed.emit()
 
     def _on_project(self) -> None:
@@ -274,6 +289,21 @@ def _show_error(asking: QWidget | None, error: BaseException) -> None:
     # Reading takes seconds, in which the tab that asked may have been closed.
     there = asking is not None and shiboken6.isValid(asking)
     messages.show_error(asking if there else None, error)
+
+
+def _kept(folder: Path, path: Path, drivers: Mapping[str, str], copied: bool) -> Path:
+    """Keep what moves an avatar's faces, beside a copy in the project where `copied`, and give its file.
+
+    Runs on the thread pool: a copy takes as long as the disk does.
+    """
+    from studio import formats
+    from studio.project import avatars
+
+    if path == avatars.OWN and copied:
+        path = avatars.adopt(folder, path, changed=True)
+    if path != avatars.OWN:
+        formats.keep_drivers(path, drivers)
+    return path
 
 
 def _opened(path: Path, folder: Path, keep: bool) -> _Opened:

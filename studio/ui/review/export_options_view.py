@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRegularExpression, QSignalBlocker, Signal
@@ -87,7 +86,7 @@ class OptionsForm(QWidget):
             str(self.part.currentData()),
             bool(self.span.currentData()) and self.span.isEnabled(),
             self.tuned.isChecked(),
-            self._size(),
+            self._size() or SIZES[0],
             self.background.background,
         )
 
@@ -119,12 +118,18 @@ class OptionsForm(QWidget):
         self.background.show_background(background)
         self.changed.emit()
 
-    def _size(self) -> tuple[int, int]:
-        """What is written in the box; where that is no size, the usual one."""
+    @property
+    def needs_size(self) -> bool:
+        """Whether pictures are drawn and what is written is no size, as while it is typed."""
+        return self._drawn and self._size() is None
+
+    def _size(self) -> tuple[int, int] | None:
+        """What is written in the box; None where that is no size."""
+        line = self.picture.lineEdit()
+        if line is None or not line.hasAcceptableInput():
+            return None
         wide, _, high = self.picture.currentText().replace("×", "x").lower().partition("x")
-        with suppress(ValueError):
-            return int(wide), int(high)
-        return SIZES[0]
+        return int(wide), int(high)
 
     def _fit(self) -> None:
         # An empty row would leave a gap.

@@ -279,6 +279,8 @@ class ExportPanel(QWidget):
             self.show_result(self.tr("Give it a name first."), False)
         elif not self.folder.text().strip():
             self.show_result(self.tr("Choose a folder first."), False)
+        elif self.options.needs_size:
+            self.show_result(self.tr("Finish the picture's size first, such as 1920 x 1080."), False)
         elif choice is not None:
             folder = Path(self.folder.text().strip()).expanduser()
             fps, options = float(self.fps.currentData()), self.options.options

@@ -134,8 +134,10 @@ def test_what_moves_its_faces_is_kept_in_the_project(live: Room, file: Path, qtb
     worn = view.stage.figure.avatar
     assert worn is not None
     assert [one.name for one in worn.face.moved_by("MouthSmileLeft")] == ["joy"]
-    assert session.avatars.path is not None
-    assert formats.read_avatar(session.avatars.path).drivers == {"joy": "MouthSmileLeft"}
+    path = session.avatars.path
+    assert path is not None
+    qtbot.waitUntil(lambda: formats.read_drivers(path) == {"joy": "MouthSmileLeft"})
+    assert formats.read_avatar(path).drivers == {"joy": "MouthSmileLeft"}
     # Chosen again from where it came from, the project's own choice holds; its faces may be others now.
     with qtbot.waitSignal(dialog.finished):
         button.wanted.emit(file)
@@ -154,10 +156,26 @@ def test_the_studios_own_avatar_is_changed_in_the_project_alone(live: Room, qtbo
     for drivers in ({"happy": "MouthSmileLeft"}, {"happy": "MouthSmileRight"}):
         dialog.drivers_changed.emit(drivers)
         assert dialog.isVisible()
+    assert session.avatars.path == avatars.OWN, "copying it takes as long as the disk does"
+    qtbot.waitUntil(lambda: session.avatars.path != avatars.OWN)
     copy = avatars.chosen(session.project.folder)
+    assert copy == session.avatars.path
     assert copy is not None
-    assert copy != avatars.OWN
-    assert formats.read_drivers(copy) == {"happy": "MouthSmileRight"}
+    qtbot.waitUntil(lambda: formats.read_drivers(copy) == {"happy": "MouthSmileRight"})
     assert formats.read_drivers(avatars.OWN) == {}
     assert session.avatars.choices()[0] == (copy,)
     dialog.close()
+
+
+def test_a_choice_that_is_taken_back_at_once_is_not_kept(live: Room, qtbot: QtBot) -> None:
+    view, _, session = live
+    view.stage.avatar.wanted.emit(avatars.OWN)
+    qtbot.waitUntil(lambda: view.stage.figure.avatar is not None)
+    assert session.project is not None
+    session.avatars.drive({"happy": "MouthSmileLeft"})
+    session.avatars.drive({})
+    qtbot.waitUntil(lambda: session.avatars.path != avatars.OWN)
+    copy = avatars.chosen(session.project.folder)
+    assert copy is not None
+    qtbot.waitUntil(lambda: formats.read_drivers(copy) == {})
+    assert formats.read_avatar(copy).drivers == {}

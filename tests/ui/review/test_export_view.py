@@ -10,7 +10,7 @@ from studio.export.options import FormatChoice, format_choices
 from studio.render.background import CLEAR
 from studio.ui import theme
 from studio.ui.review.export_options_view import ExportOptions
-from studio.ui.review.export_view import ExportPanel
+from studio.ui.review.export_view import ExportPanel, ExportRequest
 
 
 @pytest.fixture
@@ -117,5 +117,24 @@ def test_an_image_that_cannot_be_read_is_said_when_it_is_chosen(
 def test_a_size_may_be_typed(panel: ExportPanel) -> None:
     panel.options.picture.setEditText("1600 × 900")
     assert panel.options.options.size == (1600, 900)
-    panel.options.picture.setEditText("16")
-    assert panel.options.options.size == (1280, 720)
+
+
+def test_a_size_that_is_half_typed_is_asked_for_and_never_guessed(panel: ExportPanel, tmp_path: Path) -> None:
+    panel.show_formats(format_choices())
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    asked: list[ExportRequest] = []
+    panel.export_requested.connect(asked.append)
+    panel.format.setCurrentIndex(panel.format.findData("png"))
+    for text in ("", "16", "1920x", "1920 x 1"):
+        panel.options.picture.setEditText(text)
+        panel.export.click()
+        assert panel.result.text() == "Finish the picture's size first, such as 1920 x 1080."
+    assert not asked
+    panel.options.picture.setEditText("1920 x 108")
+    panel.export.click()
+    assert [one.options.size for one in asked] == [(1920, 108)]
+    # Where nothing is drawn, nobody sees the box.
+    panel.options.picture.setEditText("1920x")
+    panel.format.setCurrentIndex(panel.format.findData("bvh"))
+    panel.export.click()
+    assert len(asked) == 2
