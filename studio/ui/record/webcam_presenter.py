@@ -23,6 +23,7 @@ from studio.ipc.events import (
 )
 from studio.tracking import VIDEO_SUFFIXES
 from studio.tracking.face import Calibration
+from studio.tracking.face_model import PACKAGE_SIZE
 from studio.tracking.pictures import HINTS
 from studio.tracking.webcam import load_calibration
 from studio.ui import messages, tasks
@@ -216,7 +217,8 @@ class WebcamPresenter(QObject):
     def _show_model(self) -> None:
         facts = self._facts
         if not facts.runs:
-            self._pane.show_model(f"{facts.what} {facts.remedy}", "", False)
+            text = self.tr("Tracking a face needs MediaPipe, once: {0}, Apache-2.0, from pypi.org.")
+            self._pane.show_model(text.format(PACKAGE_SIZE), self.tr("Get MediaPipe"), False, file=False)
         elif not facts.here:
             text = self.tr("The face model is needed once: {0}, {1}, from {2}. SHA-256 {3}.")
             size, host = size_text(facts.size), facts.url.split("/")[2]
@@ -229,6 +231,10 @@ class WebcamPresenter(QObject):
     def _on_get(self) -> None:
         if self._getter.running:
             self._getter.cancel()
+        elif not self._facts.runs:
+            self._getter.start(["camera", "--get-mediapipe"])
+            text = self.tr("Getting MediaPipe ({0})… This takes some minutes.").format(PACKAGE_SIZE)
+            self._pane.show_model(text, self.tr("Cancel"), False, file=False)
         else:
             self._getter.start(["camera", "--get-model"])
             self._pane.show_model(self.tr("Getting the face model…"), self.tr("Cancel"), False)
@@ -245,8 +251,9 @@ class WebcamPresenter(QObject):
             self._pane.show_model(text, self.tr("Cancel"), False)
 
     def _on_model(self, _done: CameraDone) -> None:
-        self._facts = FaceModelEvent(here=True, runs=True)
-        self._show_model()
+        # MediaPipe or the model: one of them may be missing still.
+        self._pane.show_model("", "", False)
+        self.look()
 
     def _on_no_model(self, error: BaseException) -> None:
         self._show_model()

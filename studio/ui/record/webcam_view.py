@@ -34,7 +34,7 @@ class WebcamPane(Card):
         device_chosen: a camera's id, or VIDEO.
         gain_chosen: a shape's name and the factor that makes it stronger or weaker.
         calibrate_requested: take the face as it is now for the face at rest.
-        model_requested: fetch the face model, or give that up.
+        model_requested: fetch what is missing, the face model or MediaPipe, or give that up.
         model_file_requested: choose the face model from disk.
         refresh_requested: look for cameras again.
         finished: close the page.
@@ -147,19 +147,20 @@ class WebcamPane(Card):
                 found.scaled(self.picture.size(), Qt.AspectRatioMode.KeepAspectRatio, mode)
             )
 
-    def show_model(self, text: str, button: str, may_start: bool) -> None:
+    def show_model(self, text: str, button: str, may_start: bool, file: bool = True) -> None:
         """Say what is missing for tracking.
 
         Args:
             text: a sentence, "" for nothing.
-            button: what fetches the model, "" where that would not help.
+            button: what fetches it, "" where that would not help.
             may_start: nothing is missing.
+            file: it may be chosen from disk instead.
         """
         self._model_text.setText(text)
         self._model_text.setVisible(bool(text))
         self.get_model.setText(button)
         self.get_model.setVisible(bool(button))
-        self.choose_model.setVisible(bool(button))
+        self.choose_model.setVisible(bool(button) and file)
         self.toggle.setEnabled(may_start)
 
     def _build_gains(self) -> None:
