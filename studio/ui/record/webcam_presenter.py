@@ -60,11 +60,13 @@ class WebcamPresenter(QObject):
         self._getter.cancelled.connect(self._show_model)
         pane.toggled.connect(self.set_on)
         pane.device_chosen.connect(self._on_device)
+        pane.mode_chosen.connect(lambda mode: session.change_settings(camera_mode=mode))
         pane.calibrate_requested.connect(lambda: self._camera.tell(Command("calibrate")))
         pane.gain_chosen.connect(self._on_gain)
         pane.model_requested.connect(self._on_get)
         pane.model_file_requested.connect(self._on_choose)
         pane.refresh_requested.connect(self.look)
+        pane.show_mode(session.settings.camera_mode)
         model.webcam_stop_requested.connect(lambda: self.set_on(False))
         session.settings_changed.connect(self._on_settings)
         self._show_idle()
@@ -115,7 +117,9 @@ class WebcamPresenter(QObject):
             return
         device = ["--device", self._device] if self._device else []
         to = f"127.0.0.1:{self._session.settings.vmc_port}"
-        self._camera.start(["camera", "--to", to, "--preview", *device])
+        size, _, fps = str(self._pane.mode.currentData()).partition("@")
+        mode = ["--size", size, "--fps", fps]
+        self._camera.start(["camera", "--to", to, "--preview", *mode, *device])
 
     def _tell(self, sender: str) -> None:
         self._model.webcam_sender = sender

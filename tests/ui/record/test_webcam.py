@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 
 from studio.errors import StudioError
@@ -139,6 +140,22 @@ def test_without_mediapipe_a_button_gets_it(
     qtbot.waitUntil(lambda: bool(errors), timeout=30_000)
     assert errors[0].what.startswith("MediaPipe could not be installed")
     assert pane.get_model.text() == "Get MediaPipe"
+
+
+def test_size_and_rate_are_chosen_and_remembered(tab: Tab, qtbot) -> None:
+    view, _presenter, session = tab
+    open_page(view)
+    pane = view.trackers.webcam
+    assert pane.mode.currentText() == "640 × 480, 30 fps"
+    pane.mode.setFocus()
+    qtbot.keyClick(pane.mode, Qt.Key.Key_Down)
+    qtbot.keyClick(pane.mode, Qt.Key.Key_Down)
+    assert pane.mode.currentText() == "1280 × 720, 30 fps"
+    assert session.settings.camera_mode == "1280x720@30"
+    pane.show_running(True)
+    assert not pane.mode.isEnabled()
+    if folder := os.environ.get("SAIA_SHOTS"):
+        view.trackers.grab().save(f"{folder}/webcam_mode.png")
 
 
 def test_a_camera_that_cannot_be_opened_is_said_on_the_page(tab: Tab, qtbot, tmp_path: Path) -> None:
