@@ -92,14 +92,15 @@ def install(is_stopped: Callable[[], bool] = lambda: False, requirement: str = R
             stderr=subprocess.STDOUT,
         )
         try:
-            while pip.poll() is None:
-                if is_stopped():
-                    raise Cancelled
+            while pip.poll() is None and not is_stopped():
                 time.sleep(_POLL_S)
         finally:
             # Before its packages are unpacked it leaves nothing behind; a half of them it mends next time.
             pip.terminate()
             pip.wait()
+        # A terminal's Ctrl+C ends pip as well, and sooner.
+        if is_stopped():
+            raise Cancelled
         said.seek(0)
         lines = [line.strip() for line in said if line.strip()]
     importlib.invalidate_caches()
