@@ -74,6 +74,7 @@ class Settings:
     more_ports: tuple[str, ...] = _setting((), "", "Further UDP ports that motion arrives on, as texts.")
     audio_device: str = _setting("", "Microphone", "Sound device to record from; empty is the system's own.")
     camera: str = _setting("", "", "Camera that tracks a face in Record; empty is the system's own.")
+    camera_mode: str = _setting("640x480@30", "", "Size and rate that camera is asked for, as WxH@FPS.")
     audio_output: str = _setting("", "Speaker", "Sound device to play on; empty is the system's own.")
     live_device: tuple[str, ...] = _setting(
         (), "", "Microphone that Live listens to, as the first; none chosen means the one to record from."

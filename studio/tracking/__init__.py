@@ -6,7 +6,7 @@ this order; `video` works through a file, `webcam` through a camera that runs.
 camera      Cameras: which there are, and their pictures with the moments they were taken; a video as one
 choice      Which of several faces is the one, followed through the pictures to both sides
 face        A tracked face as channels: ARKit's shapes, VRM's vowels, and the head's turn shared out
-face_model  The face model's file: where it lies, how it is fetched from its publisher, and what is missing
+face_model  The face model's file and MediaPipe, which reads it: what is missing, and how it is fetched
 landmarker  MediaPipe's Face Landmarker: the faces in a picture, and the rigid part of one
 pictures    What a picture tells besides its faces: light, sharpness, cuts, and hints for a better one
 raw         Faces of a video as they were tracked, in blocks that survive a break

@@ -1,17 +1,23 @@
-"""The face model's file: where it lies, how it is fetched from its publisher, and what is missing.
+"""The face model's file and MediaPipe, which reads it: what is missing, and how it is fetched.
 
 Source: Google MediaPipe, Face Landmarker, bundle float16/1; Apache-2.0.
 """
 
 from __future__ import annotations
 
+import importlib
 import os
 import shutil
+import subprocess
 import sys
+import tempfile
+import time
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
-from studio.errors import RequestError, StudioError
+from studio import launch
+from studio.errors import Cancelled, RequestError, StudioError
 from studio.files import atomic
 from studio.files.download import BROKE_OFF, Offered, OnProgress, digest_of, download, host
 
@@ -21,10 +27,14 @@ SIZE = 3_758_596
 SHA256 = "64184e229b263107bc2b804c6625db1341ff2bb731874b0bcc2fe6544e0bc9ff"
 LICENCE = "Apache-2.0, Google MediaPipe"
 REQUIREMENT = "mediapipe==1.2.2"
+PACKAGE_SIZE = "about 335 MB"
+"""With all that it needs."""
 GET = "saia camera --get-model"
 """The command that fetches it."""
 NO_MODEL, NO_PACKAGE = "no_face_model", "no_mediapipe"
 """Codes of the errors that say what is missing."""
+
+_POLL_S = 0.1
 
 
 def model_file() -> Path:
@@ -47,8 +57,9 @@ def missing() -> StudioError | None:
     if find_spec("mediapipe") is None:
         return StudioError(
             "Tracking a face needs MediaPipe, which is not installed.",
-            f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (about 335 MB, once).',
+            f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} ({PACKAGE_SIZE}, once).',
             code=NO_PACKAGE,
+            in_window="Get it in Record: Add a tracker, This webcam.",
         )
     if not has_model():
         return StudioError(
@@ -58,6 +69,47 @@ def missing() -> StudioError | None:
             in_window="Get it in Record: Add a tracker, This webcam.",
         )
     return None
+
+
+def install(is_stopped: Callable[[], bool] = lambda: False, requirement: str = REQUIREMENT) -> None:
+    """Have pip install MediaPipe; one that is installed already is left as it is.
+
+    Args:
+        is_stopped: asked now and then whether to give that up.
+        requirement: what pip is asked for.
+
+    Raises:
+        Cancelled: it was given up.
+        StudioError: it cannot be installed.
+    """
+    words = ("-m", "pip", "install", "--no-input", "--disable-pip-version-check", requirement)
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
+        pip = subprocess.Popen(
+            launch.python(*words),
+            env=launch.environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+        )
+        try:
+            while pip.poll() is None and not is_stopped():
+                time.sleep(_POLL_S)
+        finally:
+            # Before its packages are unpacked it leaves nothing behind; a half of them it mends next time.
+            pip.terminate()
+            pip.wait()
+        # A terminal's Ctrl+C ends pip as well, and sooner.
+        if is_stopped():
+            raise Cancelled
+        said.seek(0)
+        lines = [line.strip() for line in said if line.strip()]
+    importlib.invalidate_caches()
+    if pip.returncode or find_spec("mediapipe") is None:
+        why = next((line for line in reversed(lines) if "error" in line.lower()), "pip gives no reason")
+        raise StudioError(
+            f"MediaPipe could not be installed ({why.removeprefix('ERROR: ').rstrip('.')}).",
+            "Connect to the internet, see that 1 GB of the disk is free, and try again.",
+        )
 
 
 def need_model() -> Path:

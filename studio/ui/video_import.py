@@ -41,12 +41,13 @@ class VideoQuestions(QObject):
         super().__init__(window)
         self._window, self._show_status = window, show_status
         self._on_answered = go_on
-        self._asking = False
+        self._asking, self._getting = False, ""
         self._videos: tuple[Path, ...] = ()
         self._faces: FacesEvent | None = None
         self._getter, self._looker = ChildTask(self), ChildTask(self)
         self._getter.told.connect(self._on_getting)
-        self._getter.done.connect(lambda _done: self._look())
+        # With MediaPipe the model may be missing still.
+        self._getter.done.connect(lambda _done: self._find(self._videos))
         self._looker.told.connect(self._on_look)
         self._looker.done.connect(lambda _done: self._choose())
         for task in (self._getter, self._looker):
@@ -61,6 +62,9 @@ class VideoQuestions(QObject):
     def ask(self, paths: tuple[Path, ...]) -> None:
         """Find the videos among paths, and ask about them."""
         self._asking = True
+        self._find(paths)
+
+    def _find(self, paths: tuple[Path, ...]) -> None:
         # Folders are read and a file is hashed: off the GUI thread.
         tasks.run(lambda: (videos_in(paths), face_model.missing()), self._on_found, owner=self)
 
@@ -76,23 +80,35 @@ class VideoQuestions(QObject):
 
     def _on_found(self, found: tuple[tuple[Path, ...], StudioError | None]) -> None:
         self._videos, missing = found
-        if self._videos and missing is not None and missing.code == face_model.NO_MODEL:
+        if self._videos and missing is not None:
+            self._offer(missing.code)
+        elif self._videos:
+            self._look()
+        else:
+            self._go_on([])
+
+    def _offer(self, missing: str) -> None:
+        """Ask whether to fetch what is missing for tracking."""
+        if missing == face_model.NO_PACKAGE:
+            question = self.tr("MediaPipe is needed to read motion from videos.")
+            details = self.tr("It is fetched once: {0}, Apache-2.0, from pypi.org.")
+            details = details.format(face_model.PACKAGE_SIZE)
+            yes, self._getting = self.tr("Get MediaPipe"), self.tr("Getting MediaPipe…")
+            option = "--get-mediapipe"
+        else:
             question = self.tr("The face model is needed to read motion from videos.")
             details = self.tr("It is fetched once: {0}.").format(face_model.facts())
-            yes, no = self.tr("Get the model"), self.tr("Import only the sound")
-            if messages.ask(self._window, question, details, yes, no):
-                self._show_status(self.tr("Getting the face model…"), None)
-                self._getter.start(["camera", "--get-model"])
-            else:
-                self._go_on([])
-        elif self._videos and missing is None:
-            self._look()
+            yes, self._getting = self.tr("Get the model"), self.tr("Getting the face model…")
+            option = "--get-model"
+        if messages.ask(self._window, question, details, yes, self.tr("Import only the sound")):
+            self._show_status(self._getting, None)
+            self._getter.start(["camera", option])
         else:
             self._go_on([])
 
     def _on_getting(self, event: ChildEvent) -> None:
         if isinstance(event, DownloadProgressEvent):
-            self._show_status(self.tr("Getting the face model…"), event.fraction)
+            self._show_status(self._getting, event.fraction)
 
     def _look(self) -> None:
         """Whose face is asked for one video; of many the largest is taken, or nobody would see the end."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from studio.errors import RequestError, StudioError
+from studio.errors import Cancelled, RequestError, StudioError
 from studio.tracking import face_model
 from tests.tracking.faces import MODEL
 
@@ -102,3 +103,24 @@ def test_what_is_missing_is_said_with_its_size_and_licence(place: Path) -> None:
     for fact in ("3.8 MB", "Apache-2.0", "SHA-256 64184e229b26"):
         assert fact in error.what
     assert "saia camera --get-model" in error.remedy
+
+
+needs_pip = pytest.mark.skipif(find_spec("pip") is None, reason="there is no pip here")
+
+
+@needs_pip
+def test_what_pip_cannot_install_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    with pytest.raises(StudioError) as error:
+        face_model.install(requirement="saia-nowhere==0")
+    assert error.value.what == (
+        "MediaPipe could not be installed (No matching distribution found for saia-nowhere==0)."
+    )
+    assert error.value.remedy == "Connect to the internet, see that 1 GB of the disk is free, and try again."
+
+
+@needs_pip
+def test_installing_can_be_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    with pytest.raises(Cancelled):
+        face_model.install(lambda: True, "saia-nowhere==0")

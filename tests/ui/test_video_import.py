@@ -120,6 +120,29 @@ def test_without_the_model_the_sound_alone_may_be_taken(
     qtbot.waitUntil(lambda: "Only the sound of voice.mp4 was imported." in toast.remedy.text())
 
 
+def test_without_mediapipe_it_is_offered_with_its_size(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("studio.tracking.face_model.find_spec", lambda _name: None)
+    monkeypatch.setenv("SAIA_FACE_MODEL", str(tmp_path / "none" / "face_landmarker.task"))
+    asked: list[tuple[str, ...]] = []
+    monkeypatch.setattr(messages, "ask", lambda _w, *words: asked.append(words) and False)
+    film = write_video(tmp_path / "voice.mp4", [Look(gone=True)] * 10, bursts(0.4, (0.1,)))
+    window.take_paths((film,))
+    project = window.session.project
+    assert project is not None
+    qtbot.waitUntil(lambda: "voice" in project.dataset, timeout=30_000)
+    assert asked == [
+        (
+            "MediaPipe is needed to read motion from videos.",
+            "It is fetched once: about 335 MB, Apache-2.0, from pypi.org.",
+            "Get MediaPipe",
+            "Import only the sound",
+        )
+    ]
+    qtbot.waitUntil(lambda: not window.importer.running)
+
+
 @needs_tracking()
 def test_no_face_asks_for_a_box_and_cancel_imports_nothing(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

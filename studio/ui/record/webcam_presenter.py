@@ -23,6 +23,7 @@ from studio.ipc.events import (
 )
 from studio.tracking import VIDEO_SUFFIXES
 from studio.tracking.face import Calibration
+from studio.tracking.face_model import PACKAGE_SIZE
 from studio.tracking.pictures import HINTS
 from studio.tracking.webcam import load_calibration
 from studio.ui import messages, tasks
@@ -59,11 +60,13 @@ class WebcamPresenter(QObject):
         self._getter.cancelled.connect(self._show_model)
         pane.toggled.connect(self.set_on)
         pane.device_chosen.connect(self._on_device)
+        pane.mode_chosen.connect(lambda mode: session.change_settings(camera_mode=mode))
         pane.calibrate_requested.connect(lambda: self._camera.tell(Command("calibrate")))
         pane.gain_chosen.connect(self._on_gain)
         pane.model_requested.connect(self._on_get)
         pane.model_file_requested.connect(self._on_choose)
         pane.refresh_requested.connect(self.look)
+        pane.show_mode(session.settings.camera_mode)
         model.webcam_stop_requested.connect(lambda: self.set_on(False))
         session.settings_changed.connect(self._on_settings)
         self._show_idle()
@@ -114,7 +117,9 @@ class WebcamPresenter(QObject):
             return
         device = ["--device", self._device] if self._device else []
         to = f"127.0.0.1:{self._session.settings.vmc_port}"
-        self._camera.start(["camera", "--to", to, "--preview", *device])
+        size, _, fps = str(self._pane.mode.currentData()).partition("@")
+        mode = ["--size", size, "--fps", fps]
+        self._camera.start(["camera", "--to", to, "--preview", *mode, *device])
 
     def _tell(self, sender: str) -> None:
         self._model.webcam_sender = sender
@@ -216,7 +221,8 @@ class WebcamPresenter(QObject):
     def _show_model(self) -> None:
         facts = self._facts
         if not facts.runs:
-            self._pane.show_model(f"{facts.what} {facts.remedy}", "", False)
+            text = self.tr("Tracking a face needs MediaPipe, once: {0}, Apache-2.0, from pypi.org.")
+            self._pane.show_model(text.format(PACKAGE_SIZE), self.tr("Get MediaPipe"), False, file=False)
         elif not facts.here:
             text = self.tr("The face model is needed once: {0}, {1}, from {2}. SHA-256 {3}.")
             size, host = size_text(facts.size), facts.url.split("/")[2]
@@ -229,6 +235,10 @@ class WebcamPresenter(QObject):
     def _on_get(self) -> None:
         if self._getter.running:
             self._getter.cancel()
+        elif not self._facts.runs:
+            self._getter.start(["camera", "--get-mediapipe"])
+            text = self.tr("Getting MediaPipe ({0})… This takes some minutes.").format(PACKAGE_SIZE)
+            self._pane.show_model(text, self.tr("Cancel"), False, file=False)
         else:
             self._getter.start(["camera", "--get-model"])
             self._pane.show_model(self.tr("Getting the face model…"), self.tr("Cancel"), False)
@@ -245,8 +255,9 @@ class WebcamPresenter(QObject):
             self._pane.show_model(text, self.tr("Cancel"), False)
 
     def _on_model(self, _done: CameraDone) -> None:
-        self._facts = FaceModelEvent(here=True, runs=True)
-        self._show_model()
+        # MediaPipe or the model: one of them may be missing still.
+        self._pane.show_model("", "", False)
+        self.look()
 
     def _on_no_model(self, error: BaseException) -> None:
         self._show_model()

@@ -24,6 +24,8 @@ from studio.ui.widgets.card import Card, Picture, label
 VIDEO = "*video*"
 """Value of the entry that asks for a video file."""
 MOST_PERCENT = 300
+MODES = ("640x480@30", "640x480@60", "1280x720@30", "1280x720@60", "1920x1080@30")
+"""Sizes and rates a camera may be asked for, as WxH@FPS."""
 
 
 class WebcamPane(Card):
@@ -32,9 +34,10 @@ class WebcamPane(Card):
     Signals:
         toggled: start or stop the camera.
         device_chosen: a camera's id, or VIDEO.
+        mode_chosen: one of MODES.
         gain_chosen: a shape's name and the factor that makes it stronger or weaker.
         calibrate_requested: take the face as it is now for the face at rest.
-        model_requested: fetch the face model, or give that up.
+        model_requested: fetch what is missing, the face model or MediaPipe, or give that up.
         model_file_requested: choose the face model from disk.
         refresh_requested: look for cameras again.
         finished: close the page.
@@ -42,6 +45,7 @@ class WebcamPane(Card):
 
     toggled = Signal(bool)
     device_chosen = Signal(str)
+    mode_chosen = Signal(str)
     gain_chosen = Signal(str, float)
     calibrate_requested = Signal()
     model_requested = Signal()
@@ -63,6 +67,18 @@ class WebcamPane(Card):
         self.device.setObjectName("webcam_device")
         self.device.setAccessibleName(self.tr("Camera"))
         self.device.activated.connect(lambda _i: self.device_chosen.emit(str(self.device.currentData())))
+        self.mode = QComboBox()
+        self.mode.setObjectName("webcam_mode")
+        self.mode.setAccessibleName(self.tr("Picture size and rate"))
+        tip = self.tr(
+            "What the camera is asked for; one that cannot gives its own. Larger pictures show a face from "
+            "farther away, 60 fps follow it more closely; both need a faster computer and more light."
+        )
+        self.mode.setToolTip(tip)
+        for mode in MODES:
+            size, _, fps = mode.partition("@")
+            self.mode.addItem(self.tr("{0}, {1} fps").format(size.replace("x", " × "), fps), mode)
+        self.mode.activated.connect(lambda _i: self.mode_chosen.emit(str(self.mode.currentData())))
         self.refresh = QPushButton()
         theme.set_icon(self.refresh, "mdi6.refresh", "muted")
         self.refresh.setToolTip(self.tr("Look for cameras again"))
@@ -104,6 +120,10 @@ class WebcamPane(Card):
         self.device.addItem(self.tr("Play a video instead…"), VIDEO)
         self.device.setCurrentIndex(max(self.device.findData(chosen), 0) if chosen else 0)
 
+    def show_mode(self, mode: str) -> None:
+        """Show the size and rate that are asked for; those of another list are the first."""
+        self.mode.setCurrentIndex(max(self.mode.findData(mode), 0))
+
     def show_gains(self, gains: Mapping[str, float]) -> None:
         """Show factors of shapes by name; 1 where none is named."""
         self._gains = dict(gains)
@@ -116,6 +136,7 @@ class WebcamPane(Card):
         self.calibrate.setEnabled(on)
         self.gain.setEnabled(on)
         self.device.setEnabled(not on)
+        self.mode.setEnabled(not on)
         self.refresh.setEnabled(not on)
         if not on:
             self.picture.setPixmap(QPixmap())
@@ -147,19 +168,20 @@ class WebcamPane(Card):
                 found.scaled(self.picture.size(), Qt.AspectRatioMode.KeepAspectRatio, mode)
             )
 
-    def show_model(self, text: str, button: str, may_start: bool) -> None:
+    def show_model(self, text: str, button: str, may_start: bool, file: bool = True) -> None:
         """Say what is missing for tracking.
 
         Args:
             text: a sentence, "" for nothing.
-            button: what fetches the model, "" where that would not help.
+            button: what fetches it, "" where that would not help.
             may_start: nothing is missing.
+            file: it may be chosen from disk instead.
         """
         self._model_text.setText(text)
         self._model_text.setVisible(bool(text))
         self.get_model.setText(button)
         self.get_model.setVisible(bool(button))
-        self.choose_model.setVisible(bool(button))
+        self.choose_model.setVisible(bool(button) and file)
         self.toggle.setEnabled(may_start)
 
     def _build_gains(self) -> None:
@@ -207,6 +229,7 @@ class WebcamPane(Card):
         choice = QHBoxLayout()
         choice.setSpacing(theme.INSIDE)
         choice.addWidget(self.device, 1)
+        choice.addWidget(self.mode)
         choice.addWidget(self.refresh)
         body.addWidget(label(self.tr("This webcam"), "title"))
         body.addLayout(choice)

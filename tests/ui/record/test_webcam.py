@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 
+from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
 from studio.tracking.face import SHAPES
 from studio.tracking.webcam import load_calibration
-from studio.ui import tasks, theme
+from studio.ui import messages, tasks, theme
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
@@ -108,6 +110,52 @@ def test_without_the_model_its_facts_are_shown_before_it_is_fetched(
     assert not pane.toggle.isEnabled()
     if folder := os.environ.get("SAIA_SHOTS"):
         view.trackers.grab().save(f"{folder}/webcam_model.png")
+
+
+def test_without_mediapipe_a_button_gets_it(
+    tab: Tab, qtbot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    # Children do not find it, and pip finds nothing on the network.
+    hidden = "import importlib.util as u; f = u.find_spec; "
+    hidden += "u.find_spec = lambda name, *more: None if name == 'mediapipe' else f(name, *more)"
+    (tmp_path / "sitecustomize.py").write_text(hidden)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    errors: list[StudioError] = []
+    monkeypatch.setattr(messages, "show_error", lambda _widget, error: errors.append(error))
+    view = tab[0]
+    open_page(view)
+    pane = view.trackers.webcam
+    text = pane.findChild(QLabel, "webcam_model")
+    qtbot.waitUntil(lambda: pane.get_model.isVisible(), timeout=20_000)
+    assert pane.get_model.text() == "Get MediaPipe"
+    assert "about 335 MB" in text.text()
+    assert "pip" not in text.text()
+    assert not pane.choose_model.isVisible()
+    assert not pane.toggle.isEnabled()
+    if folder := os.environ.get("SAIA_SHOTS"):
+        view.trackers.grab().save(f"{folder}/webcam_mediapipe.png")
+    pane.get_model.click()
+    assert pane.get_model.text() == "Cancel"
+    qtbot.waitUntil(lambda: bool(errors), timeout=30_000)
+    assert errors[0].what.startswith("MediaPipe could not be installed")
+    assert pane.get_model.text() == "Get MediaPipe"
+
+
+def test_size_and_rate_are_chosen_and_remembered(tab: Tab, qtbot) -> None:
+    view, _presenter, session = tab
+    open_page(view)
+    pane = view.trackers.webcam
+    assert pane.mode.currentText() == "640 × 480, 30 fps"
+    pane.mode.setFocus()
+    qtbot.keyClick(pane.mode, Qt.Key.Key_Down)
+    qtbot.keyClick(pane.mode, Qt.Key.Key_Down)
+    assert pane.mode.currentText() == "1280 × 720, 30 fps"
+    assert session.settings.camera_mode == "1280x720@30"
+    pane.show_running(True)
+    assert not pane.mode.isEnabled()
+    if folder := os.environ.get("SAIA_SHOTS"):
+        view.trackers.grab().save(f"{folder}/webcam_mode.png")
 
 
 def test_a_camera_that_cannot_be_opened_is_said_on_the_page(tab: Tab, qtbot, tmp_path: Path) -> None:
