@@ -277,9 +277,10 @@ class Library(Card):
         wide = sum(one.sizeHint().width() + theme.INSIDE for one in (self._heading, *buttons))
         # One more gap is the stretch's.
         wide += self.summary.minimumSizeHint().width() + theme.INSIDE
-        margins = self.layout().contentsMargins() if self.layout() is not None else self.contentsMargins()
-        room = self.contentsRect().width() - margins.left() - margins.right()
-        self._heading.setVisible(wide <= room)
+        layout = self.layout()
+        assert layout is not None
+        margins = layout.contentsMargins()
+        self._heading.setVisible(wide <= self.contentsRect().width() - margins.left() - margins.right())
 
     def build_import(self, name: str) -> QToolButton:
         """A button that asks for files, with a menu that has folders too."""
