@@ -39,6 +39,7 @@ class SettingInfo:
         help: one sentence.
         low, high: limits of a number.
         unit: "ms", "Hz", ... shown behind a number.
+        zero: what 0 means, shown in its place; "" where it is a number like others.
         choices: the values a text may have, each with what a person calls it; empty for any.
         form: how one of several texts is written, where not all texts are allowed.
         is_valid: whether one of them is written like that.
@@ -49,6 +50,7 @@ class SettingInfo:
     low: float | None = None
     high: float | None = None
     unit: str = ""
+    zero: str = ""
     choices: Mapping[str, str] = field(default_factory=dict)
     form: str = ""
     is_valid: Callable[[str], bool] = bool
@@ -94,8 +96,9 @@ class Settings:
     obs_sync: bool = _setting(True, "", "Whether Live sets the Sync Offset of that sound.")
     obs_start: bool = _setting(False, "", "Whether Live starts with the stream.")
     sample_rate: int = _setting(
-        0, "Sample rate", "Rate to record at; 0 is the device's own.", low=0, high=192000, unit="Hz"
-    )
+        0, "Sample rate", "Rate to record at; 0 is the device's own.",
+        low=0, high=192000, unit="Hz", zero="the device's own",
+    )  # fmt: skip
     countdown: float = _setting(3.0, "Countdown", "Time before recording starts.", low=0, high=30, unit="s")
     pre_roll: float = _setting(
         1.0, "Pre-roll", "Time before the start that is kept too.", low=0, high=10, unit="s"
@@ -118,8 +121,9 @@ class Settings:
         },
     )  # fmt: skip
     export_fps: float = _setting(
-        0.0, "Export rate", "Frame rate of exports; 0 keeps the motion's own.", low=0, high=240, unit="fps"
-    )
+        0.0, "Export rate", "Frame rate of exports; 0 keeps the motion's own.",
+        low=0, high=240, unit="fps", zero="as recorded",
+    )  # fmt: skip
     recipe: str = _setting("balanced", "Recipe", "Recipe that training starts with.")
     cache_gb: float = _setting(
         2.0,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -14,6 +15,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLineEdit,
     QPushButton,
+    QScrollArea,
     QSpinBox,
     QToolButton,
     QVBoxLayout,
@@ -27,7 +29,9 @@ from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
-HELP_PX = 380
+HELP_PX = 400
+SCREEN_SHARE = 0.92
+"""Of the screen's height, at most; what does not fit is scrolled to."""
 
 
 class SettingsDialog(QDialog):
@@ -47,13 +51,19 @@ class SettingsDialog(QDialog):
         grid.setVerticalSpacing(6)
         for row, (name, about) in enumerate(Settings.shown().items()):
             self._add(grid, row, name, about)
+        # Squeezed into a low screen, second lines were cut.
+        self._lines.setObjectName("scrolled")
+        self._scroll = QScrollArea()
+        self._scroll.setWidgetResizable(True)
+        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._scroll.setWidget(self._lines)
         self._why = label("", "warn", "settings_locked")
         close = QPushButton(self.tr("Close"))
         close.clicked.connect(self.accept)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(theme.EDGE, theme.EDGE, theme.EDGE, theme.BETWEEN)
         outer.setSpacing(theme.BETWEEN)
-        outer.addWidget(self._lines)
+        outer.addWidget(self._scroll)
         outer.addWidget(self._why)
         outer.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
         session.settings_changed.connect(self._show_values)
@@ -61,11 +71,24 @@ class SettingsDialog(QDialog):
         self._show_values()
         self._show_locked(session.rolling)
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Be as large as all lines need, or as the screen allows."""
+        super().showEvent(event)
+        bar = self._scroll.verticalScrollBar().sizeHint().width()
+        wide = self._lines.sizeHint().width() + bar
+        self._scroll.setMinimumWidth(wide)
+        layout = self._lines.layout()
+        assert layout is not None
+        around = self.sizeHint().height() - self._scroll.sizeHint().height()
+        most = int(self.screen().availableGeometry().height() * SCREEN_SHARE)
+        self.resize(self.sizeHint().width(), min(layout.heightForWidth(wide) + around + 2, most))
+
     def point_at(self, name: str) -> None:
         """Give a setting the keyboard; "" for none."""
         control = self.findChild(QWidget, f"setting_{name}")
         if control is not None:
             control.setFocus(Qt.FocusReason.ShortcutFocusReason)
+            self._scroll.ensureWidgetVisible(control)
 
     def _add(self, grid: QGridLayout, row: int, name: str, about: SettingInfo) -> None:
         control, self._show[name] = self._control(name, about)
@@ -80,7 +103,12 @@ class SettingsDialog(QDialog):
         reset = self._resets[name] = QToolButton()
         reset.setObjectName(f"reset_{name}")
         default = getattr(Settings(), name)
-        words = about.choices.get(default) or text_of(default) or self.tr("empty")
+        words = (
+            about.choices.get(default)
+            or (about.zero if default == 0 else "")
+            or text_of(default)
+            or self.tr("empty")
+        )
         reset.setToolTip(self.tr("Back to the default: {0}").format(words))
         reset.setAccessibleName(self.tr("Reset {0}").format(title.text()))
         theme.set_icon(reset, "mdi6.restore", "muted")
@@ -110,6 +138,7 @@ class SettingsDialog(QDialog):
             assert about.high is not None, name
             spin.setRange(type(default)(about.low), type(default)(about.high))  # type: ignore[arg-type]
             spin.setSuffix(f" {about.unit}" if about.unit else "")
+            spin.setSpecialValueText(_translated(about.zero) if about.zero else "")
             spin.setAlignment(Qt.AlignmentFlag.AlignRight)
             spin.setKeyboardTracking(False)  # a half-typed number is not to be kept
             spin.valueChanged.connect(partial(self._change, name))

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
     QDoubleSpinBox,
+    QLabel,
     QLineEdit,
     QSpinBox,
     QToolButton,
@@ -124,3 +125,22 @@ def test_the_tabs_show_what_is_changed_in_the_dialog(
     assert theme.colours().name == "dark"
     assert not window.menus.light.isChecked()
     window.close()
+
+
+def test_no_line_is_cut_however_low_the_window(dialog: SettingsDialog, qtbot: QtBot) -> None:
+    for height in (dialog.height(), 400):
+        dialog.resize(dialog.width(), height)
+        qtbot.waitUntil(lambda height=height: dialog.height() == height)  # type: ignore[misc]
+        for meaning in dialog.findChildren(QLabel):
+            if meaning.wordWrap() and meaning.isVisible():
+                assert meaning.height() >= meaning.heightForWidth(meaning.width()), meaning.text()
+
+
+def test_zero_says_what_it_means(dialog: SettingsDialog, session: Session) -> None:
+    for name, words in (("sample_rate", "the device's own"), ("export_fps", "as recorded")):
+        spin = dialog.findChild(QAbstractSpinBox, f"setting_{name}")
+        assert isinstance(spin, QAbstractSpinBox)
+        assert spin.text() == words
+        reset = dialog.findChild(QToolButton, f"reset_{name}")
+        assert isinstance(reset, QToolButton)
+        assert reset.toolTip() == f"Back to the default: {words}"

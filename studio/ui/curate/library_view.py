@@ -197,6 +197,7 @@ class Library(Card):
     def show_count(self, count: int) -> None:
         """How many things are worth a look."""
         self.fix_button.setText(self.tr("To fix ({0})").format(count) if count else self.tr("To fix"))
+        self._fold_head()
 
     @property
     def chosen(self) -> tuple[str, ...]:
@@ -253,17 +254,33 @@ class Library(Card):
         self.fix_button.setToolTip(self.tr("The takes and spans that most likely need fixing, worst first"))
         theme.as_role(self.fix_button, "chip")
         self.fix_button.toggled.connect(self._on_fix)
-        title = heading(self.tr("Library"))
+        self._heading = heading(self.tr("Library"))
+        self._more_button = self._build_more()
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)
-        row.addWidget(title)
+        row.addWidget(self._heading)
         row.addWidget(self.summary)
         row.addStretch(1)
         row.addWidget(self.fix_button)
         row.addWidget(self.split_button)
         row.addWidget(self.import_button)
-        row.addWidget(self._build_more())
+        row.addWidget(self._more_button)
         self.body.addLayout(row)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave the heading away where the buttons need its room: they were cut on both sides."""
+        super().resizeEvent(event)
+        self._fold_head()
+
+    def _fold_head(self) -> None:
+        buttons = (self.fix_button, self.split_button, self.import_button, self._more_button)
+        wide = sum(one.sizeHint().width() + theme.INSIDE for one in (self._heading, *buttons))
+        # One more gap is the stretch's.
+        wide += self.summary.minimumSizeHint().width() + theme.INSIDE
+        layout = self.layout()
+        assert layout is not None
+        margins = layout.contentsMargins()
+        self._heading.setVisible(wide <= self.contentsRect().width() - margins.left() - margins.right())
 
     def build_import(self, name: str) -> QToolButton:
         """A button that asks for files, with a menu that has folders too."""

@@ -116,6 +116,7 @@ class ReviewView(QWidget):
     def show_metrics(self, text: str, tip: str) -> None:
         """How what is on screen stands to what was captured, and the figures behind it."""
         self._metrics.setText(text)
+        self._metrics.setVisible(bool(text))
         # In a small window the figures are cut; the tip has them whole, and says what they mean.
         self._metrics.setToolTip(f"{text}\n\n{tip}" if text else "")
 
@@ -173,7 +174,12 @@ class ReviewView(QWidget):
         time_card = Card()
         time_card.body.addLayout(self._transport_row())
         self.moods = MoodsBar()
-        time_card.body.addWidget(self.moods)
+        second = QHBoxLayout()
+        second.setSpacing(theme.INSIDE)
+        second.addWidget(self.moods, 1)
+        second.addStretch()
+        second.addWidget(self._metrics)
+        time_card.body.addLayout(second)
         time_card.body.addWidget(self.timeline, 1)
         middle = rows("review_rows", (stage_card, 460, 1), (time_card, 240, 0))
         # What a bar shows or hides must not move the columns: without a floor here they jump with each run.
@@ -216,9 +222,9 @@ class ReviewView(QWidget):
         row.setSpacing(theme.INSIDE)
         for widget in (self.play, self._time, self.loop, self.speed, self.camera):
             row.addWidget(widget)
-        row.addWidget(self._notice, 1)
+        # All of the room there is, before the empty stretch has any.
+        row.addWidget(self._notice, 100)
         row.addStretch(1)
-        row.addWidget(self._metrics)
         row.addWidget(self.curve)
         return row
 
