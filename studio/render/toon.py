@@ -76,8 +76,7 @@ vec3 reflected(vec3 n, vec3 v, vec3 l, vec3 diffuse, vec3 f0, float rough) {
 _PLAIN = """
   vec3 diffuse = base.rgb * (1.0 - metal), f0 = mix(vec3(0.04), base.rgb, metal);
   vec3 beside = normalize(vec3(-lightVC.x, 0.2, lightVC.z));
-  // What comes from everywhere is mirrored by metal too.
-  vec3 colour = base.rgb * ambientLight + keyLight * reflected(normal, view, lightVC, diffuse, f0, rough)
+  vec3 colour = diffuse * ambientLight + keyLight * reflected(normal, view, lightVC, diffuse, f0, rough)
       + fillLight * reflected(normal, view, beside, diffuse, f0, rough);
 """
 _TOON = """

@@ -71,9 +71,10 @@ class Maker:
             "samplers": [{}],
             "textures": [{"source": 0, "sampler": 0}],
             "materials": [
-                {"name": "cloth", "pbrMetallicRoughness": {"baseColorFactor": [0.12, 0.3, 0.6, 1.0]}},
+                {"name": "cloth",
+                 "pbrMetallicRoughness": {"baseColorFactor": [0.12, 0.3, 0.6, 1.0], "metallicFactor": 0}},
                 {"name": "skin", "alphaMode": "MASK", "alphaCutoff": 0.5,
-                 "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
+                 "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}},
             ],
         }  # fmt: skip
         document |= self._vrm0() if self.version == 0 else self._vrm1(len(nodes) - 1)
