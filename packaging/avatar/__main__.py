@@ -86,10 +86,8 @@ def iris_picture() -> bytes:
     colour = deep + (bright - deep) * mix
     rays = 1 + 0.07 * np.cos(18 * np.arctan2(y, x)) * np.clip((r - 0.4) * 3, 0, 1)
     colour = colour * rays[..., None]
-    for inner, outer, dark in ((0.36, 0.42, (18, 26, 66)), (0.0, 0.0, (0, 0, 0))):
-        if outer:
-            share = np.clip((outer - r) / (outer - inner), 0, 1)[..., None]
-            colour = colour + (np.array(dark) - colour) * share
+    pupil = np.clip((0.42 - r) / 0.06, 0, 1)[..., None]
+    colour = colour + (np.array([18, 26, 66.0]) - colour) * pupil
     edge = np.clip((r - 0.80) / 0.12, 0, 1)[..., None]
     colour = colour + (np.array([20, 26, 60.0]) - colour) * edge
     glow = np.exp(-(x**2 / 0.20 + (y - 0.62) ** 2 / 0.05))[..., None]

@@ -28,7 +28,6 @@ FINGERS = {
 }
 """How far before the hand's middle each lies, and how long it is."""
 _KNUCKLES = 0.540
-RIGHT_OF = {"left": "right"}
 
 
 def bones() -> dict[str, tuple[str, Array]]:
@@ -50,10 +49,6 @@ def bones() -> dict[str, tuple[str, Array]]:
 def other(name: str) -> str:
     """What a bone of the left side is called on the right."""
     return name.replace("left", "right", 1) if name.startswith("left") else name
-
-
-def _names(part: Part) -> dict[str, str]:
-    return {bone: other(bone) for bone in part.bones}
 
 
 def _lofted(
@@ -238,5 +233,5 @@ def _ear() -> Part:
 def build() -> list[Part]:
     """All parts, both sides."""
     left = [_sleeve(), _cuff(), *_hand(), _leg(), *_shoe(), _ear()]
-    right = [mirrored(part, _names(part)) for part in left]
+    right = [mirrored(part, other) for part in left]
     return [_neck(), _torso(), _hem(), _collar(), _seat(), *_strings(), *left, *right]

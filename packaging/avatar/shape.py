@@ -5,7 +5,7 @@ Metres, right-handed, Y up, facing +Z, its left at +X, as VRM 1.0 has it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -115,7 +115,6 @@ def tube(
         + centres[:, None]
     )
     points, triangles = ring.reshape(-1, 3), strip(len(centres), sides, closed=True)
-    count = len(points)
     caps = []
     for wanted, row, turn in ((ends[0], 0, True), (ends[1], len(centres) - 1, False)):
         if not wanted:
@@ -125,7 +124,6 @@ def tube(
         nextto = row * sides + (np.arange(sides) + 1) % sides
         tip = np.full(sides, len(points) - 1)
         caps.append(np.stack([nextto, edge, tip] if turn else [edge, nextto, tip], 1))
-    del count
     return points, np.concatenate([triangles, *caps])
 
 
@@ -139,14 +137,14 @@ def curve(knots: Sequence[tuple[float, ...]], at: Array) -> Array:
     return found
 
 
-def mirrored(part: Part, names: Mapping[str, str]) -> Part:
-    """The same on the other side; `names` says what bones and blend shapes are called there."""
+def mirrored(part: Part, other: Callable[[str], str]) -> Part:
+    """The same on the other side; `other` says what a bone or blend shape is called there."""
     turn = np.array([-1.0, 1.0, 1.0])
     return Part(
         part.material,
         part.points * turn,
         part.triangles[:, ::-1].copy(),
-        {names.get(bone, bone): weights for bone, weights in part.bones.items()},
+        {other(bone): weights for bone, weights in part.bones.items()},
         part.uv,
-        {names.get(name, name): points * turn for name, points in part.moved.items()},
+        {other(name): points * turn for name, points in part.moved.items()},
     )

@@ -248,7 +248,7 @@ class Importer(QObject):
         """What was noted while reading, the first of it, and how many takes training cannot use."""
         parts = [*self._notes[:1], self._unused_text()]
         if len(self._notes) > 1:
-            one, many = self.tr("1 more note is kept with the take."), self.tr("{0} more notes are kept.")
+            one, many = self.tr("1 more note is kept with it."), self.tr("{0} more notes are kept with them.")
             parts.append(counted(len(self._notes) - 1, one, many))
         return " ".join(part for part in parts if part)
 

@@ -2,8 +2,6 @@
 
 import os
 import socket
-from collections.abc import Iterator
-from pathlib import Path
 
 import psutil
 import pytest
@@ -14,39 +12,14 @@ from studio.capture import trackers
 from studio.capture.trackers import TRACKERS, tracker_of
 from studio.motion import Motion
 from studio.motion.channels import BONES
-from studio.settings import NO_MICROPHONE
-from studio.ui import tasks, theme
-from studio.ui.record.presenter import RecordPresenter
+from studio.ui import theme
 from studio.ui.record.tracker_pictures import PhoneCode, StepPicture
-from studio.ui.record.view import RecordView
-from studio.ui.session import Session
 from studio.vmc.decode import IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
 from studio.vmc.stream import Sender
 from tests.ports import free_port
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
-
-
-@pytest.fixture
-def tab(qtbot, qapp, tmp_path: Path) -> Iterator[tuple[RecordView, RecordPresenter, Session]]:
-    theme.apply(qapp)
-    session = Session()
-    session.change_settings(vmc_port=free_port(), audio_device=NO_MICROPHONE)
-    session.create_project(tmp_path / "Project")
-    view = RecordView()
-    qtbot.addWidget(view)
-    presenter = RecordPresenter(view, session)
-    view.resize(1280, 750)
-    view.show()
-    presenter.activate()
-    qtbot.waitUntil(
-        lambda: presenter.model.recorder is not None and bool(presenter.model.recorder.snapshot().ports)
-    )
-    yield view, presenter, session
-    view.trackers.reject()
-    presenter.close()
-    tasks.wait()
 
 
 def test_what_is_heard_on_any_known_port_lights_its_card_and_is_used(tab, qtbot) -> None:

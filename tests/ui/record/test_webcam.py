@@ -1,7 +1,6 @@
 """The webcam's page, with a film played as the camera: picture, hints, motion in the window, and its end."""
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,38 +8,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 
 from studio.errors import StudioError
-from studio.settings import NO_MICROPHONE
 from studio.tracking.face import SHAPES
 from studio.tracking.webcam import load_calibration
-from studio.ui import messages, tasks, theme
+from studio.ui import messages
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
-from tests.ports import free_port
 from tests.tracking.faces import Look, needs_tracking, use_model, write_video
 
 Tab = tuple[RecordView, RecordPresenter, Session]
-
-
-@pytest.fixture
-def tab(qtbot, qapp, tmp_path: Path) -> Iterator[Tab]:
-    theme.apply(qapp)
-    session = Session()
-    session.change_settings(vmc_port=free_port(), audio_device=NO_MICROPHONE)
-    session.create_project(tmp_path / "Project")
-    view = RecordView()
-    qtbot.addWidget(view)
-    presenter = RecordPresenter(view, session)
-    view.resize(1280, 750)
-    view.show()
-    presenter.activate()
-    qtbot.waitUntil(
-        lambda: presenter.model.recorder is not None and bool(presenter.model.recorder.snapshot().ports)
-    )
-    yield view, presenter, session
-    view.trackers.reject()
-    presenter.close()
-    tasks.wait()
 
 
 def open_page(view: RecordView) -> None:
