@@ -160,7 +160,9 @@ class RunsTable(QTableWidget):
         for y in range(self.rowCount()):
             item = self.item(y, RUN)
             if item is not None and item.text() == run_id:
-                self.selectRow(y)
+                # Not selectRow: while Ctrl is held, as by who comes here by a key, it only turns the row over.
+                self._make_current(y)
+                self._select([y])
 
     def _show_row(self, y: int, row: RunRow) -> None:
         status, token = self._status(row.status)

@@ -6,6 +6,7 @@ import json
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
@@ -92,7 +93,10 @@ def test_several_runs_are_selected_and_stay_so(tab: tuple[TrainView, TrainPresen
     assert set(view.runs.table.all_chosen) == {"quick_001", "quick_002"}
     presenter.model.runs_changed.emit()
     assert set(view.runs.table.all_chosen) == {"quick_001", "quick_002"}, "the list is read anew all the time"
+    # Ctrl is held: who comes by Ctrl+3 does so.
+    QTest.keyPress(view, Qt.Key.Key_Control, Qt.KeyboardModifier.ControlModifier)
     view.runs.table.choose("quick_001")
+    QTest.keyRelease(view, Qt.Key.Key_Control)
     assert view.runs.table.all_chosen == ("quick_001",)
     view.runs.table.clearSelection()
     assert not _button(view, "compare_runs").isEnabled()
