@@ -160,7 +160,7 @@ class RunsTable(QTableWidget):
         for y in range(self.rowCount()):
             item = self.item(y, RUN)
             if item is not None and item.text() == run_id:
-                # Not selectRow: while Ctrl is held, as by who comes here by a key, it only turns the row over.
+                # Not selectRow: while Ctrl is held, as by who comes by a key, it only turns the row over.
                 self._make_current(y)
                 self._select([y])
 
