@@ -20,6 +20,8 @@ listener          The process that receives motion, so that nothing the window d
 microphone        Sound in: blocks as the device gives them, each with its moment; a device that vanished is
                   opened again
 phrase            One phrase spoken into a microphone, up to a pause: heard and forgotten, no take
+practice_voice    The practice performer as a microphone: its voice over a voice line, silence while it says
+                  nothing
 receiver          Receives motion on UDP ports: datagrams of all senders decoded into rows, with statistics
 recorder          The recorder: opens inputs, keeps a pre-roll, and records and saves takes
 recovery          Takes made from journals: when a recording ends, and after a program that was killed while

@@ -11,6 +11,7 @@ import subprocess
 from collections.abc import Sequence
 
 from studio import launch
+from studio.sound import LINE_PORT
 
 DEFAULT = frozenset({"default", "sysdefault", "pulse", "pipewire"})
 """Ways to the system's own device, which the lists offer already."""
@@ -21,11 +22,26 @@ NO_DEVICES = frozenset({
     "Primary Sound Driver",
 })  # fmt: skip
 """Plug-ins of ALSA, and Windows' names for its own device."""
+PERFORMER = "performer"
+"""The practice performer's voice; "performer:39600" is that of another port than LINE_PORT."""
+PERFORMER_TITLE = "Practice performer"
+_PERFORMER = re.compile(rf"{PERFORMER}(?::(\d{{1,5}}))?")
 _SURROUND = re.compile(r"surround\d+")
 _CARD = re.compile(r"^(?P<card>[^:(]+): (?P<part>.*?) ?\((?:plug)?hw:\d+,\d+\)$")
 _CUT_AT = 31
 """Characters that the oldest of Windows' sound systems leaves of a name."""
 _PATIENCE_S = 2.0
+
+
+def performer_device(port: int) -> str:
+    """The name under which the practice performer's voice on a port is opened."""
+    return f"{PERFORMER}:{port}"
+
+
+def line_port(device: str | int | None) -> int | None:
+    """The port of a device's name; None where it is another device than the performer's voice."""
+    found = _PERFORMER.fullmatch(device) if isinstance(device, str) else None
+    return int(found[1] or LINE_PORT) if found else None
 
 
 def title_of(name: str, default: str) -> str:

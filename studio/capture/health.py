@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from studio.capture.device_names import PERFORMER_TITLE
 from studio.take.take import TakeInfo
 from studio.vmc.senders import NO_FLOOD, Flood
 from studio.vmc.watch import LATELY_S, MOST_FRAMES_PER_S
@@ -201,7 +202,8 @@ def _sound(s: InputStatus) -> list[Problem]:
 
 
 def _silent(s: InputStatus) -> list[Problem]:
-    if s.quiet_for <= 3:
+    # A performer that is getting ready is silent, and has no level to turn up.
+    if s.quiet_for <= 3 or s.device == PERFORMER_TITLE:
         return []
     return [(f"No sound from {s.device}.", "Unmute it, turn its level up, or choose another device.")]
 

@@ -18,8 +18,10 @@ import numpy as np
 
 from studio import clock, launch
 from studio.capture import listener
+from studio.capture.device_names import line_port
 from studio.capture.health import is_quiet
 from studio.capture.microphone import AudioInput, SoundBlock, input_devices
+from studio.capture.practice_voice import PracticeVoice
 from studio.capture.receiver import Receiver, ReceiverStats
 from studio.sound.level import LevelMeter
 from studio.vmc.rows import RowBlock
@@ -192,7 +194,7 @@ class SoundInput:
     """A microphone: blocks, level, and how its clock runs.
 
     Args:
-        device: a name, a number, or None for the default one.
+        device: a name, a number, or None for the default one; "performer" is the practice performer's voice.
         form: sample rate and channels it has to have; 0 takes its own.
 
     Raises:
@@ -201,7 +203,8 @@ class SoundInput:
 
     def __init__(self, device: str | int | None, form: tuple[int, int] = (0, 0)) -> None:
         self._device = device
-        self.audio = AudioInput(device, *form)
+        port = line_port(device)
+        self.audio = AudioInput(device, *form) if port is None else PracticeVoice(port)
         self.audio.start()
         assert self.audio.device is not None
         self.name = self.audio.device.name

@@ -316,18 +316,22 @@ class AudioInput:
     def _on_block(self, samples: NDArray[np.float32], _frames: int, moment: Any, status: Any) -> None:
         """Runs on the audio thread: copy, stamp, append."""
         arrived = clock.now()
-        self.last_block_at = arrived
         # Callbacks bunch up, the device's own time does not; where a driver gives none it is 0.
         # The clocks' difference is read afresh: on Linux the stream's is the wall clock, which may be set.
         captured = arrived - self._stream.time + moment.inputBufferAdcTime
         # A stamp from the future or from long ago is a driver's mistake; then a block ends when it arrives.
         if not arrived - 5.0 < captured <= arrived + 0.05:
             captured = arrived - len(samples) / self.sample_rate
-        # A full queue drops its oldest block without a word, which is a loss of ours and counts as one.
-        lost = bool(status.input_overflow) or len(self._blocks) == QUEUE_BLOCKS
-        self.overruns += lost
         # Copied: PortAudio uses the same memory for the next block.
-        self._blocks.append(SoundBlock(captured, samples.copy(), lost, arrived))
+        self._push(captured, samples.copy(), bool(status.input_overflow), arrived)
+
+    def _push(self, captured: float, samples: NDArray[np.float32], lost: bool, arrived: float) -> None:
+        """Keep a block for `drain`. Runs on the audio thread."""
+        # A full queue drops its oldest block without a word, which is a loss of ours and counts as one.
+        lost = lost or len(self._blocks) == QUEUE_BLOCKS
+        self.overruns += lost
+        self._blocks.append(SoundBlock(captured, samples, lost, arrived))
+        self.last_block_at = arrived
         self.arrived.set()
 
     def _on_finished(self) -> None:

@@ -10,6 +10,7 @@ from studio.cli._output import EXAMPLE_TARGET, Output, address
 from studio.cli._stdin import stop_requests
 from studio.errors import RequestError, counted
 from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
+from studio.sound import LINE_PORT
 
 EXAMPLE = f"saia performer --to {EXAMPLE_TARGET} --seconds 30"
 _LOOK_S = 0.1
@@ -29,6 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
     parser.add_argument("--fps", type=float, default=60.0, help="frames a second, 30 to 120 (default 60)")
     parser.add_argument("--device", metavar="NAME", help='output device, or "none" for no sound')
+    parser.add_argument(
+        "--voice-to", type=int, default=LINE_PORT, metavar="PORT",
+        help=f"port of this computer for the voice, see record --device performer ({LINE_PORT}); 0 is none",
+    )  # fmt: skip
     parser.add_argument("--unbundled", action="store_true", help="one message a packet")
     parser.add_argument("--jitter", type=float, default=0.0, metavar="MS", help="frames late by 0 to MS")
     parser.add_argument(
@@ -61,7 +66,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     broadcast = Broadcast(
         host, port, args.fps, _device(args.device), args.seed, not args.unbundled, args.jitter, args.loss,
-        seconds=args.seconds, voice_source=args.voice, on_line=lines.put,
+        seconds=args.seconds, voice_source=args.voice, voice_port=args.voice_to or None, on_line=lines.put,
     )  # fmt: skip
     reported = ""
     broadcast.start()

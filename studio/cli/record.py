@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--device",
         default="",
         metavar="NAME",
-        help="the microphone by name, or none",
+        help='the microphone by name; "performer" is the voice of saia performer; or none',
     )
     parser.epilog = (
         f"{parser.epilog}. Exit code 0: the take is whole. 1: it was cut off (full disk, vanished folder, "

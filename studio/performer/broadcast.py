@@ -18,6 +18,7 @@ from studio.motion.neutral import between, neutral_pose
 from studio.performer.loudspeaker import Loudspeaker
 from studio.performer.performance import ScriptedScene, scenes
 from studio.performer.script import Script
+from studio.sound.voice_line import LineSender
 from studio.vmc.encode import SendOptions, encode_frame
 
 NO_SOUND = "none"
@@ -46,6 +47,8 @@ class Broadcast:
         loss: share of datagrams that are not sent, 0..1.
         seconds: how long; None is until `stop`.
         voice_source: "auto", "espeak" or "bundled".
+        voice_port: of this computer, where the voice goes too, to be recorded without a sound device; None is
+            nowhere.
         on_line: called with each sentence as its voice begins. Runs on the sending thread.
         open_speaker: opens the device.
         make_scenes: makes what is performed. Runs on the script's thread.
@@ -67,11 +70,14 @@ class Broadcast:
         *,
         seconds: float | None = None,
         voice_source: str = "auto",
+        voice_port: int | None = None,
         on_line: Callable[[str], None] | None = None,
         open_speaker: Callable[[str | int | None], Loudspeaker] = Loudspeaker,
         make_scenes: Callable[[Script, float], Iterator[ScriptedScene]] = scenes,
     ) -> None:
         _check(port, fps, jitter_ms, loss, seconds)
+        if voice_port is not None:
+            _check_port(voice_port)
         self.host, self.port, self.fps, self.device = host, port, fps, device
         self.seed, self.jitter_ms, self.loss = seed, jitter_ms, loss
         self._options = SendOptions(bundle=bundle)
@@ -82,6 +88,7 @@ class Broadcast:
         self._thread: threading.Thread | None = None
         self._speaking = ""
         self._clock = _Clock()
+        self._line = LineSender(voice_port) if voice_port is not None else None
         # Two scenes ahead: speech takes longer to make than a frame, and one that is not needed is made in
         # vain.
         self._scenes: queue.Queue[ScriptedScene | StudioError] = queue.Queue(maxsize=_AHEAD_SCENES)
@@ -129,6 +136,11 @@ class Broadcast:
         """Seconds of the performance gone by (as heard, where it is audible); below 0 before it begins."""
         return self._clock.position()
 
+    @property
+    def _unheard(self) -> str:
+        """What it means that no sound device plays the voice."""
+        return "You can't hear the performer." if self._line else "The performer goes on without a voice."
+
     def _run(self) -> None:
         """Runs on the performer's thread."""
         writer = threading.Thread(target=self._write, name="practice script", daemon=True)
@@ -147,6 +159,8 @@ class Broadcast:
             self._stopping.set()
             self._speaking = ""
             self._clock.close()
+            if self._line is not None:
+                self._line.close()
             # The writer may wait for room.
             with suppress(queue.Empty):
                 self._scenes.get_nowait()
@@ -189,7 +203,7 @@ class Broadcast:
         except RequestError:
             raise
         except StudioError as error:
-            self.problem = f"{error.what} The performer moves without a voice."
+            self.problem = f"{error.what} {self._unheard}"
             return
         self._clock.speaker = speaker
 
@@ -197,7 +211,7 @@ class Broadcast:
         """Send scene after scene; the sound of the next is queued before this one is over."""
         if first is None:
             return
-        self._clock.put(first)
+        self._put(first)
         scene, upcoming = first, self._after(first)
         # Only now: the clock must not run while speech is still being made.
         self._clock.begin()
@@ -213,8 +227,13 @@ class Broadcast:
             return None
         upcoming = self._next_scene()
         if upcoming is not None:
-            self._clock.put(upcoming)
+            self._put(upcoming)
         return upcoming
+
+    def _put(self, scene: ScriptedScene) -> None:
+        self._clock.put(scene)
+        if self._line is not None:
+            self._line.put(scene.samples)
 
     def _send_scene(self, scene: ScriptedScene, channel: socket.socket, address: tuple[str, int]) -> None:
         motion, due = scene.motion, -math.inf
@@ -240,6 +259,8 @@ class Broadcast:
     def _leave(self, channel: socket.socket, address: tuple[str, int]) -> None:
         """Fall silent and go to rest, so that the avatar is not left in mid-gesture with its mouth open."""
         self._speaking = ""
+        if self._line is not None:
+            self._line.fall_silent(self._clock.position())
         self._clock.hush()
         if self._last is None:
             return
@@ -277,11 +298,14 @@ class Broadcast:
     def _wait_until(self, t: float) -> bool:
         """Wait for a moment of the performance; False when asked to stop."""
         while not self._stopping.is_set():
-            left = t - self._clock.position()
+            position = self._clock.position()
+            if self._line is not None:
+                self._line.send_until(position)
+            left = t - position
             if left <= 0:
                 return True
             if self._clock.lost():
-                self.problem = "The sound device stopped. The performer goes on without a voice."
+                self.problem = f"The sound device stopped. {self._unheard}"
             # In short naps, so that a stop is answered soon.
             time.sleep(min(left, _NAP))
         return False
@@ -356,8 +380,7 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, in
 
 
 def _check(port: int, fps: float, jitter_ms: float, loss: float, seconds: float | None) -> None:
-    if not 0 < port < 65536:
-        raise RequestError(f"{port} is not a port.", "Choose a number from 1 to 65535.")
+    _check_port(port)
     if not 1.0 <= fps <= 240.0:
         raise RequestError(f"{fps:g} frames a second cannot be sent.", "Choose a rate from 1 to 240.")
     if not 0.0 <= loss <= 1.0:
@@ -366,3 +389,8 @@ def _check(port: int, fps: float, jitter_ms: float, loss: float, seconds: float 
         raise RequestError(f"A jitter of {jitter_ms:g} ms cannot be made.", "Choose 0 to 1000 ms.")
     if seconds is not None and not 0.0 < seconds < math.inf:
         raise RequestError(f"A performance of {seconds:g} s cannot be given.", "Choose a time above 0.")
+
+
+def _check_port(port: int) -> None:
+    if not 0 < port < 65536:
+        raise RequestError(f"{port} is not a port.", "Choose a number from 1 to 65535.")

@@ -13,6 +13,11 @@ spectrogram     Which pitches a sound holds, at any zoom: a pyramid of columns, 
                 the disk
 voice_activity  How likely somebody speaks at each moment of a sound: Silero's network, listened once and
                 kept
+voice_line      Sound from one program of this computer to another without a sound device: blocks with their
+                moments
 wav_writer      A WAV file that can be read at any moment while it grows: samples are appended, sizes set at
                 the end
 """
+
+LINE_PORT = 39549
+"""Where the practice performer sends its voice unless another port is asked for."""

@@ -25,10 +25,12 @@ from studio.cli._output import Output
 from studio.motion import Pose, Skeleton
 from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.project import Project
+from studio.sound.sound_file import read_sound
 from studio.take.folder import load_take
 from studio.vmc.encode import encode_frame
 from tests.capture import floods
 from tests.patience import in_one, until
+from tests.ports import free_port
 from tests.small_disk import small_disk
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -323,3 +325,32 @@ def test_nothing_coming_in_is_said_at_the_end(tmp_path: Path, capsys: pytest.Cap
     words = ["record", str(tmp_path / "P"), "--slate", "X", "--device", "none", "--port", "0"]
     assert cli.main([*words, "--seconds", "0.3", "--json"]) == 1
     assert events(capsys.readouterr().out)[-1]["what"] == "Nothing came in while X_001 was recorded."
+
+
+@pytest.mark.slow
+def test_the_practice_performer_of_another_terminal_is_recorded_without_a_sound_device(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two commands as they are typed, but for ports that no other test uses."""
+    motion, voice = free_port(), free_port()
+    command = [sys.executable, "-m", "studio", "performer", "--to", f"127.0.0.1:{motion}", "--device", "none"]
+    command += ["--voice", "bundled", "--voice-to", str(voice)]
+    performer = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert performer.stdout is not None
+        for line in performer.stdout:
+            if line.startswith("  "):
+                break  # its first sentence
+        words = ["record", str(tmp_path / "P"), "--slate", "A", "--seconds", "1.5", "--json"]
+        assert cli.main([*words, "--port", str(motion), "--device", f"performer:{voice}"]) == 0
+    finally:
+        performer.terminate()
+        performer.communicate(timeout=60)
+    done = events(capsys.readouterr().out)[-1]
+    assert done["verified"]
+    project = Project.open(tmp_path / "P")
+    take = project.take("A_001")
+    project.close()
+    assert take.info.device == "Practice performer"
+    assert take.audio_path is not None
+    assert np.abs(read_sound(take.audio_path).samples).max() > 0.01

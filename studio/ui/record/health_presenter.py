@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication, QObject
 
-from studio.capture.device_names import DEFAULT
+from studio.capture.device_names import DEFAULT, PERFORMER_TITLE, line_port
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.settings import NO_MICROPHONE
@@ -32,11 +32,13 @@ class HealthPresenter(QObject):
         self._session.status_changed.emit("sound", *(strip_sound(snap) if wanted else ("", "")))
 
     def _show_card(self, snap: Snapshot) -> None:
-        problems, microphone = dict(self._model.problems), self._session.settings.audio_device
+        problems, device = dict(self._model.problems), self._model.sound_device
         if self._model.practice.problem:
             remedy = self.tr("Check your audio output and restart the performer, or record without sound.")
+            if line_port(device) is not None:
+                remedy = self.tr("Its voice is recorded all the same.")
             problems["practice"] = (self._model.practice.problem, remedy)
-        rows = findings(snap, problems, microphone != NO_MICROPHONE, self._session.rolling)
+        rows = findings(snap, problems, device != NO_MICROPHONE, self._session.rolling)
         if self._model.settling and not self._session.rolling:
             rows = [(self.tr("Checking the inputs…"), "", "")]
         self._card.show_findings(rows)
@@ -78,7 +80,11 @@ def findings(
     if not microphone:
         rows.append((_tr("Recording without sound."), "", ""))
     elif snap.audio_alive and is_quiet(snap.hold_dbfs) and "sound" not in snap.troubled:
-        rows.append((_tr("No voice yet. Say something to check the microphone."), "", ""))
+        performs = snap.device == PERFORMER_TITLE
+        own = _tr("The practice performer says nothing yet.")
+        rows.append(
+            (own if performs else _tr("No voice yet. Say something to check the microphone."), "", "")
+        )
     elif snap.audio_alive and "sound" not in problems and "sound" not in snap.troubled:
         rows.append((_tr("Sound looks good."), "", "good"))
     return rows

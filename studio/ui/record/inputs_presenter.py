@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
 from studio import clock
-from studio.capture.device_names import listed, title_of
+from studio.capture.device_names import line_port, listed, performer_device, title_of
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
@@ -57,6 +57,8 @@ class InputsPresenter(QObject):
         self._card, self._model, self._session = card, model, session
         self._devices: tuple[AudioDevice, ...] = ()
         self._opening: set[str] = set()
+        # Device and sample rate of what was opened last, or tried to be.
+        self._sound_opened = "", 0
         self._retry = QTimer(self)
         self._retry.setInterval(RETRY_MS)
         self._retry.timeout.connect(self.retry)
@@ -72,7 +74,7 @@ class InputsPresenter(QObject):
         )
         card.phone_chosen.connect(self._on_phone)
         card.host_chosen.connect(lambda host: session.change_settings(vmc_host=host))
-        card.device_chosen.connect(lambda name: session.change_settings(audio_device=name))
+        card.device_chosen.connect(self._on_device)
         card.refresh_requested.connect(self.refresh)
         card.practice_toggled.connect(model.set_practising)
         model.practice_moved.connect(self._on_practice_moved)
@@ -83,11 +85,15 @@ class InputsPresenter(QObject):
         session.microphones_requested.connect(self._on_requested)
         model.recorder_changed.connect(self._on_recorder)
         model.practice_changed.connect(self._show_practice)
+        model.practice_changed.connect(self._follow_voice)
         model.finding_changed.connect(self._open_motion)
         # What was chosen while a take rolled is opened after it.
         for ended in (model.saved, model.failed):
             ended.connect(lambda _: self._open_motion())
+            ended.connect(lambda _: self._follow_voice())
         model.polled.connect(self.follow_phone)
+        # The performer may end by itself; a take that rolls goes on with its line, which is silent then.
+        model.polled.connect(lambda _: self._follow_voice())
         model.text_due.connect(self._show_text)
         model.frame_due.connect(self._show_level)
 
@@ -116,6 +122,18 @@ class InputsPresenter(QObject):
         card.show_sound(sound_health(snap, model.problems))
         card.lock(self._session.rolling or bool(model.busy) or model.countdown.running)
         self._show_practice()
+
+    def _follow_voice(self) -> None:
+        """Record the performer's voice while it performs, and the person's microphone again after that."""
+        if self._sound_opened != (self._model.sound_device, self._session.settings.sample_rate):
+            self._show_devices()
+            self._open_sound()
+
+    def _on_device(self, name: str) -> None:
+        self._model.practice_voice = line_port(name) is not None
+        if not self._model.practice_voice:
+            self._session.change_settings(audio_device=name)
+        self._follow_voice()
 
     def _show_practice(self) -> None:
         self._card.show_practice(self._model.practice.on, self._model.practice.busy)
@@ -204,10 +222,13 @@ class InputsPresenter(QObject):
     def _show_devices(self) -> None:
         default = next((device.name for device in self._devices if device.default), "")
         self._card.device.setToolTip(self.tr("The system's own is {0}.").format(default) if default else "")
-        own, chosen = self.tr("Default microphone"), self._session.settings.audio_device
+        own, chosen = self.tr("Default microphone"), self._model.sound_device
         names = [("", own)]
         known = [device.name for device in self._devices]
         names += [(name, title_of(name, own)) for name in listed(known, chosen)]
+        practice = self._model.practice
+        if practice.on:
+            names.append((performer_device(practice.voice_port), self.tr("Practice performer")))
         names.append((NO_MICROPHONE, self.tr("No microphone")))
         self._card.show_devices(names, chosen)
 
@@ -262,10 +283,12 @@ class InputsPresenter(QObject):
 
     def _open_sound(self, again: bool = False) -> None:
         recorder = self._model.recorder
-        if recorder is None:
+        if recorder is None or self._session.rolling or self._model.busy:
+            # A take never loses its sound to another microphone: that is opened after it.
             return
-        device, rate = self._session.settings.audio_device, self._session.settings.sample_rate
+        device, rate = self._model.sound_device, self._session.settings.sample_rate
         refresh = again and self._model.may_refresh
+        self._sound_opened = device, rate
 
         def work() -> None:
             recorder.close_audio()

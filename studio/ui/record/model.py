@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from PySide6.QtCore import QObject, Qt, QThreadPool, QTimer, Signal
 
 from studio.capture import input_tests
+from studio.capture.device_names import performer_device
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.dataset import edits
 from studio.errors import StudioError
@@ -116,6 +117,8 @@ class RecordModel(QObject):
         self.undo_scope = DatasetUndo(session, TAB, self)
         self.countdown = Countdown(self)
         self.practice = PracticeTask(self)
+        self.practice_voice = False
+        """Whether the practice performer's voice is recorded while it performs, and no microphone."""
         self.player = SavedTakePlayer(session, self)
         # The take that rolls was begun with the practice performer.
         self._practised = False
@@ -321,8 +324,18 @@ class RecordModel(QObject):
         settings = self._session.settings
         if self.practice.on and not on and self.recorder is not None:
             self.recorder.dismiss_sender()
+        if on and not self.practice.on:
+            # What a microphone hears of it, if there are one and a loudspeaker, is a worse take.
+            self.practice_voice = True
         self.practice.set_on(on, settings.vmc_port, settings.audio_output)
         self.practice_changed.emit()
+
+    @property
+    def sound_device(self) -> str:
+        """What is recorded: the person's microphone, or the practice performer's voice while it performs."""
+        if self.practice.on and self.practice_voice:
+            return performer_device(self.practice.voice_port)
+        return self._session.settings.audio_device
 
     def use_a_free_port(self) -> None:
         """Listen on another port where another program holds the chosen one: for a sender of our own."""

@@ -71,7 +71,7 @@ class SlatePresenter(QObject):
 
     def _missing(self, snap: Snapshot) -> str:
         """What a take begun now would lack, in a sentence; "" where all that is chosen comes in."""
-        microphone = self._session.settings.audio_device != NO_MICROPHONE
+        microphone = self._model.sound_device != NO_MICROPHONE
         if not snap.motion_alive and not snap.audio_alive:
             return self.tr("No motion and no sound yet. Connect a tracker or a microphone.")
         if not snap.motion_alive:

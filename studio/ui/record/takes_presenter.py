@@ -167,7 +167,7 @@ class TakesPresenter(QObject):
         project = self._session.project
         if proof is None or proof.good or project is None or take.folder.parent != project.takes_folder:
             return
-        if not take.info.audio_file and self._session.settings.audio_device == NO_MICROPHONE:
+        if not take.info.audio_file and self._model.sound_device == NO_MICROPHONE:
             # Without sound by choice: its row says so, and a message at each take would be one too many.
             return
         again = (self.tr("Re-record"), lambda: self._on_redo(take.id))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from studio.ipc.events import ChildEvent, LineEvent, ProblemEvent
@@ -15,6 +17,8 @@ LEAVING_MS = 3_000
 
 class PracticeTask(QObject):
     """A practice performer that sends to this computer and speaks through its loudspeaker.
+
+    Its voice goes to a voice line as well, so that it is recorded where nothing can be heard.
 
     Args:
         parent: as everywhere in Qt.
@@ -31,12 +35,14 @@ class PracticeTask(QObject):
         self._child = child or ChildTask(self)
         self._on = False
         self._port = 0
+        self.voice_port = 0
+        """Of this computer, where its voice goes while it performs."""
         # What the next one is started with, once that before has ended.
         self._next: list[str] | None = None
         self.speaking = ""
         """The sentence it is saying, or said last."""
         self.problem = ""
-        """Why its voice can't be heard, "" where it can."""
+        """Why it can't be heard, "" where it can."""
         self._leaving = QTimer(self)
         self._leaving.setSingleShot(True)
         self._leaving.setInterval(LEAVING_MS)
@@ -66,6 +72,8 @@ class PracticeTask(QObject):
             return
         self._on = on
         if on:
+            # A port of its own: that of a performer in a terminal may be recorded by somebody else.
+            self.voice_port = _free_port()
             self._start(port, device)
         else:
             self._child.stop()
@@ -88,6 +96,7 @@ class PracticeTask(QObject):
         self._port = port
         self.speaking = self.problem = ""
         voice = ["--device", device] if device else []
+        voice += ["--voice-to", str(self.voice_port)]
         arguments = ["performer", "--to", f"127.0.0.1:{port}", *voice]
         if self._child.running:
             # Not beside it: two would speak at once.
@@ -115,3 +124,10 @@ class PracticeTask(QObject):
             self._child.start(arguments)
         else:
             self._on = False
+
+
+def _free_port() -> int:
+    """A UDP port of this computer that nobody uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -21,6 +21,7 @@ from studio.motion.channels import BONES, VRM0_SHAPES
 from studio.performer.sample import PERFORMER_NAME
 from studio.project import Project
 from studio.settings import NO_MICROPHONE
+from studio.sound.sound_file import read_sound
 from studio.take import TakeInfo
 from studio.take.check import check_take, proof_of
 from studio.take.folder import load_take, save_take
@@ -576,6 +577,53 @@ def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, 
     qtbot.waitUntil(lambda: not room.model.practice.running, timeout=30_000)
 
 
+@pytest.mark.slow
+def test_the_practice_performer_s_voice_is_recorded_without_any_sound_device(room: Room, qtbot) -> None:
+    """The person's own choice of microphone comes back when it stops, and not in the middle of a take."""
+    room.session.change_settings(audio_device="")
+    choice, recorder = room.view.inputs.device, room.model.recorder
+    assert recorder is not None
+    # No device of this test's machine could hear or play it.
+    qtbot.waitUntil(lambda: "sound" in room.model.problems, timeout=30_000)
+    room.view.inputs.practice.click()
+    assert choice.currentText() == "Practice performer"
+    qtbot.waitUntil(lambda: recorder.snapshot().device == "Practice performer", timeout=30_000)
+    qtbot.waitUntil(lambda: room.model.practice.speaking != "", timeout=60_000)
+    record(room, qtbot, seconds=1.0)
+    take = room.project.takes[0]
+    assert take.audio_path is not None
+    assert take.info.device == "Practice performer"
+    assert np.abs(read_sound(take.audio_path).samples).max() > 0.01, "its voice is in it"
+    assert "sound" not in room.model.problems
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.session.rolling and not room.model.busy, timeout=30_000)
+    room.view.inputs.practice.click()
+    qtbot.waitUntil(lambda: recorded(room, seconds=1.0))
+    assert recorder.snapshot().device == "Practice performer", "a take that rolls keeps its sound"
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: len(room.project.takes) == 2, timeout=60_000)
+    assert not room.project.takes[1].info.notes
+    qtbot.waitUntil(lambda: recorder.snapshot().device is None, timeout=30_000)
+    assert choice.currentText() == "Default microphone"
+    assert choice.findText("Practice performer") < 0
+
+
+@pytest.mark.slow
+def test_a_microphone_chosen_beside_the_practice_performer_is_recorded(room: Room, qtbot) -> None:
+    room.view.inputs.practice.click()
+    choice = room.view.inputs.device
+    assert [choice.itemText(i) for i in range(choice.count())][-2:] == ["Practice performer", "No microphone"]
+    for words in ("No microphone", "Practice performer"):
+        choice.setCurrentIndex(choice.findText(words))
+        choice.activated.emit(choice.currentIndex())
+        wanted = words if words == "Practice performer" else None
+        qtbot.waitUntil(
+            lambda wanted=wanted: room.model.recorder.snapshot().device == wanted,  # type: ignore[union-attr]
+            timeout=30_000,
+        )
+    assert room.session.settings.audio_device == NO_MICROPHONE, "the choice of another day is not touched"
+
+
 def test_the_practice_performer_follows_the_port_one_after_the_other() -> None:
     """The next one begins when that before has ended: two would speak at once."""
     child = FakeChildTask()
@@ -586,10 +634,11 @@ def test_the_practice_performer_follows_the_port_one_after_the_other() -> None:
     practice.redirect(39539)
     practice.redirect(39540)
     assert practice.on
-    assert child.started == [["performer", "--to", "127.0.0.1:39539"]]
+    voice = ["--voice-to", str(practice.voice_port)]
+    assert child.started == [["performer", "--to", "127.0.0.1:39539", *voice]]
     child.end(StudioError("It was interrupted.", ""))
     assert practice.on
-    assert child.started[1:] == [["performer", "--to", "127.0.0.1:39540"]]
+    assert child.started[1:] == [["performer", "--to", "127.0.0.1:39540", *voice]]
     practice.close()
 
 
