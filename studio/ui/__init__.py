@@ -6,6 +6,8 @@ bone_table         Which joint of an imported skeleton is which bone: what was g
                    person in a table
 curate/            The Curate tab: the library, the timeline, trims, offsets and labels
 child_process      One child process of the window: what it says and is told, and how it ends
+clear_place        Where a message may lie over a window without covering what people use next, by
+                   geometry alone
 command_palette    Every action, setting, take and run, found by typing: Ctrl+K
 desktop            Word from the desktop while the window is not in front: a notification of what ended
                    meanwhile
@@ -20,8 +22,8 @@ imports            Files that come in or go out: dropped and chosen ones importe
 live/              The Live tab: the microphone or a file moves the avatar, now
 main_window        The frame around the five tabs: tabs, status, menus, keys, drag and drop
 menus              The menus and their keys
-messages           The only place that shows an error: a sentence and what to do, beside the tabs or in
-                   the lower corner
+messages           The only place that shows an error: a sentence and what to do, where it covers nothing
+                   that is used
 next_steps_presenter  What is done of the way from the first take to going live, read from the project
 next_steps_view    The strip under the tabs: the five steps, each with its one button
 record/            The Record tab: capture, meters, health, takes of today

@@ -1,4 +1,4 @@
-"""The only place that shows an error: a sentence and what to do, beside the tabs or in the lower corner."""
+"""The only place that shows an error: a sentence and what to do, where it covers nothing that is used."""
 
 from __future__ import annotations
 
@@ -8,13 +8,25 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, SignalInstance
+from PySide6.QtCore import (
+    QCoreApplication,
+    QEvent,
+    QObject,
+    QPoint,
+    QRect,
+    QSize,
+    Qt,
+    QTimer,
+    SignalInstance,
+)
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
     QEnterEvent,
+    QHideEvent,
     QMouseEvent,
     QShortcut,
+    QShowEvent,
 )
 from PySide6.QtWidgets import (
     QApplication,
@@ -30,6 +42,7 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.ui import theme
+from studio.ui.clear_place import clear_place, controls
 from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
@@ -37,6 +50,10 @@ ERROR_MS = 20_000
 TOAST_WIDTH = 480
 LEAST_WIDTH = 420
 """Where the window's place for messages is narrower, they lie in its lower right corner."""
+NARROW_WIDTHS = (420, 360, 300)
+"""What a message is tried at where it would cover a control at its own width."""
+GIVE_WAY_MS = 400
+"""How soon a message goes out of the way of a control that came to lie under it."""
 TOP = 64
 """Pixels from the upper edge, in a window that has no place for messages."""
 
@@ -54,7 +71,8 @@ KINDS = {
 class Toast(QFrame):
     """A message over a window; it goes by itself, an error later than a note, and by a click on it.
 
-    It stays as long as the mouse or the keyboard is on it. F6 goes to it, Esc takes it away from there.
+    It stays as long as the mouse or the keyboard is on it. F6 goes to it, Esc takes it away from there. It
+    covers no button and no field that is enabled, and gives way where one comes to lie under it.
 
     Args:
         window: the one it lies over; a window without one gets it with its first message.
@@ -100,6 +118,9 @@ class Toast(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.hide)
+        self._giving_way = QTimer(self)
+        self._giving_way.setInterval(GIVE_WAY_MS)
+        self._giving_way.timeout.connect(self._give_way)
         going, dismissing = sequence("go_to_message"), sequence("dismiss_message")
         away = QShortcut(dismissing, self, self.hide)
         away.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)  # elsewhere Esc ends a countdown
@@ -223,29 +244,56 @@ class Toast(QFrame):
         if work is not None:
             work()
 
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._giving_way.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._giving_way.stop()
+
+    def _give_way(self) -> None:
+        """Go elsewhere where a tab, a panel or a row came to lie under it, but not from under the mouse."""
+        covered = [one for one in controls(self._window, self._apart) if one.intersects(self.geometry())]
+        if covered and not self.underMouse():
+            self._place()
+
+    @property
+    def _apart(self) -> tuple[QWidget, ...]:
+        """What may be covered: itself, and the place for messages with what it says."""
+        return (self,) if self._over is None else (self, self._over)
+
     def _place(self) -> None:
         """Lie over the window's place for messages, from its right edge; deeper with more to say.
 
         Where that is too narrow, in the window's lower right corner, so that the tabs are never covered.
+        Where either would cover a control, nearby where there is none.
         """
         window, place = self._window, self._over
         width = most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
         beside = place is not None and place.width() >= LEAST_WIDTH
         if place is not None:
             width = min(place.width() if beside else LEAST_WIDTH, most)
-        self.setFixedWidth(width)
+        size = self._size_at(width)
+        if place is None:
+            wanted = QRect(QPoint((window.width() - width) // 2, min(TOP, window.height() // 10)), size)
+        elif not beside:
+            x, y = window.width() - width - theme.PAGE, window.height() - size.height() - theme.PAGE
+            wanted = QRect(QPoint(x, y), size)
+        else:
+            corner = place.mapTo(window, place.rect().topRight())
+            wanted = QRect(QPoint(corner.x() - width + 1, theme.TIGHT), size)
+        sizes = [size, *(self._size_at(narrow) for narrow in NARROW_WIDTHS if narrow < width)]
+        found = clear_place(window, sizes, wanted, self._apart)
+        self.setFixedSize(found.size())
+        self.move(found.topLeft())
+
+    def _size_at(self, width: int) -> QSize:
         layout = self.layout()
         assert layout is not None
         layout.activate()
         height = layout.heightForWidth(width) if layout.hasHeightForWidth() else self.sizeHint().height()
-        self.setFixedHeight(max(height + 2, 44))
-        if place is None:
-            self.move((window.width() - width) // 2, min(TOP, window.height() // 10))
-        elif not beside:
-            self.move(window.width() - width - theme.PAGE, window.height() - self.height() - theme.PAGE)
-        else:
-            corner = place.mapTo(window, place.rect().topRight())
-            self.move(corner.x() - width + 1, theme.TIGHT)
+        return QSize(width, max(height + 2, 44))
 
 
 def show_error(parent: QWidget | None, error: BaseException) -> None:

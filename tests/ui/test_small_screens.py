@@ -8,8 +8,18 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from PySide6.QtCore import QRect, QSize
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QPoint, QRect, QSize
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QLineEdit,
+    QPushButton,
+    QScrollBar,
+    QTabBar,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from studio.actions import TABS
@@ -122,6 +132,88 @@ def test_a_message_never_lies_over_the_tabs(
         there = window.findChild(QWidget, name)
         place = QRect(there.mapTo(window, there.rect().topLeft()), there.size())
         assert not place.intersects(toast.geometry()), name
+
+
+def usable(window: MainWindow) -> list[tuple[str, QRect]]:
+    """Every enabled button and field that a person sees, by itself and not by how messages look for them."""
+    found = []
+    for one in window.findChildren(QWidget):
+        fields = QAbstractButton | QComboBox | QLineEdit | QAbstractSpinBox | QAbstractSlider | QTabBar
+        if (
+            not isinstance(one, fields)
+            or isinstance(one, QScrollBar)
+            or not one.isVisible()
+            or not one.isEnabled()
+        ):
+            continue
+        seen = one.visibleRegion().boundingRect().translated(one.mapTo(window, QPoint()))
+        if one.window() is window and not seen.isEmpty() and not within_toast(one):
+            found.append((f"{one.objectName() or type(one).__name__} {one.accessibleName()}", seen))
+    return found
+
+
+def within_toast(widget: QWidget) -> bool:
+    return isinstance(widget, messages.Toast) or (
+        widget.parentWidget() is not None and within_toast(widget.parentWidget())
+    )
+
+
+MESSAGES = {
+    "short": ("Saved.", "", None),
+    "usual": ("Hello_001 is saved: 12.0 s.", "", ("Play", lambda: None)),
+    "long": ("The microphone was unplugged while a take was recorded. " * 3, "Plug it in again.", None),
+}
+
+
+@pytest.mark.parametrize("size", SIZES[:2])
+def test_a_message_covers_nothing_that_is_used_next(
+    window: MainWindow, toy_project: Project, qtbot: QtBot, size: tuple[int, int]
+) -> None:
+    covered: dict[tuple[str, str], list[str]] = {}
+
+    def look(tab: str) -> None:
+        settled(qtbot, window)
+        for kind, (text, remedy, action) in MESSAGES.items():
+            messages.show_note(window, text, remedy, action)
+            qtbot.wait(50)
+            toast = messages.toast_of(window)
+            assert toast is not None
+            assert toast.isVisible()
+            assert window.rect().contains(toast.geometry())
+            assert toast.text.heightForWidth(toast.text.width()) <= toast.text.height(), "all of it is read"
+            if under := [name for name, there in usable(window) if there.intersects(toast.geometry())]:
+                covered[tab, kind] = under
+            toast.hide()
+
+    window.resize(*size)
+    qtbot.waitUntil(lambda: (window.width(), window.height()) == size)
+    look("welcome")
+    window.session.open_project(toy_project.folder)
+    for tab in TABS:
+        window.show_room(tab)
+        look(tab)
+    assert covered == {}
+
+
+def test_a_message_gives_way_to_the_next_tab_and_to_what_comes_under_it(
+    window: MainWindow, toy_project: Project, qtbot: QtBot
+) -> None:
+    window.session.open_project(toy_project.folder)
+    window.resize(*SIZES[0])
+    for tab in TABS:
+        window.show_room(tab)
+        settled(qtbot, window)
+    messages.show_note(window, "Hello_001 is saved: 12.0 s.", stays=True)
+    toast = messages.toast_of(window)
+    assert toast is not None
+    for tab in TABS:
+        window.show_room(tab)
+        qtbot.waitUntil(lambda: not any(there.intersects(toast.geometry()) for _, there in usable(window)))
+        assert toast.isVisible()
+    late = QPushButton("Late", window)
+    late.setGeometry(toast.geometry())
+    late.show()
+    qtbot.waitUntil(lambda: not late.geometry().intersects(toast.geometry()))
 
 
 @pytest.mark.parametrize("screen", [(1024, 600), (1280, 760), (2560, 1400), (3840, 2100)])
