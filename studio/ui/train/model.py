@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -11,10 +12,11 @@ from studio.errors import StudioError
 from studio.evaluation.learning_curve import LearningCurve
 from studio.evaluation.verdict import RunVerdict
 from studio.project import Run
+from studio.ui import tasks
 from studio.ui.session import Session
-from studio.ui.tasks import ChildTask
+from studio.ui.tasks import ChildTask, LatestTask
 from studio.ui.train.data_facts import DataFacts, data_facts, one_for_validation
-from studio.ui.train.run_facts import RunReader
+from studio.ui.train.run_facts import ProjectVerdicts, RunReader, VerdictReader
 from studio.ui.train.run_trash import RunTrash
 from studio.ui.train.task import TrainRequest, TrainTask
 from studio.ui.undo import DatasetUndo, JointUndo
@@ -34,6 +36,7 @@ class TrainModel(QObject):
     Signals:
         data_changed: takes, choices or what may be done with them are others now.
         runs_changed: the runs on the disk may be others now.
+        verdicts_changed: what is said of the runs, or the learning curve, is another now.
         refreshed: the training under way has come further; at a pace that people can read.
         shown_changed: the curves of another run are to be seen.
         choose_requested: id of the run to mark in the list.
@@ -44,6 +47,7 @@ class TrainModel(QObject):
 
     data_changed = Signal()
     runs_changed = Signal()
+    verdicts_changed = Signal()
     refreshed = Signal()
     shown_changed = Signal()
     choose_requested = Signal(str)
@@ -63,6 +67,9 @@ class TrainModel(QObject):
         self.facts: DataFacts | None = None
         """What there is to learn from; None without a project, or where there is nothing at all."""
         self.reader = RunReader()
+        self._verdict_reader = VerdictReader()
+        self._verdicts = ProjectVerdicts()
+        self._reading = LatestTask(self)
         self.training = TrainTask(child or ChildTask(self), self)
         self.trash = RunTrash(self, lambda folder: self.training.running and folder == self.training.folder)
         self.data_undo = DatasetUndo(session, "train", self)
@@ -74,6 +81,8 @@ class TrainModel(QObject):
         session.takes_changed.connect(self.refresh_data)
         session.dataset_changed.connect(self.refresh_data)
         session.runs_changed.connect(self.runs_changed)
+        for changed in (self.runs_changed, self.data_changed):
+            changed.connect(self._read_verdicts)
         self.trash.removed.connect(self._on_removed)
         self.trash.returned.connect(self._on_returned)
         self.trash.told.connect(self.told)
@@ -115,19 +124,46 @@ class TrainModel(QObject):
     @property
     def curve(self) -> LearningCurve | None:
         """What more takes would bring, as it was measured last."""
-        project = self._session.project
-        return self.reader.curve(project) if project is not None else None
+        return self._verdicts.curve
 
     def verdict_on(self, run: Run) -> RunVerdict:
-        """How good a run is, and what would help most."""
+        """How good a run is, and what would help most, as it was read last."""
+        return self._verdicts.of_runs.get(run.folder, RunVerdict())
+
+    def is_judged(self, run: Run) -> bool:
+        """Whether the verdict on a run was read yet."""
+        return run.folder in self._verdicts.of_runs
+
+    def read_verdict(self, run_id: str, on_read: Callable[[RunVerdict], None]) -> None:
+        """Read the verdict on the open project's run of this id anew; an empty one where it has none."""
+        project = self._session.project
+        runs = [run for run in self.newest_first if run.id == run_id]
+        if project is None or not runs:
+            on_read(RunVerdict())
+            return
+        dataset, takes = project.dataset, project.takes
+        tasks.run(
+            lambda: self._verdict_reader.read(project, runs, dataset, takes),
+            lambda found: on_read(found.of_runs[runs[0].folder]),
+            owner=self,
+        )
+
+    def _read_verdicts(self) -> None:
+        """Read on the pool what is said of the runs: their figures lie in files that may have changed."""
         project = self._session.project
         if project is None:
-            return RunVerdict()
-        return self.reader.verdict(run, project)
+            self._reading.drop()
+            self._show_verdicts(ProjectVerdicts())
+            return
+        runs, dataset, takes = self.newest_first, project.dataset, project.takes
+        self._reading.run(
+            lambda: self._verdict_reader.read(project, runs, dataset, takes), self._show_verdicts
+        )
 
-    def verdict_of(self, run_id: str) -> RunVerdict:
-        """As `verdict_on`, of the open project's run of this id; empty where it has none."""
-        return next((self.verdict_on(run) for run in self.newest_first if run.id == run_id), RunVerdict())
+    def _show_verdicts(self, found: ProjectVerdicts) -> None:
+        if found != self._verdicts:
+            self._verdicts = found
+            self.verdicts_changed.emit()
 
     # -- what happens to it ------------------------------------------------------------------------
 

@@ -109,11 +109,16 @@ class ProgressPresenter(QObject):
             for tab in ("train", "review"):
                 self._session.news_changed.emit(tab, text)
             self._ready, self._said = run, text
-        told = self._model.verdict_of(run).quality
+            self._model.read_verdict(run, lambda found: self._tell_ready(run, text, found.quality, action))
+        else:
+            self._tell_ready(run, text, "", None)
+
+    def _tell_ready(self, run: str, text: str, told: str, action: messages.Action | None) -> None:
+        """Say that a run is ready and how good it is, unless it was watched meanwhile."""
+        if action is not None and run != self._ready:
+            return
         # A person who is away finds it still there; one who is not has the strip, which covers no tab.
-        messages.show_note(
-            self._view, text, told, action if self._model.here else None, stays=self._desktop.is_away
-        )
+        messages.show_note(self._view, text, told, action, stays=self._desktop.is_away)
         if self._session.settings.notify:
             self._desktop.notify(text, told)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from studio.dataset.coverage import kinds_of
@@ -134,9 +135,6 @@ class RunReader:
     def __init__(self) -> None:
         self._runs: dict[Path, tuple[tuple[Stamp, bool], Run]] = {}
         self._facts: dict[Path, tuple[Stamp, RunFacts]] = {}
-        self._verdicts: dict[Path, tuple[tuple[object, ...], RunVerdict]] = {}
-        self._curve: tuple[Path, Stamp, LearningCurve | None] | None = None
-        self._kinds: tuple[Dataset, tuple[Take, ...], Kinds] | None = None
 
     def newest_first(self, folder: Path) -> list[Run]:
         """The runs in a folder."""
@@ -152,6 +150,48 @@ class RunReader:
             known = self._facts[path] = (stamp, run_facts(epochs_of(run)))
         return known[1]
 
+    def _run(self, folder: Path) -> Run:
+        stamp = _stamp(folder / "report.json"), (folder / "best.safetensors").is_file()
+        known = self._runs.get(folder)
+        # Whether one that is training still does is not written in a file.
+        if known is None or known[0] != stamp or known[1].status == "running":
+            known = self._runs[folder] = (stamp, Run.load(folder))
+        return known[1]
+
+
+@dataclass(frozen=True)
+class ProjectVerdicts:
+    """What is said of a project's runs.
+
+    Args:
+        curve: what more takes would bring, as it was measured last.
+        of_runs: of each run, by its folder.
+    """
+
+    curve: LearningCurve | None = None
+    of_runs: dict[Path, RunVerdict] = field(default_factory=dict)
+
+
+class VerdictReader:
+    """Verdicts on runs, whose figures are read again only where a file changed since.
+
+    Several threads may ask at once: one reads, and the others find it read.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._verdicts: dict[Path, tuple[tuple[object, ...], RunVerdict]] = {}
+        self._curve: tuple[Path, Stamp, LearningCurve | None] | None = None
+        self._kinds: tuple[Dataset, tuple[Take, ...], Kinds] | None = None
+
+    def read(
+        self, project: Project, runs: Sequence[Run], dataset: Dataset, takes: tuple[Take, ...]
+    ) -> ProjectVerdicts:
+        """Verdicts on some runs of a project, as its takes and choices were when it was asked for."""
+        with self._lock:
+            curve, kinds = self.curve(project), self._kinds_of(dataset, takes)
+            return ProjectVerdicts(curve, {run.folder: self._verdict(run, curve, kinds) for run in runs})
+
     def curve(self, project: Project) -> LearningCurve | None:
         """What more takes would bring, as it was measured last."""
         path = project.runs_folder / CURVE_FILE
@@ -160,9 +200,7 @@ class RunReader:
             self._curve = path, stamp, load_curve(project)
         return self._curve[2]
 
-    def verdict(self, run: Run, project: Project) -> RunVerdict:
-        """What is said of a run of a project."""
-        curve, kinds = self.curve(project), self._kinds_of(project.dataset, project.takes)
+    def _verdict(self, run: Run, curve: LearningCurve | None, kinds: Kinds) -> RunVerdict:
         stamps = [
             _stamp(run.folder / name) for name in ("report.json", "evaluation.json", "best.safetensors")
         ]
@@ -177,14 +215,6 @@ class RunReader:
         if self._kinds is None or self._kinds[0] is not dataset or self._kinds[1] != takes:
             self._kinds = dataset, takes, verdict_kinds(dataset, takes)
         return self._kinds[2]
-
-    def _run(self, folder: Path) -> Run:
-        stamp = _stamp(folder / "report.json"), (folder / "best.safetensors").is_file()
-        known = self._runs.get(folder)
-        # Whether one that is training still does is not written in a file.
-        if known is None or known[0] != stamp or known[1].status == "running":
-            known = self._runs[folder] = (stamp, Run.load(folder))
-        return known[1]
 
 
 def verdict_kinds(dataset: Dataset, takes: Sequence[Take]) -> Kinds:

@@ -28,7 +28,8 @@ class RunsPresenter(QObject):
         view.delete_requested.connect(self._on_delete)
         view.folder_requested.connect(self._on_folder)
         view.note_changed.connect(self._on_note)
-        model.runs_changed.connect(self._show)
+        for changed in (model.runs_changed, model.verdicts_changed):
+            changed.connect(self._show)
         model.refreshed.connect(self._follow)
         model.choose_requested.connect(view.table.choose)
         model.data_changed.connect(self._show_state)

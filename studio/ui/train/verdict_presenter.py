@@ -38,7 +38,7 @@ class VerdictPresenter(QObject):
         self._task.ended.connect(self._show_curve)
         view.curve_requested.connect(self._on_requested)
         view.curve_cancelled.connect(self._task.cancel)
-        for changed in (model.shown_changed, model.runs_changed, model.data_changed):
+        for changed in (model.shown_changed, model.runs_changed, model.data_changed, model.verdicts_changed):
             changed.connect(self._show)
         model.training.changed.connect(self._show)
         session.project_opened.connect(self._on_project)
@@ -54,8 +54,10 @@ class VerdictPresenter(QObject):
             nothing = self.tr("The verdict appears here when training has finished.")
         elif run is None:
             nothing = self.tr("Select a run to see its verdict.")
-        else:
+        elif self._model.is_judged(run):
             nothing = self.tr("Nothing was measured of this run. Compare measures it.")
+        else:
+            nothing = ""
         self._view.show_verdict(RunVerdict() if self._model.shows_training else found, nothing)
         self._show_curve()
 

@@ -9,7 +9,7 @@ import pytest
 from studio.evaluation.learning_curve import CurvePoint, LearningCurve, save_curve
 from studio.ipc.events import EpochEvent
 from studio.project import Project, Run
-from studio.ui.train.run_facts import RunReader, curves, epochs_of, run_facts
+from studio.ui.train.run_facts import VerdictReader, curves, epochs_of, run_facts
 
 
 def _epoch(
@@ -66,7 +66,7 @@ def test_lines_that_make_no_sense_are_passed_over(tmp_path: Path) -> None:
 
 
 def test_the_learning_curve_is_read_again_only_where_its_file_changed(tmp_path: Path) -> None:
-    project, reader = Project.create(tmp_path / "P"), RunReader()
+    project, reader = Project.create(tmp_path / "P"), VerdictReader()
     assert reader.curve(project) is None
     save_curve(project, LearningCurve((CurvePoint(30.0, 0.4),), ("A",), "test", ("B",)))
     first = reader.curve(project)

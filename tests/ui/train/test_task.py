@@ -116,7 +116,7 @@ def test_discard_puts_the_run_into_the_trash(
 
 @pytest.mark.parametrize("resumed", [False, True])
 def test_a_cancelled_training_is_removed_though_its_child_was_done(
-    tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask, resumed: bool
+    qtbot: QtBot, tab: tuple[TrainView, TrainPresenter], session: Session, child: FakeChildTask, resumed: bool
 ) -> None:
     view, presenter = tab
     under_way(presenter, session, child, resumed)
@@ -126,8 +126,9 @@ def test_a_cancelled_training_is_removed_though_its_child_was_done(
     assert not presenter.model.training.running
     assert session.project is not None
     assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
-    said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
     told = "quick_001 is ready." if resumed else "The training was cancelled and its run removed."
+    qtbot.waitUntil(lambda: messages.toast_of(view.window()) is not None)
+    said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
     assert said == [told]
 
 

@@ -119,7 +119,7 @@ def test_a_training_draws_its_curves_and_becomes_a_run(
     assert view.runs.table.rowCount() == 1
     assert view.runs.table.chosen == run.id
     assert (run.folder / "evaluation.json").is_file()
-    assert "Measured on toy_003" in view.runs.verdict.text.text()
+    qtbot.waitUntil(lambda: "Measured on toy_003" in view.runs.verdict.text.text())
     assert _text(view, "run_verdict").split()[0] in ("Follows", "Hardly", "Barely")
     assert _text(view, "run_line").startswith("epoch 2 of 2")
     assert view.recipe.start.isEnabled()

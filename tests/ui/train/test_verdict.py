@@ -42,21 +42,31 @@ def make_run(toy_project: Project) -> MakeRun:
 
 
 def test_the_chosen_run_is_judged_in_words_and_figures_wait_behind_details(
-    qtbot: QtBot, make_run: MakeRun, tab: Tab
+    qtbot: QtBot, make_run: MakeRun, tab: Tab, toy_project: Project
 ) -> None:
     view, presenter = tab
     good = make_run(rmse=0.05, pearson_mouth=0.46, motion_ratio=0.7)
     still = make_run(rmse=0.04, pearson_mouth=0.02, motion_ratio=0.1)
     presenter.model.runs_changed.emit()
     table = view.runs.table
-    words = {table.item(y, 0).text(): table.item(y, VERDICT).text() for y in range(2)}
-    assert words == {good: "good", still: "barely moves"}
+
+    def words() -> dict[str, str]:
+        return {table.item(y, 0).text(): table.item(y, VERDICT).text() for y in range(2)}
+
+    assert words() == {good: "", still: ""}, "no file is read while the window waits"
+    qtbot.waitUntil(lambda: words() == {good: "good", still: "barely moves"})
     table.choose(good)
     assert view.runs.verdict.text.text().startswith(
         "Follows your mouth well, moves a little less than you. Four more minutes would probably help most."
     )
     table.choose(still)
     assert view.runs.verdict.text.text().startswith("Barely moves: 10% as much as you do.")
+    # Measured anew, by Compare or from a terminal.
+    report = {"status": "done", "best_val": {"rmse": 0.05, "pearson_mouth": 0.46, "motion_ratio": 0.95}}
+    (toy_project.run(still).folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    presenter.model.runs_changed.emit()
+    assert view.runs.verdict.text.text().startswith("Barely moves"), "what was read last stays until then"
+    qtbot.waitUntil(lambda: view.runs.verdict.text.text().startswith("Follows your mouth well"))
     assert table.isColumnHidden(RMSE)
     details = view.findChild(QPushButton, "run_details")
     assert details is not None
