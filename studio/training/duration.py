@@ -3,12 +3,20 @@
 A training's time is its steps, its validations, and what comes before the first and after the last epoch.
 What each of them took is remembered after every training, by network and sound; the next one of that kind is
 expected to take as long, for its own epochs and takes.
+
+Until then it is a guess and is said as a range: what the recipe took where it was written, times how much
+slower a short probe of arithmetic runs here. Other recipes' trainings draw the guess to what they took,
+each a little, and narrow the range, so that no figure leaps from one training to the next. How honest that
+is: the probe knows neither the takes' length nor a graphics card, and a computer that is busy with other
+work took more than six times the guess (a range ends at three times). Some steps of a real training are no
+better a probe: the first ones cost up to seventeen times what the later ones do.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import statistics
 import time
 from collections.abc import Iterator, Sequence
@@ -30,6 +38,8 @@ FILE = "training_times.json"
 _VERSION = 1
 _KEPT, _OF_A_KIND = 40, 5
 _LONGEST_S = 1e8
+_LEAST, _MOST = 0.7, 3.0
+"""Times a guess between which a training takes, where no other one was ever measured here."""
 _REFERENCE_PROBE_S = 0.02
 """What the probe took on the computer where the minutes in the recipe files were measured."""
 
@@ -104,15 +114,23 @@ class Expected:
     Args:
         seconds: of all of it.
         trainings: of how many on this computer that is the median, 0 for a guess.
+        least_s, most_s: what a guess lies between; both 0 where it is none.
     """
 
     seconds: float
     trainings: int = 0
+    least_s: float = 0.0
+    most_s: float = 0.0
 
     @property
     def words(self) -> str:
-        """ "about 3 minutes"."""
-        minutes = self.seconds / 60
+        """ "about 3 minutes"; "2 to 6 minutes" for a guess."""
+        minutes, least, most = self.seconds / 60, round(self.least_s / 60), math.ceil(self.most_s / 60)
+        if most >= 90:
+            least, most = round(self.least_s / 3600), math.ceil(self.most_s / 3600)
+            return f"{least} to {most} hours" if least else f"up to {most} hours"
+        if most > 1:
+            return f"{least} to {most} minutes" if least else f"up to {most} minutes"
         if minutes < 1:
             return "under a minute"
         if minutes < 90:
@@ -163,7 +181,11 @@ class TrainingTimes:
         same = self._of_kind(kind_of(recipe))
         if same:
             return Expected(_median(one.expected_s(recipe, lengths) for one in same), len(same))
-        return Expected(60 * recipe.minutes * self._slowness)
+        slowness, others = self._slowness
+        guess = 60 * recipe.minutes * slowness
+        # Each training of another recipe makes it surer: three of them halve the range.
+        share = 3 / (3 + others)
+        return Expected(guess, 0, guess * _LEAST**share, guess * _MOST**share)
 
     def expected_after_s(self, recipe: Recipe, lengths: Lengths) -> float | None:
         """Seconds that a training goes on after its last epoch; None where none of its kind is remembered."""
@@ -176,16 +198,17 @@ class TrainingTimes:
         return [one for one in same if one.device == same[-1].device][-_OF_A_KIND:]
 
     @cached_property
-    def _slowness(self) -> float:
-        """How much longer a training takes than its recipe says, by other recipes' or by the probe."""
-        found = []
+    def _slowness(self) -> tuple[float, int]:
+        """How much longer a training takes than its recipe says, and of how many trainings that is known."""
+        # In proportions, so that one recipe's training moves the others' guess by a part of what it was off.
+        total, trainings = math.log(self._probe_s / _REFERENCE_PROBE_S) if self._probe_s else 0.0, 0
         for info in recipes():
             recipe = usual_recipe(info.name)
             if same := self._of_kind(kind_of(recipe)):
-                found.append(_median(one.expected_s(recipe, None) for one in same) / (60 * recipe.minutes))
-        if found:
-            return statistics.median(found)
-        return self._probe_s / _REFERENCE_PROBE_S if self._probe_s else 1.0
+                took = _median(one.expected_s(recipe, None) for one in same)
+                total += len(same) * math.log(max(took, 1e-3) / (60 * recipe.minutes))
+                trainings += len(same)
+        return math.exp(total / (trainings + (1 if self._probe_s or not trainings else 0))), trainings
 
     def _save(self) -> None:
         content = {

@@ -67,7 +67,34 @@ def test_what_another_recipe_took_tells_how_slow_this_computer_is(tmp_path: Path
     quick, best = usual_recipe("quick"), usual_recipe("best")
     times = kept(tmp_path)
     share = times.expected(quick).seconds / quick.minutes
-    assert times.expected(best) == Expected(pytest.approx(share * best.minutes), 0)
+    found = times.expected(best)
+    assert (found.seconds, found.trainings) == (pytest.approx(share * best.minutes), 0)
+
+
+def test_a_first_training_moves_the_guess_for_others_by_a_part_and_makes_it_surer(tmp_path: Path) -> None:
+    """No estimate leaps because one recipe was measured."""
+    quick, best = usual_recipe("quick"), usual_recipe("best")
+    times = TrainingTimes(tmp_path)
+    times.probe()
+    before, guess = times.expected(best), times.expected(quick)
+    assert before.least_s < before.seconds < before.most_s == pytest.approx(3 * before.seconds)
+    widths = [before.most_s / before.least_s]
+    for _ in range(3):
+        times = kept(tmp_path)
+        off = times.expected(quick).seconds / guess.seconds
+        after = times.expected(best)
+        assert min(1.0, off) < after.seconds / before.seconds < max(1.0, off)
+        widths.append(after.most_s / after.least_s)
+    assert widths == sorted(widths, reverse=True)
+    # The first of them: half way, in proportions.
+    (tmp_path / FILE).unlink()
+    times = TrainingTimes(tmp_path)
+    times.probe()
+    guess, before = times.expected(quick), times.expected(best)
+    times.remember(
+        TrainingTime(kind_of(quick), "cpu", 0.0, 0.0, 4 * guess.seconds, 0.0, val_s=1.0, takes_s=1.0)
+    )
+    assert times.expected(best).seconds == pytest.approx(2 * before.seconds)
 
 
 def test_nothing_remembered_is_probed_once_and_a_spoilt_file_is_no_matter(tmp_path: Path) -> None:
@@ -86,6 +113,19 @@ def test_nothing_remembered_is_probed_once_and_a_spoilt_file_is_no_matter(tmp_pa
 )
 def test_it_is_said_in_words(seconds: float, words: str) -> None:
     assert Expected(seconds).words == words
+
+
+@pytest.mark.parametrize(
+    ("guess", "words"),
+    [
+        (Expected(36, 0, 25, 108), "up to 2 minutes"),
+        (Expected(144, 0, 101, 432), "2 to 8 minutes"),
+        (Expected(20, 0, 14, 60), "under a minute"),
+        (Expected(7200, 0, 5040, 21600), "1 to 6 hours"),
+    ],
+)
+def test_a_guess_is_said_as_a_range(guess: Expected, words: str) -> None:
+    assert guess.words == words
 
 
 @pytest.mark.parametrize("bad", ["NaN", "-1", "1e400"])

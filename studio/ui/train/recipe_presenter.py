@@ -78,8 +78,10 @@ class RecipePresenter(QObject):
             return
         times = TrainingTimes(settings_folder())
         if times.needs_probe and not self._probing:
+            # No figure until then: it would be another one a moment later.
             self._probing = True
             tasks.run(times.probe, lambda _: self._show_durations(), owner=self)
+            return
         lengths = Lengths(facts.train.seconds, facts.val.seconds, facts.test.seconds)
         self._view.show_durations(
             {
@@ -92,7 +94,8 @@ class RecipePresenter(QObject):
         """How long a training takes, and how that is known."""
         if expected.trainings:
             return expected.words, self.tr("As long as it took on this computer, for your takes")
-        return expected.words, self.tr("A guess until its first training on this computer")
+        why = self.tr("A guess until its first training on this computer; longer while it is busy")
+        return expected.words, why
 
     def _on_preset(self, key: str) -> None:
         info = self._by_preset.get(key)
