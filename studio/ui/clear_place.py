@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -33,7 +32,11 @@ _CELL_PX = 8
 _LIST_WEIGHT, _SEEN_WEIGHT = 3.0, 1.0
 _COVERED_COST = 4.0
 
-Grid = NDArray[np.float64]
+if TYPE_CHECKING:
+    # Loaded with the first message that has to give way: the welcome page needs no arithmetic.
+    from numpy.typing import NDArray
+
+    Grid = NDArray[Any]
 
 
 def controls(window: QWidget, apart: Sequence[QWidget] = ()) -> list[QRect]:
@@ -61,6 +64,8 @@ def clear_place(window: QWidget, sizes: Sequence[QSize], wanted: QRect, apart: S
     used = [one.adjusted(-MARGIN_PX, -MARGIN_PX, MARGIN_PX, MARGIN_PX) for one in controls(window, apart)]
     if not any(one.intersects(wanted) for one in used):
         return wanted
+    import numpy as np
+
     columns, rows = window.width() // _CELL_PX, window.height() // _CELL_PX
     taken, weight = np.zeros((rows, columns)), np.zeros((rows, columns))
     for rect in used:
@@ -80,6 +85,8 @@ def clear_place(window: QWidget, sizes: Sequence[QSize], wanted: QRect, apart: S
 
 def _best(taken: Grid, weight: Grid, size: QSize, wanted: QRect) -> tuple[float, QRect | None]:
     """How much of controls the best place of a size covers, and that place; None where it has no room."""
+    import numpy as np
+
     high, wide = -(-size.height() // _CELL_PX), -(-size.width() // _CELL_PX)
     if high > taken.shape[0] - 2 or wide > taken.shape[1] - 2:
         return 0.0, None
@@ -96,6 +103,8 @@ def _best(taken: Grid, weight: Grid, size: QSize, wanted: QRect) -> tuple[float,
 
 def _sums(grid: Grid, high: int, wide: int) -> Grid:
     """The sum of every part of a grid that is so large, by the part's first cell."""
+    import numpy as np
+
     total = np.zeros((grid.shape[0] + 1, grid.shape[1] + 1))
     total[1:, 1:] = grid.cumsum(0).cumsum(1)
     found: Grid = total[high:, wide:] - total[:-high, wide:] - total[high:, :-wide] + total[:-high, :-wide]
