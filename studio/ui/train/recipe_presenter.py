@@ -38,7 +38,7 @@ class RecipePresenter(QObject):
         super().__init__(view)
         self._view, self._model, self._session = view, model, session
         self._devices: Devices | None = None  # not looked for yet
-        self._probing = False
+        self._probing = self._probed = False
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
         cards = [
@@ -77,10 +77,11 @@ class RecipePresenter(QObject):
         if facts is None:
             return
         times = TrainingTimes(settings_folder())
-        if times.needs_probe and not self._probing:
+        if times.needs_probe and not self._probed:
             # No figure until then: it would be another one a moment later.
-            self._probing = True
-            tasks.run(times.probe, lambda _: self._show_durations(), owner=self)
+            if not self._probing:
+                self._probing = True
+                tasks.run(times.probe, lambda _: self._on_probed(), owner=self)
             return
         lengths = Lengths(facts.train.seconds, facts.val.seconds, facts.test.seconds)
         self._view.show_durations(
@@ -89,6 +90,11 @@ class RecipePresenter(QObject):
                 for key, info in self._by_preset.items()
             }
         )
+
+    def _on_probed(self) -> None:
+        # Where its figure could not be kept, the guess is the recipe's own.
+        self._probed = True
+        self._show_durations()
 
     def _duration(self, expected: Expected) -> tuple[str, str]:
         """How long a training takes, and how that is known."""
