@@ -34,6 +34,8 @@ settings_dialog    The Settings dialog: every preference of `studio.settings` th
 shortcuts          Keys of the actions as Qt knows them, and the dialog that lists every key
 status_strip       The facts at the right of the tab bar: motion, sound, room on the disk, work going on
 tabs               The five tabs: which there are, and how each is built when it is first needed
+taskbar            How far long work is, on the window's button in the taskbar or dock, where the desktop
+                   shows that
 tasks              Work off the GUI thread: a pool for what takes seconds, child processes for all that
                    takes longer
 theme              The one theme: colours, spacing, type, icons and style sheet of the whole window

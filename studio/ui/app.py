@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 from studio.ui import messages, theme
 from studio.ui.main_window import MainWindow
 from studio.ui.session import Session
+from studio.ui.taskbar import TaskbarProgress
 
 
 def build(words: list[str]) -> tuple[QApplication, MainWindow]:
@@ -28,6 +29,7 @@ def build(words: list[str]) -> tuple[QApplication, MainWindow]:
     session = Session()
     theme.apply(app, session.settings.theme)
     window = MainWindow(session)
+    TaskbarProgress(session, window)
     if words:
         window.start.open_project(Path(words[0]))
     return app, window

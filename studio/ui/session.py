@@ -54,6 +54,7 @@ class Session(QObject):
         import_cancelled: end the import that is going on.
         import_pictured: what a video shows that is being imported, a JPEG.
         import_progress: (sentence, fraction done or None); an empty sentence when it is over.
+        work_progressed: (which work, fraction done): below 0 where nobody can tell, None when it is over.
         tab_requested: show the tab of this name ("record", "curate", "train", "review", "live").
         review_requested: show a run in Review, by its id.
         watch_requested: the same, and play it from the start.
@@ -81,6 +82,7 @@ class Session(QObject):
     import_folder_requested = Signal()
     import_cancelled = Signal()
     import_progress = Signal(str, object)
+    work_progressed = Signal(str, object)
     import_pictured = Signal(bytes)
     tab_requested = Signal(str)
     review_requested = Signal(str)

@@ -172,6 +172,7 @@ class BatchPresenter(QObject):
                 dialog.show_entry(event.index, event.state, text)
             case QueueProgressEvent():
                 dialog.show_progress(event.index, event.entry, event.fraction, self._progress_text(event))
+                self._session.work_progressed.emit("batch", event.fraction)
 
     def _progress_text(self, event: QueueProgressEvent) -> str:
         done = self.tr("{0} %").format(round(100 * event.fraction))
@@ -222,6 +223,7 @@ class BatchPresenter(QObject):
         self._show_message(self.tr("Cancelled. What was finished stays."))
 
     def _on_ended(self) -> None:
+        self._session.work_progressed.emit("batch", None)
         was_outdated, self._outdated = self._outdated, False
         if self._dialog is not None:
             self._dialog.show_busy(False)

@@ -73,7 +73,7 @@ class ExportPresenter(QObject):
         self._child.done.connect(self._on_done)
         self._child.failed.connect(self._on_failed)
         self._child.cancelled.connect(self._on_cancelled)
-        self._child.ended.connect(lambda: self._panel.show_busy(None))
+        self._child.ended.connect(lambda: self._show_busy(None))
         self._panel.show_formats(format_choices())
         self._panel.show_fps(session.settings.export_fps)
         self._show_background()
@@ -162,7 +162,7 @@ class ExportPresenter(QObject):
             audio = ["--audio", str(sound)] if sound else []
             return ["export", folder, str(scratch / MOTION), *arguments, *audio]
 
-        self._panel.show_busy(-1.0)
+        self._show_busy(-1.0)
         self._child.prepare_and_start(prepare, "review")
 
     def _may_replace(self, files: tuple[Path, ...]) -> bool:
@@ -176,20 +176,24 @@ class ExportPresenter(QObject):
         question = self.tr("{0} already exists. Replace it?").format(files[0].name)
         return messages.ask(self._panel, question, details, self.tr("Replace"))
 
+    def _show_busy(self, fraction: float | None) -> None:
+        self._panel.show_busy(fraction)
+        self._session.work_progressed.emit("export", fraction)
+
     def _on_event(self, event: ChildEvent) -> None:
         if isinstance(event, ProgressEvent):
-            self._panel.show_busy(event.fraction)
+            self._show_busy(event.fraction)
 
     def _on_done(self, done: FilesDone) -> None:
         self._files = [Path(file) for file in done.files]
-        self._panel.show_busy(None)
+        self._show_busy(None)
         names = ", ".join(_distinct_names(to_name(self._files)))
         lines = [self.tr("Exported and verified: {0}.").format(names)] if names else []
         lines += [f"{one.name}: {one.what} {one.remedy}" for one in done.failed]
         self._panel.show_result("\n".join(lines), not done.failed)
 
     def _on_failed(self, error: BaseException) -> None:
-        self._panel.show_busy(None)
+        self._show_busy(None)
         if isinstance(error, StudioError):
             self._panel.show_result(f"{error.what} {error.remedy}", False)
         else:
@@ -198,7 +202,7 @@ class ExportPresenter(QObject):
     def _on_cancelled(self) -> None:
         # The child may have been too busy to do so itself.
         leftovers.sweep_killed(self._folder)
-        self._panel.show_busy(None)
+        self._show_busy(None)
         self._panel.show_result(self.tr("Cancelled."), False)
 
     def _on_folder(self) -> None:

@@ -146,6 +146,7 @@ class ProgressPresenter(QObject):
 
     def _on_ended(self) -> None:
         self._view.show_log(self._training.log)
+        self._session.work_progressed.emit("train", None)
         self._show_ready(self._ready)
         if self._closing:
             # Later, for this slot is still called by what the window would close.
@@ -159,6 +160,7 @@ class ProgressPresenter(QObject):
         training = self._training
         # The strip is seen from every tab, the card from this one alone.
         self._session.status_changed.emit("train", strip_text(training.progress), "")
+        self._session.work_progressed.emit("train", training.progress.fraction)
         if not self._model.active:
             return
         self._view.show_log(training.log)
