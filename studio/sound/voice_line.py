@@ -19,14 +19,14 @@ from studio import clock
 
 LINE_RATE = 48_000
 """Samples a second of every line."""
-BLOCK_SAMPLES = 960
-"""Of one datagram: 20 ms, as sound devices hand them over."""
+BLOCK_SAMPLES = 480
+"""Of one datagram: 10 ms, as sound devices hand them over."""
 MOST_BYTES = 9_000
 """No datagram of a line is longer; macOS sends none above 9,216 bytes."""
 _MAGIC = b"SaiaLine"
 # Magic, number of the first sample, and when it is heard.
 _HEADER = struct.Struct("<8sQd")
-_FADE_SAMPLES = 480
+_FADE_SAMPLES = 240
 
 
 class LineBlock(NamedTuple):

@@ -34,7 +34,7 @@ def test_what_is_queued_is_sent_as_it_is_heard_and_no_earlier() -> None:
         for part in np.split(voice, [10, 2000]):
             sender.put(part)
         sender.send_until(-np.inf)
-        sender.send_until(0.019)
+        sender.send_until(0.009)
         position = 2.5 * BLOCK_SAMPLES / LINE_RATE
         before = clock.now() - position
         sender.send_until(position)
@@ -51,7 +51,7 @@ def test_what_is_queued_is_sent_as_it_is_heard_and_no_earlier() -> None:
         sender.close()
     np.testing.assert_array_equal(np.concatenate([b.samples for b in blocks]), voice[: 2 * BLOCK_SAMPLES])
     assert last.samples[0] == voice[2 * BLOCK_SAMPLES]
-    assert abs(last.samples[480:]).max() == 0.0, "a fade of 10 ms, then nothing"
+    assert abs(last.samples[240:]).max() == 0.0, "a fade of 5 ms, then nothing"
 
 
 def test_a_sender_that_nobody_hears_goes_on() -> None:
