@@ -83,7 +83,8 @@ class ExportPresenter(QObject):
         self._panel.cancel_requested.connect(self._child.cancel)
         self._panel.folder_requested.connect(self._on_folder)
         model.item_changed.connect(lambda: self._panel.show_target("", None, False))
-        model.motion_changed.connect(self._show_target)
+        for changed in (model.motion_changed, model.generating_changed):
+            changed.connect(self._show_target)
         model.span_changed.connect(self._panel.options.show_selection)
 
     @property
@@ -110,13 +111,13 @@ class ExportPresenter(QObject):
         model, project, motion = self._model, self._session.project, self._model.tuned
         folder = project.exports_folder if project else None
         body = motion is not None and bool(motion.bone_names)
-        self._panel.show_target(model.name, folder, model.complete, body)
+        self._panel.show_target(model.name, folder, model.exportable, body)
         self._panel.show_what(model.predicted is not None)
 
     def _export_input(self, options: ExportOptions) -> ExportInput | None:
         model = self._model
         motion, untuned, player = model.tuned, model.untuned, model.player
-        if motion is None or not model.complete or model.item is None or player is None:
+        if motion is None or not model.exportable or model.item is None or player is None:
             return None
         start, end = model.used
         whole = start <= 0.0 and end >= player.duration - 1e-3

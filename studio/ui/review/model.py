@@ -59,6 +59,7 @@ class ReviewModel(QObject):
         items_changed: the list of items, or the runs there are, was read anew.
         leaving: the item on the stage is about to go; `item` is still that one.
         item_changed: another item is shown and being read, or none is.
+        generating_changed: motion is being made, or no longer.
         loaded: the item's sound and captured motion are there.
         load_failed: (ReviewItem, error) it cannot be read.
         motions_requested: sides (a tuple of A, B) whose motions are to be made anew.
@@ -96,6 +97,7 @@ class ReviewModel(QObject):
     items_changed = Signal()
     leaving = Signal()
     item_changed = Signal()
+    generating_changed = Signal()
     loaded = Signal()
     load_failed = Signal(object, object)
     motions_requested = Signal(object)
@@ -178,6 +180,19 @@ class ReviewModel(QObject):
     def complete(self) -> bool:
         """Whether the motion that is seen is all there."""
         return self.tuned is not None and (self.predicted is None or self.side.complete)
+
+    @property
+    def exportable(self) -> bool:
+        """Whether what is seen is all there, and is what was chosen: a run whose first motion is still to come
+        shows the captured one until then, which nobody means to export."""
+        awaited = self.generating and self.side.motion is None and not self.captured_only
+        return self.complete and not (awaited and bool(self.side.selection.run))
+
+    def set_generating(self, generating: bool) -> None:
+        """A child process makes motion, or no longer does."""
+        if generating != self.generating:
+            self.generating = generating
+            self.generating_changed.emit()
 
     @property
     def both_ready(self) -> bool:

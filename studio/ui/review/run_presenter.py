@@ -125,7 +125,7 @@ class RunPresenter(QObject):
             self._model.motion_changed.emit()
 
     def _on_progress(self, text: str, fraction: float | None) -> None:
-        self._model.generating = any(task.busy for task in self.tasks)
+        self._model.set_generating(any(task.busy for task in self.tasks))
         self._bar.show_generating(text, fraction)
 
     def _on_predicted(self, side: int, motion: Motion) -> None:

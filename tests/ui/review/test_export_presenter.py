@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from studio.formats import bvh
 from studio.take.motion_file import read_motion
+from studio.training.styles import RunSelection
 from studio.ui.review.presenter import ReviewPresenter
 from studio.ui.review.view import ReviewView
 
@@ -159,3 +160,18 @@ def test_an_unwritable_place_is_one_sentence(qtbot: QtBot, tab: Tab, tmp_path: P
     view.export.folder.setText(str(blocked))
     told = _export(qtbot, view)
     assert told == f"{blocked} is a file, not a folder. Choose another folder."
+
+
+def test_a_run_whose_motion_is_still_to_come_is_waited_for(tab: Tab) -> None:
+    """Export pressed right after Watch wrote the captured motion, which was what was seen until then."""
+    view, presenter = tab
+    model, panel = presenter.model, view.export
+    assert panel.export.isEnabled()
+    model.captured_only = False
+    model.side.selection = RunSelection("quick_001")
+    model.set_generating(True)
+    assert not panel.export.isEnabled()
+    assert not panel.what.isVisible()
+    model.set_generating(False)
+    assert panel.export.isEnabled(), "nothing came of it: what is seen is what is exported"
+    assert panel.what.text() == "Exports the captured motion."
