@@ -117,6 +117,7 @@ class RecordModel(QObject):
         self.undo_scope = DatasetUndo(session, TAB, self)
         self.countdown = Countdown(self)
         self.practice = PracticeTask(self)
+        self._practice_rests = False
         self.practice_voice = False
         """Whether the practice performer's voice is recorded while it performs, and no microphone."""
         self.player = SavedTakePlayer(session, self)
@@ -144,13 +145,21 @@ class RecordModel(QObject):
         self.active = True
         self._timer.setInterval(SHOWN_MS)
         self._timer.start()
+        if self._practice_rests:
+            self._practice_rests, chosen = False, self.practice_voice
+            self.set_practising(True)
+            self.practice_voice = chosen
 
     def deactivate(self) -> None:
-        """Another tab is shown: inputs and a recording go on, only the pictures rest."""
+        """Another tab is shown: inputs and a recording go on; pictures and the practice performer rest."""
         self.set_finding(False)
         self.active = False
         self.player.stop()
         self._timer.setInterval(HIDDEN_MS)
+        # It would speak into what is watched there, and take time from what is trained.
+        if self.practice.on and not (self._session.rolling or self.busy or self.countdown.running):
+            self._practice_rests = True
+            self.set_practising(False)
 
     def close(self) -> None:
         """The window closes: let go of microphone and port."""

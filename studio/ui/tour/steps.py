@@ -68,7 +68,7 @@ def make_a_project(guide: Guide) -> None:
 
 
 def start_the_performer(guide: Guide) -> None:
-    """The practice performer's motion arrives over UDP and its voice through the sound device."""
+    """The practice performer's motion arrives over UDP and its voice beside it."""
     guide.show_room("record")
     guide.driver.click("practice_button", seconds=30)
     guide.driver.wait(lambda: _figure_in(guide, "motion") >= LEAST_RATE, PATIENCE, "motion arrived")

@@ -580,10 +580,10 @@ def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, 
 @pytest.mark.slow
 def test_the_practice_performer_s_voice_is_recorded_without_any_sound_device(room: Room, qtbot) -> None:
     """The person's own choice of microphone comes back when it stops, and not in the middle of a take."""
-    room.session.change_settings(audio_device="")
+    room.session.change_settings(audio_device="Gramophone")
     choice, recorder = room.view.inputs.device, room.model.recorder
     assert recorder is not None
-    # No device of this test's machine could hear or play it.
+    # No device that could hear it.
     qtbot.waitUntil(lambda: "sound" in room.model.problems, timeout=30_000)
     room.view.inputs.practice.click()
     assert choice.currentText() == "Practice performer"
@@ -604,8 +604,38 @@ def test_the_practice_performer_s_voice_is_recorded_without_any_sound_device(roo
     qtbot.waitUntil(lambda: len(room.project.takes) == 2, timeout=60_000)
     assert not room.project.takes[1].info.notes
     qtbot.waitUntil(lambda: recorder.snapshot().device is None, timeout=30_000)
-    assert choice.currentText() == "Default microphone"
+    assert choice.currentText() == "Gramophone (not found)"
     assert choice.findText("Practice performer") < 0
+
+
+@pytest.mark.slow
+def test_the_practice_performer_rests_while_another_tab_is_shown_unless_a_take_rolls(
+    room: Room, qtbot
+) -> None:
+    practice, model = room.model.practice, room.model
+    room.view.inputs.practice.click()
+    model.practice_voice = False
+    room.presenter.deactivate()
+    assert not practice.on
+    room.presenter.activate()
+    assert (practice.on, model.practice_voice) == (True, False), "as it was"
+    qtbot.waitUntil(lambda: practice.speaking != "" and recorder_hears(room))
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: room.session.rolling and not model.busy)
+    qtbot.waitUntil(lambda: recorded(room))
+    room.presenter.deactivate()
+    assert practice.on
+    room.presenter.activate()
+    room.view.slate_bar.record.click()
+    qtbot.waitUntil(lambda: len(room.project.takes) == 1)
+    room.view.inputs.practice.click()
+    room.presenter.deactivate()
+    room.presenter.activate()
+    assert not practice.on, "who was sent away stays away"
+
+
+def recorder_hears(room: Room) -> bool:
+    return room.model.recorder is not None and room.model.recorder.snapshot().motion_alive
 
 
 @pytest.mark.slow
