@@ -183,8 +183,10 @@ class ReviewModel(QObject):
 
     @property
     def exportable(self) -> bool:
-        """Whether what is seen is all there, and is what was chosen: a run whose first motion is still to come
-        shows the captured one until then, which nobody means to export."""
+        """Whether what is seen is all there and is what was chosen.
+
+        A run whose first motion is still to come shows the captured one, which nobody means to export.
+        """
         awaited = self.generating and self.side.motion is None and not self.captured_only
         return self.complete and not (awaited and bool(self.side.selection.run))
 
