@@ -1,5 +1,6 @@
 """The Record tab: capture, meters, health, takes of today.
 
+countdown              The countdown before a take
 health_presenter       Presenter of the health card, and of what the status strip says of motion and sound
 health_view            The health card: in words a performer understands, each with what to do
 input_tests_presenter  Presenters of the level test and the sync test of the inputs
