@@ -136,6 +136,10 @@ class Receiver:
         self._packets_per_s = self._rate.rate(now, sum(port.received for port in self._inputs))
         return blocks
 
+    def poll_pictures(self) -> list[tuple[float, ...]]:
+        """Rows of motion.filmed, of what cameras have said since the last call."""
+        return self._assembler.poll_pictures()
+
     def count_unsent(self, rows: int) -> None:
         """Count rows that arrived and were not sent on, as lost frames."""
         self._unsent += rows

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import rotation
+from studio.motion.filmed import PictureFlag
 from studio.tracking.landmarker import Face, Picture
 
 DARK = 55.0
@@ -22,6 +23,8 @@ SMALL = 72.0
 TURNED_YAW, TURNED_PITCH = math.radians(40.0), math.radians(32.0)
 """Turns beyond which half of the mouth is hidden."""
 SLOW_FPS = 20.0
+FACTS_EVERY = 4
+"""Pictures from one measuring of light and sharpness to the next."""
 _THUMB = 48
 _CUT, _CUT_FACTOR = 24.0, 5.0
 _SAME = 0.05
@@ -125,6 +128,20 @@ def is_turned(turn: NDArray[np.floating]) -> bool:
     return bool(abs(float(yaw)) > TURNED_YAW or abs(float(pitch)) > TURNED_PITCH)
 
 
+def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None) -> PictureFlag:
+    """What a take keeps of a picture; `turn` is the head's, None without a face."""
+    if turn is None:
+        return PictureFlag(0)
+    holds = {
+        PictureFlag.FACE: True,
+        PictureFlag.BLURRED: facts.sharpness < BLURRED,
+        PictureFlag.TURNED: is_turned(turn),
+        PictureFlag.DARK: facts.light < DARK,
+        PictureFlag.SMALL: facts.size < SMALL,
+    }
+    return PictureFlag(sum(flag for flag, holds_now in holds.items() if holds_now))
+
+
 HINTS = {
     "not_calibrated": "I saw no face to calibrate by. Look into the camera and press Calibrate again.",
     "no_face": "I see no face. Sit in front of the camera.",
@@ -135,17 +152,18 @@ HINTS = {
     "slow": "Only {fps:.0f} frames a second. Add light, or close other programs.",
 }
 """What a performer can do for a better picture, by code; the gravest first."""
+_FLAGS = {
+    "dark": PictureFlag.DARK,
+    "small": PictureFlag.SMALL,
+    "turned": PictureFlag.TURNED,
+    "blurred": PictureFlag.BLURRED,
+}
 
 
 def hints(facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float) -> tuple[str, ...]:
     """Codes of HINTS that hold now; `turn` is the head's, None without a face, `fps` 0 where unknown."""
     if turn is None:
         return ("no_face", *(("dark",) if facts.light < DARK else ()))
-    found = {
-        "dark": facts.light < DARK,
-        "small": facts.size < SMALL,
-        "turned": is_turned(turn),
-        "blurred": facts.sharpness < BLURRED,
-        "slow": 0 < fps < SLOW_FPS,
-    }
-    return tuple(code for code, holds in found.items() if holds)
+    flags = flags_of(facts, turn)
+    found = [code for code, flag in _FLAGS.items() if flag in flags]
+    return (*found, *(("slow",) if 0 < fps < SLOW_FPS else ()))

@@ -13,19 +13,17 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
+from studio.motion.filmed import CUT, LOST_S, NO_FACE, STILL, Span, in_order, shares, spans
 from studio.tracking import raw
 from studio.tracking.choice import FaceChoice, Place, picked
 from studio.tracking.face import head_turn, motion_of, usual_of
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
 from studio.tracking.pictures import (
-    BLURRED,
-    DARK,
-    SMALL,
-    TURNED_PITCH,
-    TURNED_YAW,
+    FACTS_EVERY,
     CutDetector,
     PictureFacts,
     facts_of,
+    flags_of,
 )
 from studio.tracking.raw import BLOCK, BlockStore, RawFaces
 from studio.tracking.smoothing import smoothed
@@ -35,17 +33,10 @@ MOST_FPS = 31.0
 MOST_FACES = 5
 _WIDEST = 1280
 _PROBES = 12
-_LOST_S = 0.1
 _STILL_S = 1.0
 _CUT_S = 0.07
 _BREAK_S = 0.25
 _SHORT_S = 1.0
-_FACTS_EVERY = 4
-NO_FACE, CUT, STILL = "No face", "Cut", "Still picture"
-"""Why a span is left out."""
-
-LeftOut = tuple[float, float, str]
-"""Start and end in seconds, and why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +77,7 @@ class TrackedVideo:
     """
 
     motion: Motion | None
-    left_out: tuple[LeftOut, ...] = ()
+    left_out: tuple[Span, ...] = ()
     facts: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -400,7 +391,7 @@ class _Rows:
             self._known = []
             return [raw.row_of(None, rotation.IDENTITY, facts_of(picture, None), 0, cut, same)]
         # Light and sharpness change slowly, and measuring them costs a fifth of tracking.
-        if cut or len(seen) != len(self._known) or self._count % _FACTS_EVERY == 0:
+        if cut or len(seen) != len(self._known) or self._count % FACTS_EVERY == 0:
             self._known = [(face, facts_of(picture, face)) for face in seen]
         self._count += 1
         return [
@@ -429,7 +420,7 @@ def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> Tra
     good = rows[~_inside(times[rows], left_out)]
     calibration = usual_of(weights[good], turns[good])
     motion = motion_of(times[rows], weights[rows], turns[rows], calibration) if len(rows) else None
-    return TrackedVideo(motion, left_out, tuple(_facts(found).items()), notes)
+    return TrackedVideo(motion, left_out, tuple(shares(_flags(found)).items()), notes)
 
 
 def _stretches(
@@ -443,36 +434,21 @@ def _stretches(
     yield from np.split(rows, ends)
 
 
-def _inside(times: NDArray[np.float64], spans: tuple[LeftOut, ...]) -> NDArray[np.bool_]:
+def _inside(times: NDArray[np.float64], spans: tuple[Span, ...]) -> NDArray[np.bool_]:
     inside = np.zeros(len(times), dtype=bool)
     for start, end, _ in spans:
         inside |= (times >= start) & (times <= end)
     return inside
 
 
-def _left_out(found: RawFaces, times: NDArray[np.float64]) -> tuple[LeftOut, ...]:
+def _left_out(found: RawFaces, times: NDArray[np.float64]) -> tuple[Span, ...]:
     """Spans without the face, around cuts, and of still pictures; in order."""
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    spans: list[LeftOut] = []
-    for mask, least, why in ((~found.seen, _LOST_S, NO_FACE), (found.same, _STILL_S, STILL)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-        for first, end in edges.reshape(-1, 2).tolist():
-            stop = times[end] if end < len(times) else times[-1] + step
-            if stop - times[first] >= least - 1e-6:
-                spans.append((float(times[first]), float(stop), why))
-    spans += [(float(t - _CUT_S), float(t + _CUT_S), CUT) for t in times[found.cuts]]
-    return tuple(sorted((round(max(a, 0.0), 4), round(b, 4), why) for a, b, why in spans if b > 0))
+    found_spans = spans(times, ~found.seen, LOST_S, NO_FACE) + spans(times, found.same, _STILL_S, STILL)
+    return in_order([*found_spans, *((float(t - _CUT_S), float(t + _CUT_S), CUT) for t in times[found.cuts])])
 
 
-def _facts(found: RawFaces) -> dict[str, str]:
-    """Shares of the frames, for the take's check."""
-    seen = found.seen
-    yaw, pitch, _ = rotation.to_euler_yxz(found.turns[seen])
-    shares = {
-        "face_seen": seen,
-        "face_blurred": found.sharpness[seen] < BLURRED,
-        "face_turned": (np.abs(yaw) > TURNED_YAW) | (np.abs(pitch) > TURNED_PITCH),
-        "face_dark": found.light[seen] < DARK,
-        "face_small": found.size[seen] < SMALL,
-    }
-    return {name: f"{float(np.mean(share)):.4f}" for name, share in shares.items()}
+def _flags(found: RawFaces) -> NDArray[np.integer]:
+    """What is known of each picture, as PictureFlag, (T,)."""
+    facts = (PictureFacts(*row) for row in zip(found.light, found.sharpness, found.size, strict=True))
+    seen = zip(facts, found.turns, found.seen, strict=True)
+    return np.array([flags_of(one, turn) if face else 0 for one, turn, face in seen], dtype=int)

@@ -50,6 +50,9 @@ class Sink(Protocol):
     def age(self, seconds: float) -> None:
         """What the next frame shows happened so long before it was sent."""
 
+    def picture(self, age: float, flags: int, main: Vector) -> None:
+        """A camera took a picture so long ago; what is known of it, and jaw, mouth and blinks in it."""
+
     def state(self, numbers: tuple[int, ...]) -> None:
         """Loaded, calibration state and mode, tracking: as many as came."""
 
@@ -129,6 +132,11 @@ class Decoder:
             case "/Saia/Age":
                 # The studio's own webcam says so; other programs pass over what they do not know.
                 sink.age(_number(osc.arguments(part), 0))
+            case "/Saia/Picture":
+                arguments = osc.arguments(part)
+                flags = int(_number(arguments, 0)) & 0xFF
+                jaw, mouth, blinks = (_weight(_number(arguments, i)) for i in (2, 3, 4))
+                sink.picture(_number(arguments, 1), flags, (jaw, mouth, blinks))
             case "/VMC/Ext/OK":
                 numbers = tuple(a for a in osc.arguments(part)[:4] if isinstance(a, int))
                 self._last_state = part, numbers

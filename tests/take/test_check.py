@@ -323,7 +323,7 @@ def test_a_gap_that_is_left_out_already_is_told_once(tmp_path: Path) -> None:
     spans = ((7.93, 8.07, "Cut"), (8.0, 11.0, "No face"))
     report = check_take(filmed(tmp_path, whole.at_rows(rows), spans, face_seen="0.875"))
     assert [(f.kind, f.severity, f.what) for f in report.findings] == [
-        ("face_lost", "minor", "A face was seen in 88% of the video.")
+        ("face_lost", "minor", "A face was seen in 88% of the pictures.")
     ]
     assert "gap" in kinds(filmed(tmp_path / "bare", whole.at_rows(rows)))
 

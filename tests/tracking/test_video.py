@@ -12,13 +12,11 @@ import pytest
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
+from studio.motion.filmed import CUT, NO_FACE, STILL
 from studio.sound.sound_file import read_sound
 from studio.tracking import raw
 from studio.tracking.raw import BlockStore
 from studio.tracking.video import (
-    CUT,
-    NO_FACE,
-    STILL,
     TrackedVideo,
     TrackingProgress,
     VideoOptions,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import av
@@ -13,9 +14,14 @@ import numpy as np
 import pytest
 
 from studio import cli, clock
+from studio.capture.journal import FILE
 from studio.capture.receiver import Receiver
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import recover
 from studio.errors import InputError
 from studio.motion import Motion
+from studio.motion.filmed import NO_FACE
+from studio.take.check import check_take
 from studio.tracking import face_model
 from studio.tracking.camera import CameraReader, cameras
 from studio.tracking.face import BONES, SHAPES, Calibration
@@ -71,7 +77,7 @@ def webcam(talk: Path, model: Path, ear: Ear) -> Iterator[Webcam]:
 
 
 def test_a_camera_arrives_as_one_more_sender_at_the_moments_of_its_pictures(webcam: Webcam, ear: Ear) -> None:
-    while ear.rows < 40:
+    while ear.rows < 60:
         webcam.step()
         ear.hear()
     stats = ear.receiver.stats(clock.now())
@@ -202,6 +208,60 @@ def test_a_broken_video_as_a_camera_is_called_one(tmp_path: Path, is_film: bool)
         open_and_look()
     assert error.value.what == "broken.mkv cannot be read as a video."
     assert error.value.remedy == "Choose another, or a camera."
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
+    made = Recorder(tmp_path / "takes", reserve_bytes=0)
+    made.open_motion(0)
+    yield made
+    made.close()
+
+
+def record(recorder: Recorder, film: Path, model: Path, until: Callable[[], bool]) -> None:
+    """A film as a webcam into a take that rolls; until something holds."""
+    port = recorder.snapshot().port
+    assert port is not None
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", port)
+    try:
+        recorder.start("Cam")
+        while not until():
+            webcam.step()
+    finally:
+        webcam.close()
+
+
+def test_a_recording_keeps_what_its_pictures_were_like_and_a_crash_does_not_cost_it(
+    talk: Path, model: Path, recorder: Recorder, tmp_path: Path
+) -> None:
+    # Twice the film: its face is gone from 2.3 to 2.7 of 3 seconds.
+    record(recorder, talk, model, lambda: recorder.snapshot().elapsed > 6.2)
+    folder = tmp_path / "takes" / "Cam_001"
+    crashed = tmp_path / "crashed" / "Cam_001"
+    crashed.mkdir(parents=True)
+    # What a kill leaves at this moment.
+    shutil.copy(folder / FILE, crashed / FILE)
+    take = recorder.stop()
+    (again,) = recover(crashed.parent)
+    for info in (take.info, again.info):
+        assert float(info.extra["face_seen"]) == pytest.approx(1 - 0.4 / 3, abs=0.06)
+        assert float(info.extra["face_small"]) == 0.0
+        lost = [span for span in info.left_out if span[2] == NO_FACE]
+        assert lost
+        assert any(end - start == pytest.approx(0.4, abs=0.1) for start, end, _ in lost)
+    found = {finding.kind: finding.what for finding in check_take(take).findings}
+    assert found["face_lost"].startswith("A face was seen in 8")
+    assert found["face_lost"].endswith("% of the pictures.")
+    assert "gap" not in found, "what is left out already is told once"
+
+
+def test_a_dark_webcam_is_told_by_the_take(tmp_path: Path, model: Path, recorder: Recorder) -> None:
+    film = write_video(tmp_path / "dark.mp4", [Look(roll=5 * np.sin(i / 9), light=0.3) for i in range(90)])
+    record(recorder, film, model, lambda: recorder.snapshot().elapsed > 3.0)
+    take = recorder.stop()
+    assert float(take.info.extra["face_dark"]) > 0.9
+    finding = next(f for f in check_take(take).findings if f.kind == "face_dark")
+    assert finding.severity == "major"
 
 
 def test_a_very_slow_camera_is_called_slow(tmp_path: Path, model: Path, ear: Ear) -> None:
