@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from studio.motion.filmed import HIDDEN
 from studio.take.take import Finding, TakeInfo
 
 _FILMED: tuple[tuple[str, float, float, str, str], ...] = (
@@ -15,6 +16,7 @@ _FILMED: tuple[tuple[str, float, float, str, str], ...] = (
         "The picture is blurred",
         "Add light, hold the camera still or clean its lens.",
     ),
+    ("mouth_hidden", 0.02, 0.4, "The mouth is hidden", "Keep hands and the microphone away from your lips."),
     ("face_dark", 0.2, 0.6, "The face is too dark", "Turn a lamp towards the face."),
     ("face_small", 0.2, 0.6, "The face is too small", "Come closer to the camera, or film with more pixels."),
 )
@@ -34,9 +36,15 @@ def filmed_findings(info: TakeInfo) -> Iterator[Finding]:
     for name, minor, major, what, remedy in _FILMED:
         share = shares[name]
         if share is not None and share >= minor:
-            yield Finding(
-                name, "major" if share >= major else "minor", f"{what} in {share:.0%} of the frames.", remedy
-            )
+            severity = "major" if share >= major else "minor"
+            at, until = _longest(info, HIDDEN) if name == "mouth_hidden" else (None, None)
+            yield Finding(name, severity, f"{what} in {share:.0%} of the frames.", remedy, at, until)
+
+
+def _longest(info: TakeInfo, why: str) -> tuple[float | None, float | None]:
+    """The longest span that is left out for a reason."""
+    found = [(start, end) for start, end, reason in info.left_out if reason == why]
+    return max(found, key=lambda span: span[1] - span[0], default=(None, None))
 
 
 def _share(text: str) -> float | None:

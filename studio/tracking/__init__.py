@@ -8,6 +8,7 @@ choice      Which of several faces is the one, followed through the pictures to 
 face        A tracked face as channels: ARKit's shapes, VRM's vowels, and the head's turn shared out
 face_model  The face model's file and MediaPipe, which reads it: what is missing, and how it is fetched
 landmarker  MediaPipe's Face Landmarker: the faces in a picture, and the rigid part of one
+mouth       Whether a mouth can be seen, or a hand, a microphone or a scarf is before it
 pictures    What a picture tells besides its faces: light, sharpness, cuts, and hints for a better one
 raw         Faces of a video as they were tracked, in blocks that survive a break
 smoothing   The One-Euro filter, which leaves closures and blinks as quick as they are

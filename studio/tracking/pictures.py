@@ -40,11 +40,13 @@ class PictureFacts:
         light: mean brightness of the face, 0..255; of the picture without one.
         sharpness: fine detail against coarse, about .03 (blurred) to .3.
         size: of the face, pixels; 0 without one.
+        redness: of its lips, as mouth.redness has it; NaN where that was not measured.
     """
 
     light: float
     sharpness: float
     size: float
+    redness: float = math.nan
 
 
 def facts_of(picture: Picture, face: Face | None) -> PictureFacts:
@@ -128,8 +130,14 @@ def is_turned(turn: NDArray[np.floating]) -> bool:
     return bool(abs(float(yaw)) > TURNED_YAW or abs(float(pitch)) > TURNED_PITCH)
 
 
-def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None) -> PictureFlag:
-    """What a take keeps of a picture; `turn` is the head's, None without a face."""
+def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None, hidden: bool = False) -> PictureFlag:
+    """What a take keeps of a picture.
+
+    Args:
+        facts: of it.
+        turn: the head's, (4,); None without a face.
+        hidden: whether its mouth is.
+    """
     if turn is None:
         return PictureFlag(0)
     holds = {
@@ -138,6 +146,7 @@ def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None) -> PictureF
         PictureFlag.TURNED: is_turned(turn),
         PictureFlag.DARK: facts.light < DARK,
         PictureFlag.SMALL: facts.size < SMALL,
+        PictureFlag.HIDDEN: hidden,
     }
     return PictureFlag(sum(flag for flag, holds_now in holds.items() if holds_now))
 
@@ -148,6 +157,7 @@ HINTS = {
     "dark": "Too dark. Turn a lamp towards your face.",
     "small": "Your face is too small. Come closer.",
     "turned": "You are turned away. Look towards the camera.",
+    "hidden": "I cannot see your mouth. Take away what is before it.",
     "blurred": "The picture is blurred. Clean the lens, or add light.",
     "slow": "Only {fps:.0f} frames a second. Add light, or close other programs.",
 }
@@ -156,14 +166,22 @@ _FLAGS = {
     "dark": PictureFlag.DARK,
     "small": PictureFlag.SMALL,
     "turned": PictureFlag.TURNED,
+    "hidden": PictureFlag.HIDDEN,
     "blurred": PictureFlag.BLURRED,
 }
 
 
-def hints(facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float) -> tuple[str, ...]:
-    """Codes of HINTS that hold now; `turn` is the head's, None without a face, `fps` 0 where unknown."""
+def hints(
+    facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float, hidden: bool = False
+) -> tuple[str, ...]:
+    """Codes of HINTS that hold now.
+
+    Args:
+        facts, turn, hidden: as `flags_of` has them.
+        fps: pictures a second, 0 where unknown.
+    """
     if turn is None:
         return ("no_face", *(("dark",) if facts.light < DARK else ()))
-    flags = flags_of(facts, turn)
+    flags = flags_of(facts, turn, hidden)
     found = [code for code, flag in _FLAGS.items() if flag in flags]
     return (*found, *(("slow",) if 0 < fps < SLOW_FPS else ()))

@@ -16,9 +16,9 @@ from studio.motion.channels import ARKIT_SHAPES
 from studio.tracking.landmarker import Face
 from studio.tracking.pictures import PictureFacts
 
-_VERSION = 2
+_VERSION = 3
 _S = len(ARKIT_SHAPES)
-_WIDTH = _S + 4 + 2 + 7
+_WIDTH = _S + 4 + 2 + 1 + 7
 BLOCK = 600
 """Pictures of a block: what a break costs at most."""
 _MOST_BYTES = 500e6
@@ -30,8 +30,9 @@ class RawFaces:
 
     Args:
         times: when they are shown, seconds of the file, float64 (T,); rows of one picture share theirs.
-        values: weights, the head's turn, the face's middle, then light, sharpness, size, how many faces, and
-            whether the face was seen, a cut lies before, the picture is the one before; float32 (T, 65).
+        values: weights, the head's turn, the face's middle, how red its lips are, then light, sharpness,
+            size, how many faces, and whether the face was seen, a cut lies before, the picture is the one
+            before; float32 (T, 66).
     """
 
     times: NDArray[np.float64]
@@ -51,6 +52,11 @@ class RawFaces:
     def places(self) -> NDArray[np.float32]:
         """Middle and size of the faces, pixels, (T, 3)."""
         return self.values[:, [_S + 4, _S + 5, -5]]
+
+    @property
+    def redness(self) -> NDArray[np.float32]:
+        """Of the lips, as mouth.redness has it, NaN where nothing is told of, (T,)."""
+        return self.values[:, _S + 6]
 
     @property
     def light(self) -> NDArray[np.float32]:
@@ -90,7 +96,7 @@ class RawFaces:
     def only(self, rows: NDArray[np.intp], there: NDArray[np.bool_]) -> RawFaces:
         """Some of the rows; where the face is not `there`, of their pictures only."""
         values = self.values[rows]
-        values[~there, : _S + 6] = 0.0
+        values[~there, : _S + 7] = 0.0
         values[~there, -6:-4] = 0.0
         values[~there, -3] = 0.0
         return RawFaces(self.times[rows], values)
@@ -103,6 +109,7 @@ def row_of(
     row = np.zeros(_WIDTH, dtype=np.float32)
     if face is not None:
         row[:_S], row[_S : _S + 4], row[_S + 4 : _S + 6] = face.weights, turn, face.centre
+        row[_S + 6] = facts.redness
     row[-7:] = facts.light, facts.sharpness, facts.size, faces, face is not None, cut, same
     return row
 

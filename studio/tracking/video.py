@@ -13,11 +13,24 @@ from numpy.typing import NDArray
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
-from studio.motion.filmed import CUT, LOST_S, NO_FACE, STILL, Span, in_order, shares, spans
+from studio.motion.filmed import (
+    CUT,
+    HIDDEN,
+    HIDDEN_S,
+    LOST_S,
+    NO_FACE,
+    STILL,
+    PictureFlag,
+    Span,
+    in_order,
+    shares,
+    spans,
+)
 from studio.tracking import raw
 from studio.tracking.choice import FaceChoice, Place, picked
 from studio.tracking.face import head_turn, motion_of, usual_of
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
+from studio.tracking.mouth import hidden, redness
 from studio.tracking.pictures import (
     FACTS_EVERY,
     CutDetector,
@@ -396,15 +409,20 @@ class _Rows:
         self._count += 1
         return [
             raw.row_of(
-                face, head_turn(self._rigid.matrix(face.points)), self._facts(face), len(seen), cut, same
+                face,
+                head_turn(self._rigid.matrix(face.points)),
+                self._facts(picture, face),
+                len(seen),
+                cut,
+                same,
             )
             for face in seen
         ]
 
-    def _facts(self, face: Face) -> PictureFacts:
+    def _facts(self, picture: Picture, face: Face) -> PictureFacts:
         """Those of the face that was nearest when they were measured, at its size of now."""
         _, facts = min(self._known, key=lambda known: float(np.hypot(*(known[0].centre - face.centre))))
-        return replace(facts, size=face.size)
+        return replace(facts, size=face.size, redness=redness(picture, face))
 
 
 def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> TrackedVideo:
@@ -416,11 +434,12 @@ def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> Tra
     breaks = found.cuts.copy()
     for stretch in _stretches(times, rows, breaks):
         weights[stretch], turns[stretch] = smoothed(times[stretch], weights[stretch], turns[stretch])
-    left_out = _left_out(found, times)
+    flags = _flags(found, times)
+    left_out = _left_out(found, times, flags)
     good = rows[~_inside(times[rows], left_out)]
     calibration = usual_of(weights[good], turns[good])
     motion = motion_of(times[rows], weights[rows], turns[rows], calibration) if len(rows) else None
-    return TrackedVideo(motion, left_out, tuple(shares(_flags(found)).items()), notes)
+    return TrackedVideo(motion, left_out, tuple(shares(flags).items()), notes)
 
 
 def _stretches(
@@ -441,14 +460,17 @@ def _inside(times: NDArray[np.float64], spans: tuple[Span, ...]) -> NDArray[np.b
     return inside
 
 
-def _left_out(found: RawFaces, times: NDArray[np.float64]) -> tuple[Span, ...]:
-    """Spans without the face, around cuts, and of still pictures; in order."""
+def _left_out(found: RawFaces, times: NDArray[np.float64], flags: NDArray[np.integer]) -> tuple[Span, ...]:
+    """Spans without the face or its mouth, around cuts, and of still pictures; in order."""
     found_spans = spans(times, ~found.seen, LOST_S, NO_FACE) + spans(times, found.same, _STILL_S, STILL)
+    found_spans += spans(times, (flags & PictureFlag.HIDDEN) > 0, HIDDEN_S, HIDDEN)
     return in_order([*found_spans, *((float(t - _CUT_S), float(t + _CUT_S), CUT) for t in times[found.cuts])])
 
 
-def _flags(found: RawFaces) -> NDArray[np.integer]:
+def _flags(found: RawFaces, times: NDArray[np.float64]) -> NDArray[np.integer]:
     """What is known of each picture, as PictureFlag, (T,)."""
+    no_mouth = np.zeros(len(times), dtype=bool)
+    no_mouth[found.seen] = hidden(times[found.seen], found.redness[found.seen])
     facts = (PictureFacts(*row) for row in zip(found.light, found.sharpness, found.size, strict=True))
-    seen = zip(facts, found.turns, found.seen, strict=True)
-    return np.array([flags_of(one, turn) if face else 0 for one, turn, face in seen], dtype=int)
+    seen = zip(facts, found.turns, no_mouth, found.seen, strict=True)
+    return np.array([flags_of(*one) if face else 0 for *one, face in seen], dtype=int)

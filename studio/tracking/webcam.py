@@ -27,6 +27,7 @@ from studio.tracking.face import (
     pose_of,
 )
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
+from studio.tracking.mouth import MouthWatch, redness
 from studio.tracking.pictures import FACTS_EVERY, PictureFacts, facts_of, flags_of, hints, jpeg_of, overlay
 from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame, encode_picture
@@ -108,6 +109,7 @@ class Webcam:
         self._turn: np.ndarray | None = None
         self._measured: PictureFacts | None = None
         self._count = 0
+        self._mouth, self._hidden = MouthWatch(), False
         self.sent = 0
         """Frames that went out."""
 
@@ -151,7 +153,8 @@ class Webcam:
         age = clock.now() - shot.taken
         self._delays.append(age)
         main = main_values(dict(zip(SHAPES, pose.shapes.tolist(), strict=True))) or (0.0, 0.0, 0.0)
-        told = encode_picture(age, flags_of(self._facts(picture, face), turn), main)
+        self._hidden = self._mouth.push(shot.taken, redness(picture, face))
+        told = encode_picture(age, flags_of(self._facts(picture, face), turn, self._hidden), main)
         if all(map(self._send, (encode_age(age), *datagrams, told))):
             self.sent += 1
 
@@ -195,7 +198,7 @@ class Webcam:
         codes: tuple[str, ...] = ()
         if self._last is not None:
             picture, face = self._last
-            codes = hints(facts_of(picture, face), self._turn, fps)
+            codes = hints(facts_of(picture, face), self._turn, fps, self._hidden)
         if now - self._not_calibrated_at < _SAID_S:
             codes = ("not_calibrated", *codes)
         return WebcamStatus(

@@ -335,9 +335,12 @@ def test_what_the_pictures_lack_is_said(tmp_path: Path) -> None:
         "face_turned": "0.15",
         "face_dark": "0",
         "face_small": "x",
+        "mouth_hidden": "0.05",
     }
-    report = check_take(filmed(tmp_path, motion(fps=30.0), (), **shares))
+    report = check_take(filmed(tmp_path, motion(fps=30.0), ((2.0, 3.0, "Mouth hidden"),), **shares))
     assert [(f.kind, f.severity, f.what) for f in report.findings] == [
         ("face_blurred", "major", "The picture is blurred in 70% of the frames."),
         ("face_turned", "minor", "The head is turned too far from the camera in 15% of the frames."),
+        ("mouth_hidden", "minor", "The mouth is hidden in 5% of the frames."),
     ]
+    assert (report.findings[-1].at, report.findings[-1].until) == (2.0, 3.0)

@@ -20,7 +20,7 @@ from studio.capture.recorder import Recorder
 from studio.capture.recovery import recover
 from studio.errors import InputError
 from studio.motion import Motion
-from studio.motion.filmed import NO_FACE
+from studio.motion.filmed import HIDDEN, NO_FACE
 from studio.take.check import check_take
 from studio.tracking import face_model
 from studio.tracking.camera import CameraReader, cameras
@@ -28,7 +28,15 @@ from studio.tracking.face import BONES, SHAPES, Calibration
 from studio.tracking.webcam import Webcam, calibration_file, load_calibration, save_calibration
 from studio.vmc.rows import RowBlock, motion_of
 from studio.vmc.udp import bind
-from tests.tracking.faces import FPS, Look, needs_tracking, write_video
+from tests.tracking.faces import (
+    FPS,
+    HIDDEN_FROM,
+    HIDDEN_TO,
+    Look,
+    needs_tracking,
+    write_covered,
+    write_video,
+)
 
 pytestmark = needs_tracking()
 
@@ -262,6 +270,30 @@ def test_a_dark_webcam_is_told_by_the_take(tmp_path: Path, model: Path, recorder
     assert float(take.info.extra["face_dark"]) > 0.9
     finding = next(f for f in check_take(take).findings if f.kind == "face_dark")
     assert finding.severity == "major"
+
+
+def test_a_mouth_that_is_covered_is_said_at_once_and_left_out_of_the_take(
+    tmp_path: Path, model: Path, recorder: Recorder
+) -> None:
+    film = write_covered(tmp_path / "mic.mp4", "microphone")
+    port = recorder.snapshot().port
+    assert port is not None
+    webcam = Webcam(CameraReader(str(film)), model, "127.0.0.1", port)
+    hints: set[str] = set()
+    try:
+        recorder.start("Mic")
+        while recorder.snapshot().elapsed < 5.0:
+            webcam.step()
+            hints |= set(webcam.status.hints)
+    finally:
+        webcam.close()
+    assert "hidden" in hints
+    take = recorder.stop()
+    (span,) = (span for span in take.info.left_out if span[2] == HIDDEN)
+    assert span[1] - span[0] == pytest.approx(HIDDEN_TO - HIDDEN_FROM, abs=0.15)
+    finding = next(f for f in check_take(take).findings if f.kind == "mouth_hidden")
+    assert finding.what.startswith("The mouth is hidden in ")
+    assert (finding.at, finding.until) == span[:2]
 
 
 def test_a_very_slow_camera_is_called_slow(tmp_path: Path, model: Path, ear: Ear) -> None:
