@@ -9,7 +9,7 @@ from typing import Any
 from studio.errors import StudioError, counted
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
-from studio.take.filmed import filmed_findings
+from studio.take.filmed import beside_findings, filmed_findings
 from studio.take.findings import SoundStats, measure_sound, motion_findings, sound_findings, value_findings
 from studio.take.motion_file import read_motion
 from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
@@ -130,6 +130,7 @@ def check_take(take: Take) -> Report:
         findings += found
     findings += _recording(take.info)
     findings += filmed_findings(take.info)
+    findings += beside_findings(take.info)
     if take.info.duration < 1.0:
         findings.append(
             Finding(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterator
 
-from studio.motion.filmed import HIDDEN
+from studio.motion.filmed import BESIDE, HIDDEN, Agreement
 from studio.take.take import Finding, TakeInfo
 
 _FILMED: tuple[tuple[str, float, float, str, str], ...] = (
@@ -21,6 +23,9 @@ _FILMED: tuple[tuple[str, float, float, str, str], ...] = (
     ("face_small", 0.2, 0.6, "The face is too small", "Come closer to the camera, or film with more pixels."),
 )
 """What is said from which share of the frames on, as a minor and as a major fault."""
+_CLOSELY = (("follows the {} closely", 0.8), ("follows the {} roughly", 0.5))
+_HARDLY = "hardly follows the {}"
+"""What a mean correlation is called from where on."""
 
 
 def filmed_findings(info: TakeInfo) -> Iterator[Finding]:
@@ -39,6 +44,50 @@ def filmed_findings(info: TakeInfo) -> Iterator[Finding]:
             severity = "major" if share >= major else "minor"
             at, until = _longest(info, HIDDEN) if name == "mouth_hidden" else (None, None)
             yield Finding(name, severity, f"{what} in {share:.0%} of the frames.", remedy, at, until)
+
+
+def beside_findings(info: TakeInfo) -> Iterator[Finding]:
+    """How well a webcam agrees with a phone, or another tracker, that saw the same face at once."""
+    found = _agreement(info.extra.get(BESIDE, ""))
+    if found is None:
+        return
+    known = [r for r in (found.jaw, found.mouth, found.blinks) if r is not None]
+    if not known:
+        return
+    mean = sum(known) / len(known)
+    how = next((word for word, least in _CLOSELY if mean >= least), _HARDLY)
+    other = "phone" if found.phone else "other tracker"
+    facts = [
+        f"{name} {_points(r)}"
+        for name, r in (("jaw", found.jaw), ("mouth", found.mouth), ("blinks", found.blinks))
+        if r is not None
+    ]
+    if found.lag_ms is not None:
+        late = round(found.lag_ms)
+        facts.append(
+            "at the same time" if not late else f"{abs(late)} ms {'later' if late > 0 else 'earlier'}"
+        )
+    remedy = "Correlations of their movements; 1 is the very same."
+    if how == _HARDLY:
+        remedy = f"{remedy} Check that both see you alone, in good light, and calibrate both."
+    severity = "minor" if how == _HARDLY else "note"
+    yield Finding(BESIDE, severity, f"Your webcam {how.format(other)}: {', '.join(facts)}.", remedy)
+
+
+def _points(r: float) -> str:
+    """A correlation as people write it: .93, -.20, 1.00."""
+    return f"{r:.2f}".replace("0.", ".", 1)
+
+
+def _agreement(text: str) -> Agreement | None:
+    """What a take's facts say of it, None where they say nothing, or what cannot be."""
+    try:
+        plain = json.loads(text)
+        numbers = {name: plain[name] for name in ("lag_ms", "jaw", "mouth", "blinks")}
+        good = all(one is None or math.isfinite(one) for one in numbers.values())
+        return Agreement(bool(plain["phone"]), **numbers) if good else None
+    except (ValueError, TypeError, KeyError):
+        return None
 
 
 def _longest(info: TakeInfo, why: str) -> tuple[float | None, float | None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -23,7 +24,7 @@ from studio.motion import Motion
 from studio.motion.filmed import HIDDEN, NO_FACE
 from studio.take.check import check_take
 from studio.tracking import face_model
-from studio.tracking.camera import CameraReader, cameras
+from studio.tracking.camera import CameraReader, Shot, cameras
 from studio.tracking.face import BONES, SHAPES, Calibration
 from studio.tracking.webcam import Webcam, calibration_file, load_calibration, save_calibration
 from studio.vmc.rows import RowBlock, motion_of
@@ -294,6 +295,51 @@ def test_a_mouth_that_is_covered_is_said_at_once_and_left_out_of_the_take(
     finding = next(f for f in check_take(take).findings if f.kind == "mouth_hidden")
     assert finding.what.startswith("The mouth is hidden in ")
     assert (finding.at, finding.until) == span[:2]
+
+
+class Timed(CameraReader):
+    """A film as a camera that tells when it began."""
+
+    began = 0.0
+
+    def next(self, timeout: float = 5.0) -> Shot:
+        shot = super().next(timeout)
+        self.began = shot.taken - float(shot.frame.time)
+        return shot
+
+
+def said(t: float) -> float:
+    """How open a mouth is that speaks words of uneven lengths, pixels."""
+    wave = np.sin(2 * np.pi * 1.3 * t) + np.sin(2 * np.pi * 2.1 * t + 1) + np.sin(2 * np.pi * 0.37 * t)
+    return float(9 * np.clip(wave, 0, 2))
+
+
+def test_a_phone_that_sees_the_same_face_is_compared(tmp_path: Path, model: Path, recorder: Recorder) -> None:
+    film = write_video(tmp_path / "words.mp4", [Look(open=said(i / FPS)) for i in range(8 * FPS)])
+    port = recorder.snapshot().port
+    assert port is not None
+    reader = Timed(str(film))
+    webcam = Webcam(reader, model, "127.0.0.1", port)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone:
+        phone.connect(("127.0.0.1", port))
+        try:
+            webcam.step()
+            recorder.start("Both")
+            ends = reader.began + 7.5
+            while clock.now() < ends:
+                webcam.step()
+                # What it sees at the moment at which it sends, so the two are as late as one another.
+                seen = said(clock.now() - reader.began) / 18
+                phone.send(f"jawOpen-{100 * seen:.0f}|mouthLowerDown_L-{60 * seen:.0f}|".encode())
+        finally:
+            webcam.close()
+    take = recorder.stop()
+    found = json.loads(take.info.extra["beside"])
+    assert found["phone"]
+    assert found["jaw"] > 0.8
+    assert abs(found["lag_ms"]) < 60
+    finding = next(f for f in check_take(take).findings if f.kind == "beside")
+    assert finding.what.startswith("Your webcam follows the phone ")
 
 
 def test_a_very_slow_camera_is_called_slow(tmp_path: Path, model: Path, ear: Ear) -> None:
