@@ -196,6 +196,9 @@ class FrameAssembler:
             self.packets_bad += 1
             self.absurd += isinstance(error, osc.AbsurdError)
             return self._done
+        if not shapes and not turns:
+            # It says that it sees nobody.
+            return self._done
         # A phone's datagram is a whole frame; VMC messages of the same address before it were another one.
         if not stream.empty:
             stream.end()

@@ -14,9 +14,10 @@ from types import MappingProxyType
 from typing import Protocol
 
 from studio.motion.channels import ARKIT_SHAPES, canonical_bone, canonical_shape
-from studio.vmc import openseeface, osc
+from studio.vmc import openseeface, osc, vtube_studio
 from studio.vmc.openseeface import OPENSEEFACE
 from studio.vmc.osc import AbsurdError, MalformedError
+from studio.vmc.vtube_studio import VTUBE_STUDIO
 
 MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
 """Names kept of a sender at most, so that a hostile one cannot make memory grow."""
@@ -255,6 +256,8 @@ def face_app(datagram: bytes) -> str:
         return OPENSEEFACE
     if datagram.startswith((b"/", b"#")) or len(datagram) > _MOST_BYTES:
         return ""
+    if vtube_studio.recognises(datagram):
+        return VTUBE_STUDIO
     if datagram[:1] == bytes([_VERSION]) and len(datagram) > _FLOATS.size:
         return LIVE_LINK_FACE
     return IFACIALMOCAP if b"|" in datagram else ""
@@ -267,7 +270,7 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
         kind: what `face_app` said.
 
     Returns:
-        Weights and bones by name.
+        Weights and bones by name; none of both where its app sees no face.
 
     Raises:
         AbsurdError: it is no face at all.
@@ -276,6 +279,8 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
     if kind == OPENSEEFACE:
         shapes, turn = openseeface.read(datagram)
         return shapes, {"Head": (_PLACE, turn)} if turn is not None else {}
+    if kind == VTUBE_STUDIO:
+        return _read_vtube_studio(datagram)
     return _read_ifacialmocap(datagram) if kind == IFACIALMOCAP else _read_live_link(datagram)
 
 
@@ -305,6 +310,13 @@ def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Pla
     if not shapes and not turns:
         raise AbsurdError("there is no face in it")
     return shapes, turns
+
+
+def _read_vtube_studio(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+    weights, turn = vtube_studio.read(datagram)
+    known = ((_BY_LOWER.get(name.lower()), weight) for name, weight in weights.items())
+    shapes = {name: _face_weight(weight) for name, weight in known if name is not None}
+    return shapes, {"Head": (_PLACE, _turn(list(map(math.radians, turn))))} if turn is not None else {}
 
 
 def _read_live_link(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:

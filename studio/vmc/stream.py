@@ -43,7 +43,7 @@ class Sender:
 
     Args:
         sender: its address, "127.0.0.1:53211". port: where it sends to, 0 where that is not told.
-        kind: "VMC", "iFacialMocap", "Live Link Face" or "OpenSeeFace".
+        kind: "VMC", "iFacialMocap", "Live Link Face", "VTube Studio" or "OpenSeeFace".
         bones, shapes: channels that it gives.
         last: when it was heard last, seconds of `clock.now()`.
     """

@@ -36,6 +36,8 @@ class TrackersPresenter(QObject):
         page.show_tiles([(WEBCAM, self.tr("This webcam")), *tiles])
         page.chosen.connect(self._on_chosen)
         page.use_requested.connect(self._on_use)
+        page.phone.address.setText(session.settings.phone)
+        page.phone_chosen.connect(model.phone_requested)
         page.practice_requested.connect(self._on_practice)
         page.opened.connect(self._on_opened)
         page.closed.connect(lambda: model.set_finding(False))
@@ -74,7 +76,9 @@ class TrackersPresenter(QObject):
             for step in tracker.steps
         )
         title = self._translated(tracker.title)
-        self._page.show_card(TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note))
+        self._page.show_card(
+            TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note, tracker.asked)
+        )
 
     def _port(self, tracker: Tracker) -> int:
         """Where it is to send: a program to the port that is listened to when this page is closed, too."""
@@ -102,6 +106,7 @@ class TrackersPresenter(QObject):
         sentence = self._sentence(heard, snap)
         if heard is None and self._shown.kind in {one.kind for one in practising}:
             sentence = self.tr("This is the practice performer. Listening for a tracker…")
+        self._page.phone.show_phone(*self._model.phone_status)
         self._page.show_heard(lit | mine, sentence, heard is not None)
 
     def _heard(self) -> Sender | None:
