@@ -124,10 +124,10 @@ class CutDetector:
         return cut, change < _SAME
 
 
-def is_turned(turn: NDArray[np.floating]) -> bool:
-    """Whether a head (4,) is turned so far from the camera that its mouth is half hidden."""
-    yaw, pitch, _ = rotation.to_euler_yxz(turn)
-    return bool(abs(float(yaw)) > TURNED_YAW or abs(float(pitch)) > TURNED_PITCH)
+def is_turned(turns: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Whether heads (..., 4) are turned so far from the camera that the mouth is half hidden."""
+    yaw, pitch, _ = rotation.to_euler_yxz(turns)
+    return np.asarray((np.abs(yaw) > TURNED_YAW) | (np.abs(pitch) > TURNED_PITCH))
 
 
 def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None, hidden: bool = False) -> PictureFlag:
@@ -140,15 +140,33 @@ def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None, hidden: boo
     """
     if turn is None:
         return PictureFlag(0)
+    light, sharpness, size = (np.array(one) for one in (facts.light, facts.sharpness, facts.size))
+    return PictureFlag(int(picture_flags(light, sharpness, size, turn, np.array(hidden))))
+
+
+def picture_flags(
+    light: NDArray[np.floating],
+    sharpness: NDArray[np.floating],
+    size: NDArray[np.floating],
+    turns: NDArray[np.floating],
+    hidden: NDArray[np.bool_],
+) -> NDArray[np.integer]:
+    """What a take keeps of pictures with a face, as PictureFlag, (...).
+
+    Args:
+        light, sharpness, size: as PictureFacts has them, (...).
+        turns: of the head, (..., 4).
+        hidden: whether the mouth is, (...).
+    """
     holds = {
-        PictureFlag.FACE: True,
-        PictureFlag.BLURRED: facts.sharpness < BLURRED,
-        PictureFlag.TURNED: is_turned(turn),
-        PictureFlag.DARK: facts.light < DARK,
-        PictureFlag.SMALL: facts.size < SMALL,
+        PictureFlag.BLURRED: sharpness < BLURRED,
+        PictureFlag.TURNED: is_turned(turns),
+        PictureFlag.DARK: light < DARK,
+        PictureFlag.SMALL: size < SMALL,
         PictureFlag.HIDDEN: hidden,
     }
-    return PictureFlag(sum(flag for flag, holds_now in holds.items() if holds_now))
+    found = sum((int(flag) * held for flag, held in holds.items()), np.array(int(PictureFlag.FACE)))
+    return np.asarray(found)
 
 
 HINTS = {

@@ -39,14 +39,14 @@ class RawFaces:
     values: NDArray[np.float32]
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> NDArray[np.float32]:
         """ARKit's, (T, 52)."""
-        return self.values[:, :_S].astype(np.float64)
+        return self.values[:, :_S]
 
     @property
-    def turns(self) -> NDArray[np.float64]:
+    def turns(self) -> NDArray[np.float32]:
         """Of the head, (T, 4)."""
-        return self.values[:, _S : _S + 4].astype(np.float64)
+        return self.values[:, _S : _S + 4]
 
     @property
     def places(self) -> NDArray[np.float32]:
@@ -94,8 +94,12 @@ class RawFaces:
         return np.asarray(self.values[:, -1] > 0)
 
     def only(self, rows: NDArray[np.intp], there: NDArray[np.bool_]) -> RawFaces:
-        """Some of the rows; where the face is not `there`, of their pictures only."""
-        values = self.values[rows]
+        """Some of the rows, rising; where the face is not `there`, of their pictures only.
+
+        What they are taken of is used up.
+        """
+        # Of one face a picture all rows stay: hours of them are not copied.
+        values = self.values if len(rows) == len(self.values) else self.values[rows]
         values[~there, : _S + 7] = 0.0
         values[~there, -6:-4] = 0.0
         values[~there, -3] = 0.0
@@ -115,10 +119,17 @@ def row_of(
 
 
 def joined(blocks: list[RawFaces]) -> RawFaces:
-    """Blocks one after another; none make no frames."""
-    times = [np.zeros(0), *(block.times for block in blocks)]
-    values = [np.zeros((0, _WIDTH), np.float32), *(block.values for block in blocks)]
-    return RawFaces(np.concatenate(times), np.concatenate(values))
+    """Blocks one after another, which are taken out of their list; none make no frames."""
+    count = sum(len(block.times) for block in blocks)
+    times, values = np.empty(count), np.empty((count, _WIDTH), np.float32)
+    at = 0
+    while blocks:
+        # One by one, so that hours of them are not here twice.
+        block = blocks.pop(0)
+        end = at + len(block.times)
+        times[at:end], values[at:end] = block.times, block.values
+        at = end
+    return RawFaces(times, values)
 
 
 class BlockStore:

@@ -36,10 +36,10 @@ from studio.tracking.pictures import (
     CutDetector,
     PictureFacts,
     facts_of,
-    flags_of,
+    picture_flags,
 )
 from studio.tracking.raw import BLOCK, BlockStore, RawFaces
-from studio.tracking.smoothing import smoothed
+from studio.tracking.smoothing import smooth
 
 MOST_FPS = 31.0
 """Of a faster video every second picture is tracked, or third: lips need no more, and people wait."""
@@ -426,19 +426,18 @@ class _Rows:
 
 
 def _tracked(found: RawFaces, sound_start: float, notes: tuple[str, ...]) -> TrackedVideo:
-    """What was tracked, smoothed stretch by stretch, on the clock of the sound."""
+    """What was tracked, which is used up, smoothed stretch by stretch, on the clock of the sound."""
     times = found.times - sound_start
     # What is shown before the first sound belongs to no moment of the take.
     rows = np.flatnonzero(found.seen & (times >= 0))
-    weights, turns = found.weights, found.turns
-    breaks = found.cuts.copy()
-    for stretch in _stretches(times, rows, breaks):
-        weights[stretch], turns[stretch] = smoothed(times[stretch], weights[stretch], turns[stretch])
+    # Before they are smoothed, in place: of hours there is no room for both.
     flags = _flags(found, times)
     left_out = _left_out(found, times, flags)
-    good = rows[~_inside(times[rows], left_out)]
-    calibration = usual_of(weights[good], turns[good])
-    motion = motion_of(times[rows], weights[rows], turns[rows], calibration) if len(rows) else None
+    weights, turns = found.weights, found.turns
+    for stretch in _stretches(times, rows, found.cuts):
+        smooth(times, weights, turns, stretch)
+    calibration = usual_of(weights, turns, rows[~_inside(times[rows], left_out)])
+    motion = motion_of(times, weights, turns, rows, calibration) if len(rows) else None
     return TrackedVideo(motion, left_out, tuple(shares(flags).items()), notes)
 
 
@@ -471,6 +470,5 @@ def _flags(found: RawFaces, times: NDArray[np.float64]) -> NDArray[np.integer]:
     """What is known of each picture, as PictureFlag, (T,)."""
     no_mouth = np.zeros(len(times), dtype=bool)
     no_mouth[found.seen] = hidden(times[found.seen], found.redness[found.seen])
-    facts = (PictureFacts(*row) for row in zip(found.light, found.sharpness, found.size, strict=True))
-    seen = zip(facts, found.turns, no_mouth, found.seen, strict=True)
-    return np.array([flags_of(*one) if face else 0 for *one, face in seen], dtype=int)
+    flags = picture_flags(found.light, found.sharpness, found.size, found.turns, no_mouth)
+    return np.where(found.seen, flags, 0)
