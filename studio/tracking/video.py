@@ -49,6 +49,8 @@ _PROBES = 12
 _STILL_S = 1.0
 _CUT_S = 0.07
 _BREAK_S = 0.25
+# Pictures before a break from which is seen how much they usually change.
+_CONTEXT_S = 0.5
 _SHORT_S = 1.0
 
 
@@ -228,11 +230,14 @@ def _unreadable(path: Path) -> StudioError:
     return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
 
 
-def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Iterator[tuple[float, Picture]]:
+def pictures(
+    path: Path, options: VideoOptions, after: float = -math.inf, before: float = 0.0
+) -> Iterator[tuple[float, Picture]]:
     """Pictures of a video with their times, in order; damaged ones are left out.
 
     Args:
         after: seconds; those up to there are passed over.
+        before: seconds up to `after` from which pictures are given all the same, as they are.
     """
     import av
 
@@ -241,11 +246,14 @@ def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Ite
         stream = _stream(container)
         stream.thread_type = "AUTO"
         if after > 0:
-            container.seek(int(after / stream.time_base), stream=stream)
+            container.seek(max(int((after - before) / stream.time_base), 0), stream=stream)
         rate = float(stream.average_rate or 30)
         least = 1 / MOST_FPS if rate > MOST_FPS else 0.0
         for packet in _packets(container, stream):
             for frame in _decoded(packet):
+                if frame is not None and frame.time is not None and after - before < frame.time <= after:
+                    yield frame.time, picture_of(frame, options.box)
+                    continue
                 # Half a frame of room: times are rounded in files.
                 if frame is None or frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
                     continue
@@ -365,8 +373,11 @@ def _track(
         times, rows = [], []
 
     try:
-        for t, picture in pictures(path, options, after):
+        for t, picture in pictures(path, options, after, _CONTEXT_S):
             cut, same = cuts.push(picture)
+            # Tracked before the break: it is there to tell whether the next one follows it.
+            if t <= after:
+                continue
             seen = landmarker.detect(picture, t)
             found = rows_of(picture, seen, cut, same)
             times += [t] * len(found)

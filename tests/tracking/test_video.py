@@ -202,6 +202,24 @@ def test_a_break_costs_no_more_than_a_block(
     assert BlockStore(talk, LARGEST.box).load() == []
 
 
+@pytest.mark.parametrize("fps", [30, 60])
+def test_a_cut_where_an_import_was_broken_off_is_still_one(
+    tmp_path: Path, model: Path, monkeypatch: pytest.MonkeyPatch, fps: int
+) -> None:
+    monkeypatch.setattr("studio.tracking.video.BLOCK", 20)
+    each = fps // 30
+    looks = [Look(roll=i / 4) for i in range(20)] + [Look(x=30, light=0.4, scale=0.8)] * 20
+    path = write_video(tmp_path / "cut.mp4", [look for look in looks for _ in range(each)], fps=fps, keys=50)
+    break_off(path, model, 0.6)
+    (block,) = BlockStore(path, LARGEST.box).load()
+    assert len(block.times) == 20, "the cut comes right behind it"
+    found = track(path, model)[1]
+    cuts = [span for span in found.left_out if span[2] == CUT]
+    assert len(cuts) == 1
+    assert cuts[0][0] < 20 / 30 < cuts[0][1]
+    assert np.diff(found.motion.times if found.motion else []).max() < 1.5 / 30
+
+
 def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
     path = write_video(tmp_path / "fast.mp4", [Look(gone=True)] * 60, fps=60, shape=(64, 64))
     times = [t for t, _ in pictures(path, VideoOptions())]
