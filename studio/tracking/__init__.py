@@ -13,6 +13,7 @@ pictures    What a picture tells besides its faces: light, sharpness, cuts, and 
 raw         Faces of a video as they were tracked, in blocks that survive a break
 smoothing   The One-Euro filter, which leaves closures and blinks as quick as they are
 video       A video file tracked: its motion on the clock of its sound, and the spans that are of no use
+video_file  A video file read: its pictures with their times, one at any moment, and when its sound begins
 webcam      A camera at work: tracks its pictures and sends them as one more VMC sender
 """
 

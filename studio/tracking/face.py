@@ -124,7 +124,11 @@ def _eye(weights: Floats, side: str) -> Floats:
 
 
 def motion_of(
-    times: Floats, weights: Floats, turns: Floats, rows: NDArray[np.intp], calibration: Calibration
+    times: NDArray[np.float64],
+    weights: Floats,
+    turns: Floats,
+    rows: NDArray[np.intp],
+    calibration: Calibration,
 ) -> Motion:
     """Tracked faces as a motion.
 

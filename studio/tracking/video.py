@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError
 from studio.motion import Motion, rotation
 from studio.motion.filmed import (
     CUT,
@@ -40,11 +39,9 @@ from studio.tracking.pictures import (
 )
 from studio.tracking.raw import BLOCK, BlockStore, RawFaces
 from studio.tracking.smoothing import smooth
+from studio.tracking.video_file import Box, clock_of, keyframe, pictures, read_ahead, unreadable
 
-MOST_FPS = 31.0
-"""Of a faster video every second picture is tracked, or third: lips need no more, and people wait."""
 MOST_FACES = 5
-_WIDEST = 1280
 _PROBES = 12
 _STILL_S = 1.0
 _CUT_S = 0.07
@@ -76,7 +73,7 @@ class VideoOptions:
     """
 
     face: int = 0
-    box: tuple[float, float, float, float] | None = None
+    box: Box | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,34 +94,6 @@ class TrackedVideo:
     notes: tuple[str, ...] = ()
 
 
-def has_pictures(path: Path) -> bool:
-    """Whether a file holds moving pictures; a song's cover is none."""
-    import av
-
-    try:
-        with av.open(str(path.absolute())) as container:
-            return _stream(container) is not None
-    except (av.FFmpegError, OSError, ValueError, MemoryError):
-        return False
-
-
-def must_show_pictures(path: Path) -> None:
-    """Look whether a file can be read as a video.
-
-    Raises:
-        StudioError: it cannot, or shows nothing.
-    """
-    _clock_of(path)
-
-
-def _stream(container: Any) -> Any:
-    """The first stream of moving pictures, None without one."""
-    import av
-
-    covers = av.stream.Disposition.attached_pic
-    return next((one for one in container.streams.video if not one.disposition & covers), None)
-
-
 def track_video(
     path: Path, model: Path, options: VideoOptions = VideoOptions(), on_progress: OnProgress = lambda _: None
 ) -> TrackedVideo:
@@ -142,7 +111,7 @@ def track_video(
         RequestError: there are no pictures in it, or not so many faces.
         StudioError: it cannot be read, or MediaPipe does not run.
     """
-    duration, sound_start = _clock_of(path)
+    duration, sound_start = clock_of(path)
     looked = look(path, model, options)
     faces = len(looked.faces)
     if options.face > max(faces, 1):
@@ -169,115 +138,6 @@ def track_video(
 def forget(path: Path, options: VideoOptions) -> None:
     """Keep no longer what was tracked of a video: its take is written."""
     BlockStore(path, options.box).discard()
-
-
-def _clock_of(path: Path) -> tuple[float, float]:
-    """Seconds of the pictures, and when the first sample is heard; without sound, the first picture seen."""
-    import av
-
-    try:
-        with av.open(str(path.absolute())) as container:
-            stream = _stream(container)
-            if stream is None:
-                raise RequestError(f"There are no pictures in {path.name}.", "Choose a video.")
-            length = float((stream.duration or 0) * (stream.time_base or 0))
-            duration = length or (container.duration or 0) / av.time_base
-            start = float((stream.start_time or 0) * stream.time_base)
-            if container.streams.audio:
-                # The first frame that comes out: what encoders put before it is cut off by then.
-                heard = _first_heard(container)
-                start = start if heard is None else heard
-            return duration, start
-    except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
-        raise _unreadable(path) from error
-
-
-def _first_heard(container: Any) -> float | None:
-    """When the first sample is heard, which is silence where it is damaged; None without any."""
-    damaged = 0
-    for packet in _packets(container, container.streams.audio[0]):
-        for frame in _decoded(packet):
-            if frame is None:
-                damaged += 1
-            elif frame.time is not None:
-                return float(frame.time) - damaged * frame.samples / frame.sample_rate
-    return None
-
-
-def _packets(container: Any, stream: Any) -> Iterator[Any]:
-    """The packets of a stream, up to where a damaged file cannot be taken apart any more."""
-    import av
-
-    try:
-        yield from container.demux(stream)
-    except av.FFmpegError:
-        return
-
-
-def _decoded(packet: Any) -> list[Any]:
-    """The frames of a packet, None for one that is damaged."""
-    import av
-
-    try:
-        return list(packet.decode())
-    except av.FFmpegError:
-        return [None]
-
-
-def _unreadable(path: Path) -> StudioError:
-    is_mp4 = path.suffix.lower() in (".mp4", ".m4v")
-    advice = "Copy it again from where it came" if is_mp4 else "Convert it to MP4"
-    return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
-
-
-def pictures(
-    path: Path, options: VideoOptions, after: float = -math.inf, before: float = 0.0
-) -> Iterator[tuple[float, Picture]]:
-    """Pictures of a video with their times, in order; damaged ones are left out.
-
-    Args:
-        after: seconds; those up to there are passed over.
-        before: seconds up to `after` from which pictures are given all the same, as they are.
-    """
-    import av
-
-    last = after
-    with av.open(str(path.absolute())) as container:
-        stream = _stream(container)
-        stream.thread_type = "AUTO"
-        if after > 0:
-            container.seek(max(int((after - before) / stream.time_base), 0), stream=stream)
-        rate = float(stream.average_rate or 30)
-        least = 1 / MOST_FPS if rate > MOST_FPS else 0.0
-        for packet in _packets(container, stream):
-            for frame in _decoded(packet):
-                if frame is not None and frame.time is not None and after - before < frame.time <= after:
-                    yield frame.time, picture_of(frame, options.box)
-                    continue
-                # Half a frame of room: times are rounded in files.
-                if frame is None or frame.time is None or frame.time - last < max(least - 0.5 / rate, 1e-6):
-                    continue
-                last = frame.time
-                yield last, picture_of(frame, options.box)
-
-
-def picture_of(frame: Any, box: tuple[float, float, float, float] | None = None) -> Picture:
-    """A frame of PyAV's as RGB, upright, no wider than needed, and nothing of it outside of a box."""
-    scale = 1.0 if box else min(_WIDEST / max(frame.width, 1), 1.0)
-    width, height = max(int(frame.width * scale), 1), max(int(frame.height * scale), 1)
-    size = {} if scale == 1.0 else {"width": width, "height": height}
-    picture: Picture = frame.to_ndarray(format="rgb24", **size)
-    # Phones held upright write pictures that lie on their side, and say so.
-    if quarter := round(getattr(frame, "rotation", 0) / 90) % 4:
-        picture = np.rot90(picture, quarter)
-    if box is not None:
-        height, width = picture.shape[:2]
-        x, y, w, h = box
-        top, left = min(round(y * height), height - 1), min(round(x * width), width - 1)
-        # At least a pixel, however small the picture.
-        bottom, right = max(round((y + h) * height), top + 1), max(round((x + w) * width), left + 1)
-        picture = picture[top:bottom, left:right]
-    return picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,12 +175,12 @@ def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> Loo
     Raises:
         StudioError: it cannot be read.
     """
-    duration, _ = _clock_of(path)
+    duration, _ = clock_of(path)
     landmarker = FaceLandmarker(model, MOST_FACES, stills=True)
     found: Looked | None = None
     try:
         for i in range(_PROBES):
-            shown = _keyframe(path, options, duration * (i + 0.5) / _PROBES)
+            shown = keyframe(path, options.box, duration * (i + 0.5) / _PROBES)
             if shown is None:
                 continue
             faces = landmarker.detect(shown[1], float(i))
@@ -329,23 +189,8 @@ def look(path: Path, model: Path, options: VideoOptions = VideoOptions()) -> Loo
     finally:
         landmarker.close()
     if found is None:
-        raise _unreadable(path)
+        raise unreadable(path)
     return found
-
-
-def _keyframe(path: Path, options: VideoOptions, t: float) -> tuple[float, Picture] | None:
-    """The picture before a moment that needs no others to be decoded, with its time."""
-    import av
-
-    try:
-        with av.open(str(path.absolute())) as container:
-            stream = _stream(container)
-            container.seek(int(t / stream.time_base), stream=stream)
-            frames = (frame for packet in _packets(container, stream) for frame in _decoded(packet))
-            frame = next((one for one in frames if one is not None), None)
-            return (float(frame.time or 0.0), picture_of(frame, options.box)) if frame is not None else None
-    except av.FFmpegError:
-        return None
 
 
 def _track(
@@ -372,8 +217,9 @@ def _track(
         store.save(len(blocks) - 1, blocks[-1])
         times, rows = [], []
 
+    ahead = read_ahead(pictures(path, options.box, after, _CONTEXT_S))
     try:
-        for t, picture in pictures(path, options, after, _CONTEXT_S):
+        for t, picture in ahead:
             cut, same = cuts.push(picture)
             # Tracked before the break: it is there to tell whether the next one follows it.
             if t <= after:
@@ -394,6 +240,7 @@ def _track(
                 face = seen[index] if index is not None else None
                 on_progress(TrackingProgress(part, picture, face))
     finally:
+        ahead.close()
         landmarker.close()
     if rows:
         save()
