@@ -62,11 +62,13 @@ class FrameAssembler:
     Attributes:
         packets_bad: datagrams with anything malformed or out of all bounds; what was good in them is used.
         absurd: those of them that no motion program sends, with nothing good in them.
+        no_face: when a camera or a phone said last that it sees nobody, seconds of `clock.now()`.
     """
 
     def __init__(self) -> None:
         self.packets_bad = 0
         self.absurd = 0
+        self.no_face = -math.inf
         self._held = LatestValues()
         self._streams: dict[tuple[str, int], Stream] = {}
         self._addresses = Addresses()
@@ -170,6 +172,8 @@ class FrameAssembler:
             merged |= PictureFlag(0) if other.kind == VMC else PictureFlag.PHONE
         ours = PictureFlag.MERGED | PictureFlag.PHONE
         for taken, flags, main in stream.pictures:
+            if not flags & PictureFlag.FACE:
+                self.no_face = stream.arrival
             if len(self._pictures) < _MOST_PICTURES:
                 self._pictures.append((taken, float(flags & ~ours | merged), *main, *beside))
         stream.pictures.clear()
@@ -197,7 +201,7 @@ class FrameAssembler:
             self.absurd += isinstance(error, osc.AbsurdError)
             return self._done
         if not shapes and not turns:
-            # It says that it sees nobody.
+            self.no_face = stream.arrival
             return self._done
         # A phone's datagram is a whole frame; VMC messages of the same address before it were another one.
         if not stream.empty:

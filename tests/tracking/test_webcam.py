@@ -21,7 +21,7 @@ from studio.capture.recorder import Recorder
 from studio.capture.recovery import recover
 from studio.errors import InputError
 from studio.motion import Motion
-from studio.motion.filmed import HIDDEN, NO_FACE
+from studio.motion.filmed import HIDDEN, NO_FACE, PictureFlag
 from studio.take.check import check_take
 from studio.tracking import face_model
 from studio.tracking.camera import CameraReader, Shot, cameras
@@ -180,6 +180,13 @@ def test_nobody_in_the_picture_is_said_and_nothing_is_sent(tmp_path: Path, model
         assert webcam.status.hints[0] == "no_face"
         assert not webcam.status.face
         assert webcam.sent == 0
+        for _ in range(3):
+            ear.hear()
+        flags = [int(row[1]) for row in ear.receiver.poll_pictures()]
+        assert flags
+        assert not any(flag & PictureFlag.FACE for flag in flags)
+        assert clock.now() - ear.receiver.stats(clock.now()).no_face < 10
+        assert ear.rows == 0
     finally:
         webcam.close()
 

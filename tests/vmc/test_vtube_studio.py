@@ -64,6 +64,7 @@ def test_a_packet_without_a_face_is_no_fault_and_no_frame() -> None:
     assembler = FrameAssembler()
     assert assembler.feed(0.0, packet(found=False), "10.0.0.7:50000", 11125) == []
     assert (assembler.packets_bad, assembler.absurd) == (0, 0)
+    assert assembler.no_face == 0.0
     assert len(assembler.feed(0.1, packet(), "10.0.0.7:50000", 11125)) == 1
 
 
