@@ -14,7 +14,9 @@ from studio.ui.record.model import RecordModel
 from studio.ui.record.trackers_view import WEBCAM, TrackerCard, TrackersDialog
 from studio.ui.session import Session
 from studio.vmc.stream import VMC, Sender
+from studio.vmc.vtube_studio import PHONE_PORT
 
+_SOME_PHONE = "192.168. …"
 _BY_ID = {one.id: one for one in TRACKERS}
 
 
@@ -68,6 +70,9 @@ class TrackersPresenter(QObject):
     def _show(self, tracker: Tracker) -> None:
         self._shown, port = tracker, self._port(tracker)
         address = self._address if tracker.phone else trackers.LOOPBACK
+        if tracker.asked:
+            # Its pictures show the phone's own address, not where it is to send.
+            address, port = _SOME_PHONE, PHONE_PORT
         missing = self.tr("This computer is in no network; connect it to the phone's Wi-Fi.")
         second = self.tr("On another computer, use {0} instead.").format(self._address)
         note = (missing if not self._address else "") if tracker.phone else (second if self._address else "")
