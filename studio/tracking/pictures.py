@@ -23,6 +23,8 @@ SMALL = 72.0
 TURNED_YAW, TURNED_PITCH = math.radians(40.0), math.radians(32.0)
 """Turns beyond which half of the mouth is hidden."""
 SLOW_FPS = 20.0
+UNCLEAR = PictureFlag.TURNED | PictureFlag.DARK | PictureFlag.SMALL
+"""Of such pictures it cannot be told whether the mouth is hidden: they are of little use anyway."""
 FACTS_EVERY = 4
 """Pictures from one measuring of light and sharpness to the next."""
 _THUMB = 48
@@ -130,18 +132,12 @@ def is_turned(turns: NDArray[np.floating]) -> NDArray[np.bool_]:
     return np.asarray((np.abs(yaw) > TURNED_YAW) | (np.abs(pitch) > TURNED_PITCH))
 
 
-def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None, hidden: bool = False) -> PictureFlag:
-    """What a take keeps of a picture.
-
-    Args:
-        facts: of it.
-        turn: the head's, (4,); None without a face.
-        hidden: whether its mouth is.
-    """
+def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None) -> PictureFlag:
+    """What a take keeps of a picture but whether its mouth is hidden; `turn` is the head's, None without."""
     if turn is None:
         return PictureFlag(0)
     light, sharpness, size = (np.array(one) for one in (facts.light, facts.sharpness, facts.size))
-    return PictureFlag(int(picture_flags(light, sharpness, size, turn, np.array(hidden))))
+    return PictureFlag(int(picture_flags(light, sharpness, size, turn)))
 
 
 def picture_flags(
@@ -149,21 +145,18 @@ def picture_flags(
     sharpness: NDArray[np.floating],
     size: NDArray[np.floating],
     turns: NDArray[np.floating],
-    hidden: NDArray[np.bool_],
 ) -> NDArray[np.integer]:
-    """What a take keeps of pictures with a face, as PictureFlag, (...).
+    """What a take keeps of pictures with a face, as PictureFlag, but whether its mouth is hidden, (...).
 
     Args:
         light, sharpness, size: as PictureFacts has them, (...).
         turns: of the head, (..., 4).
-        hidden: whether the mouth is, (...).
     """
     holds = {
         PictureFlag.BLURRED: sharpness < BLURRED,
         PictureFlag.TURNED: is_turned(turns),
         PictureFlag.DARK: light < DARK,
         PictureFlag.SMALL: size < SMALL,
-        PictureFlag.HIDDEN: hidden,
     }
     found = sum((int(flag) * held for flag, held in holds.items()), np.array(int(PictureFlag.FACE)))
     return np.asarray(found)
@@ -195,11 +188,12 @@ def hints(
     """Codes of HINTS that hold now.
 
     Args:
-        facts, turn, hidden: as `flags_of` has them.
+        facts, turn: as `flags_of` has them.
+        hidden: whether the mouth is.
         fps: pictures a second, 0 where unknown.
     """
     if turn is None:
         return ("no_face", *(("dark",) if facts.light < DARK else ()))
-    flags = flags_of(facts, turn, hidden)
+    flags = flags_of(facts, turn) | (PictureFlag.HIDDEN if hidden else PictureFlag(0))
     found = [code for code, flag in _FLAGS.items() if flag in flags]
     return (*found, *(("slow",) if 0 < fps < SLOW_FPS else ()))

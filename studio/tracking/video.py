@@ -32,6 +32,7 @@ from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
 from studio.tracking.mouth import hidden, redness
 from studio.tracking.pictures import (
     FACTS_EVERY,
+    UNCLEAR,
     CutDetector,
     PictureFacts,
     facts_of,
@@ -326,7 +327,8 @@ def _left_out(found: RawFaces, times: NDArray[np.float64], flags: NDArray[np.int
 
 def _flags(found: RawFaces, times: NDArray[np.float64]) -> NDArray[np.integer]:
     """What is known of each picture, as PictureFlag, (T,)."""
-    no_mouth = np.zeros(len(times), dtype=bool)
-    no_mouth[found.seen] = hidden(times[found.seen], found.redness[found.seen])
-    flags = picture_flags(found.light, found.sharpness, found.size, found.turns, no_mouth)
-    return np.where(found.seen, flags, 0)
+    seen = found.seen
+    flags = np.where(seen, picture_flags(found.light, found.sharpness, found.size, found.turns), 0)
+    lips = np.where(flags & UNCLEAR, np.nan, found.redness)
+    flags[seen] |= hidden(times[seen], lips[seen]) * int(PictureFlag.HIDDEN)
+    return flags

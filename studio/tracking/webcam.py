@@ -15,7 +15,7 @@ from studio import clock
 from studio.errors import InputError, StudioError
 from studio.files import atomic
 from studio.motion.channels import ARKIT_SHAPES
-from studio.motion.filmed import main_values
+from studio.motion.filmed import PictureFlag, main_values
 from studio.tracking.camera import CameraReader
 from studio.tracking.face import (
     BONES,
@@ -28,7 +28,16 @@ from studio.tracking.face import (
 )
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
 from studio.tracking.mouth import MouthWatch, redness
-from studio.tracking.pictures import FACTS_EVERY, PictureFacts, facts_of, flags_of, hints, jpeg_of, overlay
+from studio.tracking.pictures import (
+    FACTS_EVERY,
+    UNCLEAR,
+    PictureFacts,
+    facts_of,
+    flags_of,
+    hints,
+    jpeg_of,
+    overlay,
+)
 from studio.tracking.smoothing import FaceFilter
 from studio.vmc.encode import SendOptions, encode_age, encode_frame, encode_picture
 
@@ -153,8 +162,7 @@ class Webcam:
         age = clock.now() - shot.taken
         self._delays.append(age)
         main = main_values(dict(zip(SHAPES, pose.shapes.tolist(), strict=True))) or (0.0, 0.0, 0.0)
-        self._hidden = self._mouth.push(shot.taken, redness(picture, face))
-        told = encode_picture(age, flags_of(self._facts(picture, face), turn, self._hidden), main)
+        told = encode_picture(age, self._flags(shot.taken, picture, face, turn), main)
         if all(map(self._send, (encode_age(age), *datagrams, told))):
             self.sent += 1
 
@@ -165,6 +173,12 @@ class Webcam:
         except OSError:
             return False
         return True
+
+    def _flags(self, t: float, picture: Picture, face: Face, turn: np.ndarray) -> PictureFlag:
+        """What a take keeps of a picture."""
+        flags = flags_of(self._facts(picture, face), turn)
+        self._hidden = self._mouth.push(t, math.nan if flags & UNCLEAR else redness(picture, face))
+        return flags | (PictureFlag.HIDDEN if self._hidden else PictureFlag(0))
 
     def _facts(self, picture: Picture, face: Face) -> PictureFacts:
         """Light and sharpness change slowly, and measuring them costs a fifth of tracking."""

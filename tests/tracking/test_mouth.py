@@ -10,7 +10,18 @@ import pytest
 from studio.motion.filmed import HIDDEN
 from studio.tracking.mouth import LEAST_REDNESS, MouthWatch, hidden
 from studio.tracking.video import track_video
-from tests.tracking.faces import FPS, HIDDEN_FROM, HIDDEN_TO, MODEL, needs_tracking, use_model, write_covered
+from tests.tracking.faces import (
+    FPS,
+    HIDDEN_FROM,
+    HIDDEN_TO,
+    MODEL,
+    Look,
+    needs_tracking,
+    picture,
+    use_model,
+    write_covered,
+    write_video,
+)
 
 T = np.arange(600) / 30
 
@@ -33,6 +44,23 @@ def test_a_mouth_that_only_talks_is_never_hidden(tmp_path: Path, monkeypatch: py
     use_model(monkeypatch, tmp_path)
     found = track_video(write_covered(tmp_path / "talk.mp4", ""), MODEL)
     assert HIDDEN not in {why for _, _, why in found.left_out}
+    assert float(dict(found.facts)["mouth_hidden"]) == 0.0
+
+
+@needs_tracking()
+def test_of_a_face_in_the_dark_nothing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    use_model(monkeypatch, tmp_path)
+    times = iter(np.arange(90) / FPS)
+
+    def draw(look: Look) -> np.ndarray:
+        dark = 1.0 <= float(next(times)) < 2.0
+        shown = picture(look).astype(np.float64)
+        # Without light there is no colour either.
+        return (0.25 * shown.mean(axis=2, keepdims=True).repeat(3, 2) if dark else shown).astype(np.uint8)
+
+    looks = [Look(roll=5 * float(np.sin(i / 9))) for i in range(90)]
+    found = track_video(write_video(tmp_path / "dark.mp4", looks, draw=draw), MODEL)
+    assert float(dict(found.facts)["face_dark"]) > 0.2
     assert float(dict(found.facts)["mouth_hidden"]) == 0.0
 
 
