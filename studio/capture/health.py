@@ -28,6 +28,7 @@ class InputStatus:
         packets, packets_bad, packets_lost: counters of this take or since opening.
         flood: what is thrown away at the moment. frames_thinned: frames left out because they are too many.
         frames_lost: frames lost in the last seconds. missing: bones that are left out lately.
+        faceless: whether a camera or a phone says that it sees nobody.
         frameless_for: seconds since the last frame, None before any came.
         dismissed: that sender was ended on purpose.
         frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
@@ -49,6 +50,7 @@ class InputStatus:
     frames_thinned: int = 0
     missing: tuple[str, ...] = ()
     frameless_for: float | None = None
+    faceless: bool = False
     dismissed: bool = False
     frozen_for: float = 0.0
     fps: float = 0.0
@@ -143,6 +145,8 @@ def _no_motion(s: InputStatus) -> list[Problem]:
         return []
     if s.packets == 0:
         return [_nothing_comes(s.port)] if s.listening_for > 2 else []
+    if s.faceless and (s.frameless_for is None or s.frameless_for > 1):
+        return [("The camera sees no face.", "Sit in front of it, in good light, and look into it.")]
     if s.frameless_for is None:
         what = f"Packets arrive on port {s.port}, but there is no motion in them."
         return [(what, "Choose VMC (OSC) as the protocol in the sender.")] if s.listening_for > 2 else []

@@ -73,7 +73,8 @@ class MotionInput:
         self.ports = tuple(dict.fromkeys(int(one.getsockname()[1]) for one in self._sockets))
         self.host = ports[0][1]
         # A deque's append and popleft are atomic: the reading thread and the recorder's need no lock.
-        self._reports: deque[tuple[list[listener.SentBlock], ReceiverStats]] = deque(maxlen=_KEPT_TURNS)
+        self._reports: deque[listener.Report] = deque(maxlen=_KEPT_TURNS)
+        self._pictures: list[tuple[float, ...]] = []
         self._local_receiver: Receiver | None = None
         self._child: subprocess.Popen[bytes] | None = None
         # Set where the listener could not start or ended by itself; `poll` then listens in this process.
@@ -103,15 +104,22 @@ class MotionInput:
         sent: list[listener.SentBlock] = []
         with contextlib.suppress(IndexError):
             while True:
-                more, self.stats = self._reports.popleft()
+                more, pictures, self.stats = self._reports.popleft()
                 sent += more
+                self._pictures += pictures
         blocks = listener.received(sent, self.latest.names if self.latest is not None else None)
         if self._local_receiver is not None:
             blocks += self._local_receiver.poll(now)
+            self._pictures += self._local_receiver.poll_pictures()
             self.stats = self._local_receiver.stats(now)
         if blocks:
             self.latest = blocks[-1]
         return blocks
+
+    def poll_pictures(self) -> list[tuple[float, ...]]:
+        """What cameras have said of their pictures up to the last `poll`; rows of motion.filmed."""
+        pictures, self._pictures = self._pictures, []
+        return pictures
 
     def received_until(self, t: float) -> bool:
         """Whether everything that arrived before a moment has been taken in."""

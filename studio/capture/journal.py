@@ -9,6 +9,7 @@ import struct
 import sys
 import time
 import zlib
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from studio.vmc.rows import ChannelLayout, RowBlock
 FILE = "journal.bin"
 MAGIC = b"SAIAJRN2"
 MAGIC_1 = b"SAIAJRN1"
-HEAD, NAMES, ROWS, CLOCK, FACTS = b"HEAD", b"NAME", b"ROWS", b"CLCK", b"FACT"
+HEAD, NAMES, ROWS, CLOCK, FACTS, PICTURES = b"HEAD", b"NAME", b"ROWS", b"CLCK", b"FACT", b"PICT"
 # Read as a number in a row of floats it would be -2.7e38, and UTF-8 has no such bytes: only blocks have it.
 MARK = b"\xfeSJ\xff"
 HEADER = struct.Struct("<4s4sIIIII")
@@ -36,7 +37,7 @@ class Block:
     """One whole block.
 
     Args:
-        kind: HEAD, NAMES, ROWS, CLOCK, FACTS, or one of a later version.
+        kind: HEAD, NAMES, ROWS, CLOCK, FACTS, PICTURES, or one of a later version.
         payload: its content. at, end: where it lies, bytes.
         number, rows: blocks and rows written before it. layout: what its rows have. All 0 in version 1.
     """
@@ -80,6 +81,7 @@ class Journal:
         self._names: ChannelLayout | None = None
         self._rows: list[RowBlock] = []
         self._clock: list[tuple[float, float]] = []
+        self._pictures: list[Sequence[float]] = []
         # fsync of a slow disk takes up to seconds; on a thread of its own nothing waits for it.
         self._syncer = ThreadPoolExecutor(1, thread_name_prefix="journal sync")
         self._syncing: Future[None] | None = None
@@ -108,12 +110,19 @@ class Journal:
         """One moment on both clocks: seconds of sound, and of `clock.now()`."""
         self._clock.append((audio_time, captured))
 
+    def add_pictures(self, pictures: Sequence[Sequence[float]]) -> None:
+        """What a camera said of its pictures; rows of motion.filmed."""
+        self._pictures += pictures
+
     def flush(self, facts: dict[str, Any]) -> None:
         """Hand everything to the system, so that a kill of this process loses nothing of it."""
         self._pack_rows()
         if self._clock:
             self._add(CLOCK, np.array(self._clock, dtype="<f8").tobytes())
             self._clock.clear()
+        if self._pictures:
+            self._add(PICTURES, np.array(self._pictures, dtype="<f8").tobytes())
+            self._pictures.clear()
         self._add(FACTS, _plain(facts))
         self._flushes += 1
         if self._flushes >= self._repeat_at:

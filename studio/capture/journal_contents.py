@@ -29,9 +29,11 @@ from studio.capture.journal import (
     MAGIC_1,
     MARK,
     NAMES,
+    PICTURES,
     ROWS,
     Block,
 )
+from studio.motion import filmed
 from studio.vmc.rows import ChannelLayout, RowBlock
 
 # No block was ever longer; a damaged length must not have the rest of a large file checksummed in vain.
@@ -215,6 +217,7 @@ class JournalContents:
     facts: dict[str, Any] = field(default_factory=dict)
     row_blocks: list[RowBlock] = field(default_factory=list)
     clock: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    pictures: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, filmed.COLUMNS)))
     damaged: tuple[Damage, ...] = ()
 
     @property
@@ -277,17 +280,19 @@ def contents(data: bytes) -> JournalContents:
 def _collect(understood: Iterable[tuple[Block, Any]]) -> JournalContents:
     """What blocks tell together, in the order they were written; of facts the latest ones hold."""
     collected = JournalContents()
-    clocks = [collected.clock]
+    clocks, pictures = [collected.clock], [collected.pictures]
     for block, content in understood:
         if block.kind == ROWS:
             collected.row_blocks.append(content)
         elif block.kind == CLOCK:
             clocks.append(content)
+        elif block.kind == PICTURES:
+            pictures.append(content)
         elif block.kind == HEAD:
             collected.head = content
         elif block.kind == FACTS:
             collected.facts = content
-    collected.clock = np.concatenate(clocks)
+    collected.clock, collected.pictures = np.concatenate(clocks), np.concatenate(pictures)
     return collected
 
 
@@ -360,6 +365,8 @@ def _understood(block: Block, names: ChannelLayout | None) -> Any:
         return _rows(block.payload, names) if names else None
     if block.kind == CLOCK:
         return _clock(block.payload)
+    if block.kind == PICTURES:
+        return _pictures(block.payload)
     return block.payload
 
 
@@ -402,6 +409,15 @@ def _clock(payload: memoryview) -> NDArray[np.float64] | None:
         return None
     pairs = np.frombuffer(payload, dtype="<f8").reshape(-1, 2)
     return pairs if _plausible(pairs) else None
+
+
+def _pictures(payload: memoryview) -> NDArray[np.float64] | None:
+    if len(payload) % (8 * filmed.COLUMNS):
+        return None
+    rows = np.frombuffer(payload, dtype="<f8").reshape(-1, filmed.COLUMNS)
+    # Of another face there may be none, which is NaN; all else are moments, flags and weights.
+    flags_good = _plausible(rows[:, 0]) and bool(((rows[:, 1] >= 0) & (rows[:, 1] < 256)).all())
+    return rows if flags_good and bool(np.isfinite(rows[:, 2:5]).all()) else None
 
 
 def _plausible(times: NDArray[np.float64]) -> bool:

@@ -4,7 +4,7 @@ A window that draws keeps Python's lock for tens of milliseconds at a time; an u
 13,000 packets a second. Here they meet a process that does nothing else. It ends with its parent.
 
 Spoken on stdin: one pickled list of sockets, then nothing; its end is the request to end.
-Spoken on stdout: pickled (sent blocks, ReceiverStats), one at a time; see `SentBlock`.
+Spoken on stdout: pickled (sent blocks, rows of pictures, ReceiverStats), one at a time; see `SentBlock`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import clock
-from studio.capture.receiver import Receiver
+from studio.capture.receiver import Receiver, ReceiverStats
 from studio.vmc.rows import ChannelLayout, RowBlock
 
 _NICER = -10
@@ -103,11 +103,12 @@ def _listen(receiver: Receiver, writer: PipeWriter, ended: threading.Event) -> N
         for block in blocks:
             sent.append((block.names if block.names is not names else None, block.stamps, block.values))
             names = block.names
-        writer.send((sent, receiver.stats(now)))
+        writer.send((sent, receiver.poll_pictures(), receiver.stats(now)))
 
 
 SentBlock = tuple[ChannelLayout | None, NDArray[np.float64], NDArray[np.float32]]
 """A RowBlock's parts on their way to the recorder; names, as large as a row, only where they change."""
+Report = tuple[list[SentBlock], list[tuple[float, ...]], ReceiverStats]
 
 
 def received(sent: list[SentBlock], names: ChannelLayout | None) -> list[RowBlock]:

@@ -43,6 +43,7 @@ class ReceiverStats:
         frames_thinned: frames that came in and were left out, because they were more than MOST_FRAMES_PER_S.
         sender: who leads the motion. senders: everyone heard lately. sources: who gives what.
         ok, avatar: the last of their messages.
+        no_face: when a camera or a phone said last that it sees nobody, seconds of `clock.now()`.
         missing: bones that a sender has left out lately. lost_lately: frames lost in the last seconds.
     """
 
@@ -68,6 +69,7 @@ class ReceiverStats:
     packets_refused: int = 0
     flood: Flood = NO_FLOOD
     frames_thinned: int = 0
+    no_face: float = -math.inf
 
 
 class Receiver:
@@ -136,6 +138,10 @@ class Receiver:
         self._packets_per_s = self._rate.rate(now, sum(port.received for port in self._inputs))
         return blocks
 
+    def poll_pictures(self) -> list[tuple[float, ...]]:
+        """Rows of motion.filmed, of what cameras have said since the last call."""
+        return self._assembler.poll_pictures()
+
     def count_unsent(self, rows: int) -> None:
         """Count rows that arrived and were not sent on, as lost frames."""
         self._unsent += rows
@@ -174,6 +180,7 @@ class Receiver:
             queues.refused + unread,
             queues.flood(now, unread),
             self._limit.left_out,
+            assembler.no_face,
         )
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from collections import deque
 from collections.abc import Sequence
@@ -72,6 +73,8 @@ class Recorder:
         self._before = snapshot.Counts()
         self._rows: deque[RowBlock] = deque()
         self._blocks: deque[SoundBlock] = deque()
+        # Of cameras' pictures, as motion.filmed has them.
+        self._pictures: deque[tuple[float, ...]] = deque()
         self._disk_free = 0
         self._looked_at = self._flushed_at = self._synced_at = self._disk_at = 0.0
         self._fault: Problem | None = None
@@ -317,7 +320,7 @@ class Recorder:
         self._before = snapshot.counts(self._motion, self._sound)
         self._state = RecorderState.ROLLING
         self._disk_at = 0.0
-        self._write(list(self._rows), list(self._blocks))
+        self._write(list(self._rows), list(self._blocks), list(self._pictures))
         self._show(clock.now())
 
     def _end_roll(self) -> roll.Roll:
@@ -354,10 +357,10 @@ class Recorder:
                 )
 
     def _turn(self, now: float) -> None:
-        rows, blocks = self._poll(now)
+        rows, blocks, pictures = self._poll(now)
         rolling = self._roll
         if rolling is not None and not self._ended.is_set():
-            self._write(rows, blocks)
+            self._write(rows, blocks, pictures)
             self._note_lost_sound(rolling)
             self._keep_safe(rolling, now)
             self._end_if_due(rolling, now)
@@ -365,21 +368,27 @@ class Recorder:
         if now - self._looked_at >= _LOOK_S:
             self._show(now)
 
-    def _poll(self, now: float) -> tuple[list[RowBlock], list[SoundBlock]]:
+    def _poll(self, now: float) -> tuple[list[RowBlock], list[SoundBlock], list[tuple[float, ...]]]:
         """Bring in what came, and keep the last seconds of it for a pre-roll."""
         # Even while nothing is recorded: what is not fetched fills the listener's pipe.
         rows = self._motion.poll(now) if self._motion else []
+        pictures = self._motion.poll_pictures() if self._motion else []
         blocks = self._sound.poll(now) if self._sound else []
         self._rows.extend(rows)
         self._blocks.extend(blocks)
+        self._pictures.extend(pictures)
+        while self._pictures and self._pictures[0][0] < now - MAX_PRE_ROLL:
+            self._pictures.popleft()
         while self._rows and self._rows[0].arrivals[-1] < now - MAX_PRE_ROLL:
             self._rows.popleft()
         # A second longer than motion: a block counts from its first sample and comes after its last one.
         while self._blocks and self._blocks[0].captured < now - MAX_PRE_ROLL - 1.0:
             self._blocks.popleft()
-        return rows, blocks
+        return rows, blocks, pictures
 
-    def _write(self, rows: list[RowBlock], blocks: list[SoundBlock]) -> None:
+    def _write(
+        self, rows: list[RowBlock], blocks: list[SoundBlock], pictures: list[tuple[float, ...]]
+    ) -> None:
         rolling, until = self._roll, self._until
         assert rolling is not None
         try:
@@ -389,6 +398,7 @@ class Recorder:
                     rolling.add_block(block)
             for row_block in rows:
                 rolling.add_rows(row_block if until is None else row_block.between(last=until))
+            rolling.add_pictures(pictures, math.inf if until is None else until)
         except OSError as error:
             self._end_early(rolling, cut_off.failed(error, rolling.seconds))
 

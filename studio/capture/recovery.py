@@ -21,6 +21,7 @@ from studio.capture import journal, journal_contents
 from studio.capture.roll import SOUND
 from studio.errors import StudioError
 from studio.files.atomic import NewerVersionError, cannot_write, set_aside
+from studio.motion import filmed
 from studio.motion.channels import shape_set
 from studio.sound import wav_writer
 from studio.take.folder import INFO_FILE, load_take, save_take
@@ -260,6 +261,13 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
         extra["sources"] = json.dumps(facts["sources"], ensure_ascii=False)
     extra |= {"shape_set": shape_set(names), "packets_lost": str(facts.get("packets_lost", 0))}
     extra |= {key: str(facts[key]) for key in ("late", "packets_refused", "frames_thinned") if facts.get(key)}
+    pictures = contents.pictures[np.argsort(contents.pictures[:, 0], kind="stable")]
+    moments, flags = fit.to_audio(pictures[:, 0]), pictures[:, 1].astype(int)
+    alone = (flags & filmed.PictureFlag.MERGED) > 0
+    # Of a face that another tracker gave, a camera's pictures say nothing.
+    extra |= filmed.shares(flags[alone]) if alone.any() else {}
+    if (beside := filmed.agreement(pictures)) is not None:
+        extra[filmed.BESIDE] = json.dumps(vars(beside))
     moved = 0.0
     if len(contents.clock):
         extra["clock_residual_ms"] = f"{fit.residual_ms:.3f}"
@@ -278,6 +286,7 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
         source="recorded",
         device=_text(head.get("device")),
         notes=tuple(filter(None, map(_text, notes))) if isinstance(notes, list) else (),
+        left_out=filmed.webcam_left_out(moments, flags),
         extra=extra,
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -107,6 +109,11 @@ class Roll:
             self._journal.add_rows(block)
             self.frames += len(block)
             self.last_arrival = float(block.arrivals[-1])
+
+    def add_pictures(self, pictures: Sequence[Sequence[float]], last: float = math.inf) -> None:
+        """What a camera said of its pictures; those taken before the take began or after its last moment are
+        passed over."""
+        self._journal.add_pictures([one for one in pictures if self.start <= one[0] <= last])
 
     def flush(self, facts: dict[str, Any]) -> None:
         """Safe from a kill up to here.

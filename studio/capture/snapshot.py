@@ -106,6 +106,8 @@ class Snapshot:
 
 # A sender that is held up for half a second is no news; the lamp would flicker.
 _ALIVE_S = 0.75
+_FACELESS_S = 1.0
+"""What a camera saw lately."""
 _DISMISSED_S = 4.0
 """A sender that was ended on purpose may go on for so long."""
 
@@ -306,6 +308,7 @@ def _input_status(
             "local": stats.sender.startswith("127."),
             "frameless_for": now - stats.last_arrival if latest is not None else None,
             "dismissed": stats.last_arrival < motion.dismissed + _DISMISSED_S,
+            "faceless": now - stats.no_face < _FACELESS_S,
             "frozen_for": stats.last_arrival - stats.last_moved,
             "fps": stats.frames_per_s,
             "bones": len(latest.names.bones) if latest is not None else 0,

@@ -12,6 +12,7 @@ from studio.vmc.decode import IFACIALMOCAP, IFACIALMOCAP_PORT, LIVE_LINK_PORT
 from studio.vmc.openseeface import OPENSEEFACE, OPENSEEFACE_PORT
 from studio.vmc.stream import VMC, Sender
 from studio.vmc.udp import bind
+from studio.vmc.vtube_studio import VTUBE_STUDIO, VTUBE_STUDIO_PORT
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 """Hosts to listen on: this computer alone, and the whole network."""
@@ -19,6 +20,7 @@ VMAGICMIRROR_PORT = 9000
 """Where VMagicMirror sends to unless told otherwise."""
 KNOWN_PORTS = (
     MARIONETTE_PORT, PERFORMER_PORT, VMAGICMIRROR_PORT, IFACIALMOCAP_PORT, LIVE_LINK_PORT, OPENSEEFACE_PORT,
+    VTUBE_STUDIO_PORT,
 )  # fmt: skip
 """All ports that a known tracker may send to without being told a port."""
 FRESH_S = 1.5
@@ -59,6 +61,11 @@ class Tracker:
         return self.kind not in (VMC, OPENSEEFACE)
 
     @property
+    def asked(self) -> bool:
+        """Whether it sends only to who asks it, so that its address has to be typed here."""
+        return self.kind == VTUBE_STUDIO
+
+    @property
     def own_port(self) -> bool:
         """Whether it sends to a port of its own kind, beside the one for VMC."""
         return self.kind != VMC
@@ -94,6 +101,11 @@ TRACKERS: tuple[Tracker, ...] = (
     Tracker("ifacialmocap", "iPhone: iFacialMocap", IFACIALMOCAP_PORT, IFACIALMOCAP, (
         TrackerStep("phone", _tr("Open iFacialMocap on the same Wi-Fi.")),
         TrackerStep("phone_address", _tr("In its settings, set the destination to {address}, port {port}.")),
+        _FACE)),
+    Tracker("vtube_studio", "iPhone: VTube Studio", VTUBE_STUDIO_PORT, VTUBE_STUDIO, (
+        TrackerStep("phone", _tr("Open VTube Studio on the same Wi-Fi; in its settings turn on “3rd Party PC "
+                                 "Clients”.")),
+        TrackerStep("phone_address", _tr("Type the address that it shows there into the line below.")),
         _FACE)),
     Tracker("openseeface", "OpenSeeFace", OPENSEEFACE_PORT, OPENSEEFACE, (
         TrackerStep("switch", _tr("Start OpenSeeFace's facetracker with your camera.")),

@@ -17,7 +17,7 @@ from studio.formats.saia_csv import AUDIO_FOLDER, BONES_FOLDER, SHAPES_FOLDER
 from studio.formats.video import VideoReading
 from studio.motion.sanitize import sanitized
 from studio.tracking import VIDEO_SUFFIXES
-from studio.tracking.video import has_pictures
+from studio.tracking.video_file import has_pictures
 
 SOUND_SUFFIXES = frozenset({".wav", ".flac", ".ogg", ".mp3", ".m4a", ".aac", ".opus"}) | VIDEO_SUFFIXES
 _LAYOUT = (SHAPES_FOLDER.lower(), BONES_FOLDER.lower())

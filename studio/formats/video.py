@@ -10,7 +10,8 @@ from studio.errors import StudioError
 from studio.formats import Imported
 from studio.sound.sound_file import sound_info
 from studio.tracking import face_model
-from studio.tracking.video import TrackingProgress, VideoOptions, must_show_pictures, track_video
+from studio.tracking.video import TrackingProgress, VideoOptions, track_video
+from studio.tracking.video_file import must_show_pictures
 
 TITLE = "Video"
 SUFFIX = ".mp4"

@@ -5,6 +5,8 @@ channels        What the channels are called, and in which order: expressions, b
 curve_channels  Which motion channels can be drawn as curves, which move at all, and their values. Pure: no
                 Qt
 expression      An avatar's named faces, and which blend shapes move them
+filmed          What pictures say of the motion tracked in them: shares, spans of no use, and a second face
+                beside it
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
 lag             How much later the mouth moves than the voice sounds: mouth opening against speech energy

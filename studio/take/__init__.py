@@ -4,6 +4,7 @@ alignment    How far sound and motion of a saved take are apart: by mouth and vo
 check        What is wrong with a take, in words a performer understands, and a grade
 cleaned      Sound with less noise: made once from a recording, kept beside it, and used where a person
              chose it
+filmed       What a take's pictures were like, as findings: the face in them, and a phone that saw it too
 findings     What is wrong with the motion and the sound of a take
 folder       Takes on disk: a folder with the sound, the motion and take.json, written once
 motion_file  The motion file: one row a frame in Apache Arrow's file format, channels named in its metadata

@@ -8,10 +8,12 @@ choice      Which of several faces is the one, followed through the pictures to 
 face        A tracked face as channels: ARKit's shapes, VRM's vowels, and the head's turn shared out
 face_model  The face model's file and MediaPipe, which reads it: what is missing, and how it is fetched
 landmarker  MediaPipe's Face Landmarker: the faces in a picture, and the rigid part of one
+mouth       Whether a mouth can be seen, or a hand, a microphone or a scarf is before it
 pictures    What a picture tells besides its faces: light, sharpness, cuts, and hints for a better one
 raw         Faces of a video as they were tracked, in blocks that survive a break
 smoothing   The One-Euro filter, which leaves closures and blinks as quick as they are
 video       A video file tracked: its motion on the clock of its sound, and the spans that are of no use
+video_file  A video file read: its pictures with their times, one at any moment, and when its sound begins
 webcam      A camera at work: tracks its pictures and sends them as one more VMC sender
 """
 

@@ -18,7 +18,7 @@ from typing import Any
 from studio import clock
 from studio.errors import InputError, StudioError
 from studio.tracking.landmarker import Picture
-from studio.tracking.video import picture_of
+from studio.tracking.video_file import picture_of
 
 SIZE, FPS = (640, 480), 30.0
 """What a camera is asked for; one that cannot gives its own."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,17 +90,19 @@ def picked(found: RawFaces, place: Place | None) -> RawFaces:
         place: None is the largest of the first picture with a face.
     """
     times, firsts = np.unique(found.times, return_index=True)
-    groups = np.split(np.arange(len(found.times)), firsts[1:])
+    ends = np.append(firsts[1:], len(found.times))
     cuts = found.cuts[firsts]
     places, seen = found.places, found.seen
     start = 0 if place is None else int(np.abs(times - place.t).argmin()) if len(times) else 0
     onward, back = FaceChoice(place), FaceChoice(place)
     # A cut lies before its picture: going back it is passed on the way to the one before.
-    steps = [(onward, i, i > start and bool(cuts[i])) for i in range(start, len(times))]
-    steps += [(back, i, bool(cuts[i + 1])) for i in range(start - 1, -1, -1)]
+    steps = chain(
+        ((onward, i, i > start and bool(cuts[i])) for i in range(start, len(times))),
+        ((back, i, bool(cuts[i + 1])) for i in range(start - 1, -1, -1)),
+    )
     rows, there = firsts.copy(), np.zeros(len(times), dtype=bool)
     for choice, i, cut in steps:
-        group = groups[i][seen[groups[i]]]
+        group = np.flatnonzero(seen[firsts[i] : ends[i]]) + firsts[i]
         index = choice.pick(places[group], cut)
         if index is not None:
             rows[i], there[i] = group[index], True

@@ -29,6 +29,7 @@ _FEWEST = 10
 # A neutral face that uses more of a shape is none: it was laughing, or speaking.
 _MOST_NEUTRAL = 0.5
 _LOW = 10.0
+_PIECE = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +59,19 @@ def neutral_of(weights: Floats, turns: Floats, gains: Mapping[str, float] | None
     return _calibration(np.median(weights, axis=0), turns, gains) if len(weights) else Calibration()
 
 
-def usual_of(weights: Floats, turns: Floats) -> Calibration:
-    """The calibration by all of a recording: each shape at its calmest, the head where it mostly looks."""
-    if len(weights) < _FEWEST:
+def usual_of(weights: Floats, turns: Floats, rows: NDArray[np.intp]) -> Calibration:
+    """The calibration by all of a recording: each shape at its calmest, the head where it mostly looks.
+
+    Args:
+        weights: (T, 52).
+        turns: of the head, (T, 4).
+        rows: those that count.
+    """
+    if len(rows) < _FEWEST:
         return Calibration()
-    return _calibration(np.percentile(weights, _LOW, axis=0), turns, None)
+    # Shape by shape: all of hours at once are as large as the video's motion.
+    calmest = np.array([np.percentile(weights[rows, i], _LOW) for i in range(weights.shape[1])])
+    return _calibration(calmest, turns[rows].astype(np.float64), None)
 
 
 def _calibration(neutral: Floats, turns: Floats, gains: Mapping[str, float] | None) -> Calibration:
@@ -114,10 +123,35 @@ def _eye(weights: Floats, side: str) -> Floats:
     return np.asarray(rotation.from_euler_yxz(yaw, _EYE_PITCH * (at("Down") - at("Up")), np.zeros(len(yaw))))
 
 
-def motion_of(times: Floats, weights: Floats, turns: Floats, calibration: Calibration) -> Motion:
-    """Tracked faces as a motion; times in seconds, rising, (T,)."""
-    shapes, turned = channels(weights, turns, calibration)
-    return Motion.build(times, SHAPES, shapes, BONES, None, turned)
+def motion_of(
+    times: NDArray[np.float64],
+    weights: Floats,
+    turns: Floats,
+    rows: NDArray[np.intp],
+    calibration: Calibration,
+) -> Motion:
+    """Tracked faces as a motion.
+
+    Args:
+        times: rising seconds, (T,).
+        weights: (T, 52).
+        turns: of the head, (T, 4).
+        rows: those that are kept.
+    """
+    count = len(rows)
+    shapes = np.empty((count, len(SHAPES)), np.float32)
+    turned = np.empty((count, len(BONES), 4), np.float32)
+    for first in range(0, count, _PIECE):
+        # Piece by piece, for memory's sake: in between numbers are twice as wide.
+        piece = rows[first : first + _PIECE]
+        found = channels(weights[piece].astype(np.float64), turns[piece].astype(np.float64), calibration)
+        shapes[first : first + _PIECE], turned[first : first + _PIECE] = found
+    for bone in range(len(BONES)):
+        turned[:, bone] = rotation.sign_continuous(turned[:, bone])
+    rest = Skeleton.humanoid(BONES).rest_positions.astype(np.float32)
+    at_rest = np.tile(rotation.IDENTITY.astype(np.float32), (count, 1))
+    nowhere = np.zeros((count, 3), np.float32)
+    return Motion(times[rows], SHAPES, shapes, BONES, np.tile(rest, (count, 1, 1)), turned, nowhere, at_rest)
 
 
 def pose_of(weights: Floats, turn: Floats, calibration: Calibration) -> Pose:

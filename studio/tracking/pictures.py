@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion import rotation
+from studio.motion.filmed import PictureFlag
 from studio.tracking.landmarker import Face, Picture
 
 DARK = 55.0
@@ -22,6 +23,10 @@ SMALL = 72.0
 TURNED_YAW, TURNED_PITCH = math.radians(40.0), math.radians(32.0)
 """Turns beyond which half of the mouth is hidden."""
 SLOW_FPS = 20.0
+UNCLEAR = PictureFlag.TURNED | PictureFlag.DARK | PictureFlag.SMALL
+"""Of such pictures it cannot be told whether the mouth is hidden: they are of little use anyway."""
+FACTS_EVERY = 4
+"""Pictures from one measuring of light and sharpness to the next."""
 _THUMB = 48
 _CUT, _CUT_FACTOR = 24.0, 5.0
 _SAME = 0.05
@@ -37,11 +42,13 @@ class PictureFacts:
         light: mean brightness of the face, 0..255; of the picture without one.
         sharpness: fine detail against coarse, about .03 (blurred) to .3.
         size: of the face, pixels; 0 without one.
+        redness: of its lips, as mouth.redness has it; NaN where that was not measured.
     """
 
     light: float
     sharpness: float
     size: float
+    redness: float = math.nan
 
 
 def facts_of(picture: Picture, face: Face | None) -> PictureFacts:
@@ -119,10 +126,40 @@ class CutDetector:
         return cut, change < _SAME
 
 
-def is_turned(turn: NDArray[np.floating]) -> bool:
-    """Whether a head (4,) is turned so far from the camera that its mouth is half hidden."""
-    yaw, pitch, _ = rotation.to_euler_yxz(turn)
-    return bool(abs(float(yaw)) > TURNED_YAW or abs(float(pitch)) > TURNED_PITCH)
+def is_turned(turns: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Whether heads (..., 4) are turned so far from the camera that the mouth is half hidden."""
+    yaw, pitch, _ = rotation.to_euler_yxz(turns)
+    return np.asarray((np.abs(yaw) > TURNED_YAW) | (np.abs(pitch) > TURNED_PITCH))
+
+
+def flags_of(facts: PictureFacts, turn: NDArray[np.floating] | None) -> PictureFlag:
+    """What a take keeps of a picture but whether its mouth is hidden; `turn` is the head's, None without."""
+    if turn is None:
+        return PictureFlag(0)
+    light, sharpness, size = (np.array(one) for one in (facts.light, facts.sharpness, facts.size))
+    return PictureFlag(int(picture_flags(light, sharpness, size, turn)))
+
+
+def picture_flags(
+    light: NDArray[np.floating],
+    sharpness: NDArray[np.floating],
+    size: NDArray[np.floating],
+    turns: NDArray[np.floating],
+) -> NDArray[np.integer]:
+    """What a take keeps of pictures with a face, as PictureFlag, but whether its mouth is hidden, (...).
+
+    Args:
+        light, sharpness, size: as PictureFacts has them, (...).
+        turns: of the head, (..., 4).
+    """
+    holds = {
+        PictureFlag.BLURRED: sharpness < BLURRED,
+        PictureFlag.TURNED: is_turned(turns),
+        PictureFlag.DARK: light < DARK,
+        PictureFlag.SMALL: size < SMALL,
+    }
+    found = sum((int(flag) * held for flag, held in holds.items()), np.array(int(PictureFlag.FACE)))
+    return np.asarray(found)
 
 
 HINTS = {
@@ -131,21 +168,32 @@ HINTS = {
     "dark": "Too dark. Turn a lamp towards your face.",
     "small": "Your face is too small. Come closer.",
     "turned": "You are turned away. Look towards the camera.",
+    "hidden": "I cannot see your mouth. Take away what is before it.",
     "blurred": "The picture is blurred. Clean the lens, or add light.",
     "slow": "Only {fps:.0f} frames a second. Add light, or close other programs.",
 }
 """What a performer can do for a better picture, by code; the gravest first."""
+_FLAGS = {
+    "dark": PictureFlag.DARK,
+    "small": PictureFlag.SMALL,
+    "turned": PictureFlag.TURNED,
+    "hidden": PictureFlag.HIDDEN,
+    "blurred": PictureFlag.BLURRED,
+}
 
 
-def hints(facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float) -> tuple[str, ...]:
-    """Codes of HINTS that hold now; `turn` is the head's, None without a face, `fps` 0 where unknown."""
+def hints(
+    facts: PictureFacts, turn: NDArray[np.floating] | None, fps: float, hidden: bool = False
+) -> tuple[str, ...]:
+    """Codes of HINTS that hold now.
+
+    Args:
+        facts, turn: as `flags_of` has them.
+        hidden: whether the mouth is.
+        fps: pictures a second, 0 where unknown.
+    """
     if turn is None:
         return ("no_face", *(("dark",) if facts.light < DARK else ()))
-    found = {
-        "dark": facts.light < DARK,
-        "small": facts.size < SMALL,
-        "turned": is_turned(turn),
-        "blurred": facts.sharpness < BLURRED,
-        "slow": 0 < fps < SLOW_FPS,
-    }
-    return tuple(code for code, holds in found.items() if holds)
+    flags = flags_of(facts, turn) | (PictureFlag.HIDDEN if hidden else PictureFlag(0))
+    found = [code for code, flag in _FLAGS.items() if flag in flags]
+    return (*found, *(("slow",) if 0 < fps < SLOW_FPS else ()))

@@ -16,9 +16,9 @@ from studio.motion.channels import ARKIT_SHAPES
 from studio.tracking.landmarker import Face
 from studio.tracking.pictures import PictureFacts
 
-_VERSION = 2
+_VERSION = 3
 _S = len(ARKIT_SHAPES)
-_WIDTH = _S + 4 + 2 + 7
+_WIDTH = _S + 4 + 2 + 1 + 7
 BLOCK = 600
 """Pictures of a block: what a break costs at most."""
 _MOST_BYTES = 500e6
@@ -30,27 +30,33 @@ class RawFaces:
 
     Args:
         times: when they are shown, seconds of the file, float64 (T,); rows of one picture share theirs.
-        values: weights, the head's turn, the face's middle, then light, sharpness, size, how many faces, and
-            whether the face was seen, a cut lies before, the picture is the one before; float32 (T, 65).
+        values: weights, the head's turn, the face's middle, how red its lips are, then light, sharpness,
+            size, how many faces, and whether the face was seen, a cut lies before, the picture is the one
+            before; float32 (T, 66).
     """
 
     times: NDArray[np.float64]
     values: NDArray[np.float32]
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> NDArray[np.float32]:
         """ARKit's, (T, 52)."""
-        return self.values[:, :_S].astype(np.float64)
+        return self.values[:, :_S]
 
     @property
-    def turns(self) -> NDArray[np.float64]:
+    def turns(self) -> NDArray[np.float32]:
         """Of the head, (T, 4)."""
-        return self.values[:, _S : _S + 4].astype(np.float64)
+        return self.values[:, _S : _S + 4]
 
     @property
     def places(self) -> NDArray[np.float32]:
         """Middle and size of the faces, pixels, (T, 3)."""
         return self.values[:, [_S + 4, _S + 5, -5]]
+
+    @property
+    def redness(self) -> NDArray[np.float32]:
+        """Of the lips, as mouth.redness has it, NaN where nothing is told of, (T,)."""
+        return self.values[:, _S + 6]
 
     @property
     def light(self) -> NDArray[np.float32]:
@@ -88,9 +94,13 @@ class RawFaces:
         return np.asarray(self.values[:, -1] > 0)
 
     def only(self, rows: NDArray[np.intp], there: NDArray[np.bool_]) -> RawFaces:
-        """Some of the rows; where the face is not `there`, of their pictures only."""
-        values = self.values[rows]
-        values[~there, : _S + 6] = 0.0
+        """Some of the rows, rising; where the face is not `there`, of their pictures only.
+
+        What they are taken of is used up.
+        """
+        # Of one face a picture all rows stay: hours of them are not copied.
+        values = self.values if len(rows) == len(self.values) else self.values[rows]
+        values[~there, : _S + 7] = 0.0
         values[~there, -6:-4] = 0.0
         values[~there, -3] = 0.0
         return RawFaces(self.times[rows], values)
@@ -103,15 +113,23 @@ def row_of(
     row = np.zeros(_WIDTH, dtype=np.float32)
     if face is not None:
         row[:_S], row[_S : _S + 4], row[_S + 4 : _S + 6] = face.weights, turn, face.centre
+        row[_S + 6] = facts.redness
     row[-7:] = facts.light, facts.sharpness, facts.size, faces, face is not None, cut, same
     return row
 
 
 def joined(blocks: list[RawFaces]) -> RawFaces:
-    """Blocks one after another; none make no frames."""
-    times = [np.zeros(0), *(block.times for block in blocks)]
-    values = [np.zeros((0, _WIDTH), np.float32), *(block.values for block in blocks)]
-    return RawFaces(np.concatenate(times), np.concatenate(values))
+    """Blocks one after another, which are taken out of their list; none make no frames."""
+    count = sum(len(block.times) for block in blocks)
+    times, values = np.empty(count), np.empty((count, _WIDTH), np.float32)
+    at = 0
+    while blocks:
+        # One by one, so that hours of them are not here twice.
+        block = blocks.pop(0)
+        end = at + len(block.times)
+        times[at:end], values[at:end] = block.times, block.values
+        at = end
+    return RawFaces(times, values)
 
 
 class BlockStore:

@@ -18,6 +18,10 @@ Floats = NDArray[np.floating]
 
 JUMP = 0.1
 """A closure by more than this between two frames is no noise, and passes at once."""
+PIECE = 4096
+"""Rows of a long stretch that are smoothed at once."""
+# Rows from which on a filter has forgotten how it began: ten seconds, a hundred times its slowest memory.
+_SETTLING = 300
 _SLOPE_HZ = 5.0
 _CLOSING = np.array([
     1.0 if name.startswith(("EyeBlink", "MouthClose", "MouthPress", "MouthRoll")) else
@@ -95,33 +99,44 @@ class FaceFilter:
         return self._weights(t, weights), rotation.normalised(self._turn(t, turn))
 
 
-def smoothed(times: Floats, weights: Floats, turns: Floats) -> tuple[Floats, Floats]:
-    """A whole stretch smoothed forwards and backwards, so that nothing of it comes late.
+def smooth(
+    times: Floats, weights: NDArray[np.float32], turns: NDArray[np.float32], rows: NDArray[np.intp]
+) -> None:
+    """Smooth a whole stretch forwards and backwards, in place, so that nothing of it comes late.
+
+    Piece by piece: forwards the filter goes on from one to the next, backwards it begins some seconds behind
+    each, from where on it has long forgotten how it began. Hours then need no more memory than a minute.
 
     Args:
         times: rising seconds, (T,).
         weights: (T, 52).
         turns: (T, 4).
+        rows: those of the stretch, rising.
     """
-    turns = rotation.sign_continuous(turns)
-    count = len(times)
-    (first, there), (second, back) = (
-        _one_way(times, weights, turns, range(count)),
-        _one_way(times, weights, turns, range(count - 1, -1, -1)),
-    )
-    closed = _CLOSING * (first - second)
-    # Of two closures the firmer one: the mean of a blink and of none would be half a blink.
-    firm = np.where(closed > 0, first, second)
-    both = np.where((_CLOSING != 0) & (np.abs(first - second) > JUMP), firm, (first + second) / 2)
-    return both, rotation.slerp(there, back, np.full(len(times), 0.5))
+    onward, start = FaceFilter(), float(times[rows[0]]) if len(rows) else 0.0
+    for first in range(0, len(rows), PIECE):
+        ahead = rows[first : first + PIECE + _SETTLING]
+        piece = ahead[:PIECE]
+        raw, raw_turns = weights[ahead].astype(np.float64), rotation.sign_continuous(turns[ahead])
+        since = times[ahead] - start
+        count = len(piece)
+        there = _one_way(onward, since, raw, raw_turns, range(count))
+        back = _one_way(FaceFilter(), since[-1] - since, raw, raw_turns, range(len(ahead) - 1, -1, -1))
+        closed = _CLOSING * (there[0][:count] - back[0][:count])
+        # Of two closures the firmer one: the mean of a blink and of none would be half a blink.
+        firm = np.where(closed > 0, there[0][:count], back[0][:count])
+        mean = (there[0][:count] + back[0][:count]) / 2
+        weights[piece] = np.where(np.abs(closed) > JUMP, firm, mean)
+        turns[piece] = rotation.slerp(there[1][:count], back[1][:count], np.full(count, 0.5))
 
 
-def _one_way(times: Floats, weights: Floats, turns: Floats, order: range) -> tuple[Floats, Floats]:
-    """Filtered in one order of the rows; into arrays, since lists of hours of small ones take gigabytes."""
-    face = FaceFilter()
-    calm, turned = np.empty(weights.shape, np.float32), np.empty(turns.shape, np.float32)
+def _one_way(
+    face: FaceFilter, times: Floats, weights: Floats, turns: Floats, order: range
+) -> tuple[Floats, Floats]:
+    """Filtered in one order of the rows; seconds that rise in it."""
+    calm, turned = np.empty(weights.shape), np.empty(turns.shape)
     for i in order:
-        calm[i], turned[i] = face(abs(times[i] - times[order[0]]), weights[i], turns[i])
+        calm[i], turned[i] = face(float(times[i]), weights[i], turns[i])
     return calm, turned
 
 

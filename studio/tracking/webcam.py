@@ -15,6 +15,7 @@ from studio import clock
 from studio.errors import InputError, StudioError
 from studio.files import atomic
 from studio.motion.channels import ARKIT_SHAPES
+from studio.motion.filmed import PictureFlag, main_values
 from studio.tracking.camera import CameraReader
 from studio.tracking.face import (
     BONES,
@@ -26,9 +27,19 @@ from studio.tracking.face import (
     pose_of,
 )
 from studio.tracking.landmarker import Face, FaceLandmarker, Picture, RigidFace
-from studio.tracking.pictures import facts_of, hints, jpeg_of, overlay
+from studio.tracking.mouth import MouthWatch, redness
+from studio.tracking.pictures import (
+    FACTS_EVERY,
+    UNCLEAR,
+    PictureFacts,
+    facts_of,
+    flags_of,
+    hints,
+    jpeg_of,
+    overlay,
+)
 from studio.tracking.smoothing import FaceFilter
-from studio.vmc.encode import SendOptions, encode_age, encode_frame
+from studio.vmc.encode import SendOptions, encode_age, encode_frame, encode_picture
 
 PREVIEW_WIDTH = 320
 _RATE_SPAN_S, _LEAST_RATE_SPAN_S = 2.0, 0.3
@@ -105,6 +116,9 @@ class Webcam:
         self._seen_at = 0.0
         self._last: tuple[Picture, Face | None] | None = None
         self._turn: np.ndarray | None = None
+        self._measured: PictureFacts | None = None
+        self._count = 0
+        self._mouth, self._hidden = MouthWatch(), False
         self.sent = 0
         """Frames that went out."""
 
@@ -130,6 +144,7 @@ class Webcam:
             self._collect_pictures += 1
         if face is None:
             self._end_calibration()
+            self._send(encode_picture(clock.now() - shot.taken, 0, (0.0, 0.0, 0.0)))
             if shot.taken - self._seen_at > _LOST_S:
                 self._filter.reset()
             return
@@ -146,13 +161,31 @@ class Webcam:
         datagrams = encode_frame(pose, SHAPES, BONES, shot.taken - self._began, _OPTIONS)
         age = clock.now() - shot.taken
         self._delays.append(age)
-        for datagram in (encode_age(age), *datagrams):
-            try:
-                self._socket.send(datagram)
-            except OSError:
-                # Nobody listens at the moment; the next picture may find somebody.
-                return
-        self.sent += 1
+        main = main_values(dict(zip(SHAPES, pose.shapes.tolist(), strict=True))) or (0.0, 0.0, 0.0)
+        told = encode_picture(age, self._flags(shot.taken, picture, face, turn), main)
+        if all(map(self._send, (encode_age(age), *datagrams, told))):
+            self.sent += 1
+
+    def _send(self, datagram: bytes) -> bool:
+        """Whether it went out; where nobody listens at the moment, the next picture may find somebody."""
+        try:
+            self._socket.send(datagram)
+        except OSError:
+            return False
+        return True
+
+    def _flags(self, t: float, picture: Picture, face: Face, turn: np.ndarray) -> PictureFlag:
+        """What a take keeps of a picture."""
+        flags = flags_of(self._facts(picture, face), turn)
+        self._hidden = self._mouth.push(t, math.nan if flags & UNCLEAR else redness(picture, face))
+        return flags | (PictureFlag.HIDDEN if self._hidden else PictureFlag(0))
+
+    def _facts(self, picture: Picture, face: Face) -> PictureFacts:
+        """Light and sharpness change slowly, and measuring them costs a fifth of tracking."""
+        if self._measured is None or self._count % FACTS_EVERY == 0:
+            self._measured = facts_of(picture, face)
+        self._count += 1
+        return replace(self._measured, size=face.size)
 
     def calibrate(self) -> None:
         """Take the face of the next seconds for its face at rest, looking ahead.
@@ -179,7 +212,7 @@ class Webcam:
         codes: tuple[str, ...] = ()
         if self._last is not None:
             picture, face = self._last
-            codes = hints(facts_of(picture, face), self._turn, fps)
+            codes = hints(facts_of(picture, face), self._turn, fps, self._hidden)
         if now - self._not_calibrated_at < _SAID_S:
             codes = ("not_calibrated", *codes)
         return WebcamStatus(

@@ -16,6 +16,8 @@ stream    Senders and their streams of VMC messages: who sends, and where a fram
           Pure
 udp       UDP datagrams with their arrival times: ports with room to wait in, stamped by the kernel where it
           can
+vtube_studio  VTube Studio's packets: what its app on a phone sends for some seconds to whoever asks it.
+          Pure
 watch     Statistics of frames: rate, jitter, losses, and whether anything moves. Pure
 """
 

@@ -5,11 +5,13 @@ Source: VMC protocol V3.1, and how real senders write it (the tests simulate eac
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+from studio.motion.filmed import PictureFlag
 from studio.vmc import decode, osc
 from studio.vmc.decode import Decoder, Placed
-from studio.vmc.stream import LATE_MARK, Addresses, LatestValues, Sender, Stream
+from studio.vmc.stream import LATE_MARK, VMC, Addresses, LatestValues, Sender, Stream
 
 # Seconds; a body that pauses longer gives the lead to a face, so that recording goes on with what there is.
 _LEADER_SILENT = 0.25
@@ -21,6 +23,8 @@ _SENDER_GONE = 10.0
 _MAX_SENDERS = 8
 # Channels up to which a sender gives its place to a new one: in a crowd, that is none who performs.
 _FEW = 2
+# Rows of pictures that nobody came for; a camera gives 30 a second.
+_MOST_PICTURES = 4096
 # Damaged messages after which no more of a datagram is read.
 _MOST_FAULTS = 64
 
@@ -58,16 +62,19 @@ class FrameAssembler:
     Attributes:
         packets_bad: datagrams with anything malformed or out of all bounds; what was good in them is used.
         absurd: those of them that no motion program sends, with nothing good in them.
+        no_face: when a camera or a phone said last that it sees nobody, seconds of `clock.now()`.
     """
 
     def __init__(self) -> None:
         self.packets_bad = 0
         self.absurd = 0
+        self.no_face = -math.inf
         self._held = LatestValues()
         self._streams: dict[tuple[str, int], Stream] = {}
         self._addresses = Addresses()
         self._leader: Stream | None = None
         self._done: list[Frame] = []
+        self._pictures: list[tuple[float, ...]] = []
 
     @property
     def leader(self) -> str:
@@ -141,7 +148,35 @@ class FrameAssembler:
         # Decoded even where it is not well formed: what came before the fault is good motion.
         self.packets_bad += not (self._decode(stream, parts, well_formed=good) and good)
         self._counts(stream)
+        if stream.pictures:
+            self._note_pictures(stream)
         return self._done
+
+    def poll_pictures(self) -> list[tuple[float, ...]]:
+        """Rows of motion.filmed, of what cameras have said since the last call."""
+        rows, self._pictures = self._pictures, []
+        return rows
+
+    def _note_pictures(self, stream: Stream) -> None:
+        owner = self._held.shape_owners.get("JawOpen")
+        merged = PictureFlag.MERGED if owner is None or owner is stream else PictureFlag(0)
+        others = [
+            s
+            for s in self._streams.values()
+            if s is not stream and s.face is not None and s.last > stream.arrival - _ALIVE
+        ]
+        other = max(others, key=lambda s: s.most_shapes, default=None)
+        beside: tuple[float, ...] = (math.nan,) * 4
+        if other is not None and other.face is not None:
+            beside = other.face[0], *other.face[1]
+            merged |= PictureFlag(0) if other.kind == VMC else PictureFlag.PHONE
+        ours = PictureFlag.MERGED | PictureFlag.PHONE
+        for taken, flags, main in stream.pictures:
+            if not flags & PictureFlag.FACE:
+                self.no_face = stream.arrival
+            if len(self._pictures) < _MOST_PICTURES:
+                self._pictures.append((taken, float(flags & ~ours | merged), *main, *beside))
+        stream.pictures.clear()
 
     def _decode(self, stream: Stream, parts: list[bytes], well_formed: bool) -> bool:
         """Read messages; whether all of them were good. What follows too many faults is not read."""
@@ -164,6 +199,9 @@ class FrameAssembler:
         except osc.MalformedError as error:
             self.packets_bad += 1
             self.absurd += isinstance(error, osc.AbsurdError)
+            return self._done
+        if not shapes and not turns:
+            self.no_face = stream.arrival
             return self._done
         # A phone's datagram is a whole frame; VMC messages of the same address before it were another one.
         if not stream.empty:

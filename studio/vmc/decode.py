@@ -14,9 +14,10 @@ from types import MappingProxyType
 from typing import Protocol
 
 from studio.motion.channels import ARKIT_SHAPES, canonical_bone, canonical_shape
-from studio.vmc import openseeface, osc
+from studio.vmc import openseeface, osc, vtube_studio
 from studio.vmc.openseeface import OPENSEEFACE
 from studio.vmc.osc import AbsurdError, MalformedError
+from studio.vmc.vtube_studio import VTUBE_STUDIO
 
 MAX_SHAPES, MAX_BONES, MAX_NAME = 1024, 256, 128
 """Names kept of a sender at most, so that a hostile one cannot make memory grow."""
@@ -49,6 +50,9 @@ class Sink(Protocol):
 
     def age(self, seconds: float) -> None:
         """What the next frame shows happened so long before it was sent."""
+
+    def picture(self, age: float, flags: int, main: Vector) -> None:
+        """A camera took a picture so long ago; what is known of it, and jaw, mouth and blinks in it."""
 
     def state(self, numbers: tuple[int, ...]) -> None:
         """Loaded, calibration state and mode, tracking: as many as came."""
@@ -129,6 +133,11 @@ class Decoder:
             case "/Saia/Age":
                 # The studio's own webcam says so; other programs pass over what they do not know.
                 sink.age(_number(osc.arguments(part), 0))
+            case "/Saia/Picture":
+                arguments = osc.arguments(part)
+                flags = int(_number(arguments, 0)) & 0xFF
+                jaw, mouth, blinks = (_weight(_number(arguments, i)) for i in (2, 3, 4))
+                sink.picture(_number(arguments, 1), flags, (jaw, mouth, blinks))
             case "/VMC/Ext/OK":
                 numbers = tuple(a for a in osc.arguments(part)[:4] if isinstance(a, int))
                 self._last_state = part, numbers
@@ -247,6 +256,8 @@ def face_app(datagram: bytes) -> str:
         return OPENSEEFACE
     if datagram.startswith((b"/", b"#")) or len(datagram) > _MOST_BYTES:
         return ""
+    if vtube_studio.recognises(datagram):
+        return VTUBE_STUDIO
     if datagram[:1] == bytes([_VERSION]) and len(datagram) > _FLOATS.size:
         return LIVE_LINK_FACE
     return IFACIALMOCAP if b"|" in datagram else ""
@@ -259,7 +270,7 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
         kind: what `face_app` said.
 
     Returns:
-        Weights and bones by name.
+        Weights and bones by name; none of both where its app sees no face.
 
     Raises:
         AbsurdError: it is no face at all.
@@ -268,6 +279,8 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
     if kind == OPENSEEFACE:
         shapes, turn = openseeface.read(datagram)
         return shapes, {"Head": (_PLACE, turn)} if turn is not None else {}
+    if kind == VTUBE_STUDIO:
+        return _read_vtube_studio(datagram)
     return _read_ifacialmocap(datagram) if kind == IFACIALMOCAP else _read_live_link(datagram)
 
 
@@ -297,6 +310,13 @@ def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Pla
     if not shapes and not turns:
         raise AbsurdError("there is no face in it")
     return shapes, turns
+
+
+def _read_vtube_studio(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+    weights, turn = vtube_studio.read(datagram)
+    known = ((_BY_LOWER.get(name.lower()), weight) for name, weight in weights.items())
+    shapes = {name: _face_weight(weight) for name, weight in known if name is not None}
+    return shapes, {"Head": (_PLACE, _turn(list(map(math.radians, turn))))} if turn is not None else {}
 
 
 def _read_live_link(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:

@@ -101,6 +101,17 @@ def encode_age(seconds: float) -> bytes:
     return message("/Saia/Age", float(seconds))
 
 
+def encode_picture(age: float, flags: int, main: Sequence[float]) -> bytes:
+    """A datagram that says what is known of a camera's picture; the studio's own message.
+
+    Args:
+        age: seconds since it was taken.
+        flags: of motion.filmed.PictureFlag.
+        main: jaw, mouth and blinks in it.
+    """
+    return message("/Saia/Picture", flags, float(age), *map(float, main))
+
+
 def message(address: str, *arguments: str | int | float) -> bytes:
     """Any OSC message of strings, ints and floats.
 

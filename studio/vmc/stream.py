@@ -7,7 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from studio.vmc.decode import MAX_BONES, MAX_SHAPES, Decoder, Placed
+from studio.motion.filmed import MAIN_SHAPES, main_values
+from studio.vmc.decode import MAX_BONES, MAX_SHAPES, Decoder, Placed, Vector
 
 GAP = 0.008
 """Seconds of silence that end a frame where nothing more of it is due."""
@@ -24,6 +25,8 @@ _HABIT = 3
 # Seconds after which a channel that several senders have goes to another one.
 _OWNER_GONE = 0.5
 _BRIEF = 0.5
+# Of one datagram: a camera says one at a time.
+_MOST_PICTURES = 4
 # Seconds that what a frame shows may lie back; a sender that claims more is wrong.
 _OLDEST = 0.5
 # Seconds after which a channel counts as left out, by a sender that still sends others.
@@ -40,7 +43,7 @@ class Sender:
 
     Args:
         sender: its address, "127.0.0.1:53211". port: where it sends to, 0 where that is not told.
-        kind: "VMC", "iFacialMocap", "Live Link Face" or "OpenSeeFace".
+        kind: "VMC", "iFacialMocap", "Live Link Face", "VTube Studio" or "OpenSeeFace".
         bones, shapes: channels that it gives.
         last: when it was heard last, seconds of `clock.now()`.
     """
@@ -83,6 +86,11 @@ class Stream:
         decoder: reads its messages.
         held: where values go, until `join` says otherwise.
         on_end: called with the stream when a frame of it has ended, before it is cleared.
+
+    Attributes:
+        face: when its last frame of ARKit's shapes happened, and its jaw, mouth and blinks; None without one.
+        pictures: what it said of a camera's pictures and nobody came for yet: when each was taken, its flags,
+            and jaw, mouth and blinks.
     """
 
     def __init__(
@@ -103,6 +111,9 @@ class Stream:
         self._on_end = on_end
         self._closed = False
         self._age = 0.0
+        self._main: dict[str, float] = {}
+        self.face: tuple[float, Vector] | None = None
+        self.pictures: list[tuple[float, int, Vector]] = []
         self._opener = ""
         self._bones_trail = self._root_trails = self._time_trails = False
         self._usual_bones = self._usual_shapes = 0
@@ -131,6 +142,8 @@ class Stream:
             self.end()
         self._open(name)
         self.shapes.add(name)
+        if name in MAIN_SHAPES:
+            self._main[name] = weight
         self._claim_shape(name, weight)
 
     def root(self, placed: Placed) -> None:
@@ -171,6 +184,11 @@ class Stream:
     def age(self, seconds: float) -> None:
         """What the next frame shows happened so long ago: that is its moment, and not its arrival."""
         self._age = seconds if 0 <= seconds <= _OLDEST else 0.0
+
+    def picture(self, age: float, flags: int, main: Vector) -> None:
+        """Kept until somebody comes for it; it belongs to no frame."""
+        if 0 <= age <= _OLDEST and len(self.pictures) < _MOST_PICTURES:
+            self.pictures.append((self.arrival - age, flags, main))
 
     def state(self, numbers: tuple[int, ...]) -> None:
         """Kept; it belongs to no frame."""
@@ -245,6 +263,8 @@ class Stream:
         """The frame is over; a new one begins empty."""
         self.most_bones = max(self.most_bones, len(self.bones))
         self.most_shapes = max(self.most_shapes, len(self.shapes))
+        if self._main and self.shapes and (main := main_values(self._main)) is not None:
+            self.face = self.first, main
         self._on_end(self)
         # Only frames with an end that was marked teach what is usual: others may have been cut by silence.
         if self._closed or self.sender_time is not None:

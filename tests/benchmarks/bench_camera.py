@@ -1,4 +1,7 @@
-"""A webcam as a tracker: the core it takes, what it loses, how true its stamps are; and videos imported."""
+"""A webcam as a tracker: the core it takes, what it loses, how true its stamps are; and videos imported.
+
+Two hours of a video are smoothed, too, as rows of what was tracked, for the memory that takes.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -21,6 +25,7 @@ from tests.tracking.faces import MODEL, Look, bursts, picture, write_video
 LIVE_SECONDS, WARM_SECONDS = 20.0, 3.0
 FILM_SECONDS = 60.0
 BODY_FPS = 60.0
+HOURS = 2.0
 
 
 def run() -> dict[str, Any]:
@@ -30,7 +35,7 @@ def run() -> dict[str, Any]:
     os.environ["SAIA_FACE_MODEL"] = str(MODEL)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["XDG_CACHE_HOME"] = folder
-        return _webcam(Path(folder)) | _import(Path(folder))
+        return _webcam(Path(folder)) | _import(Path(folder)) | _mouth() | _smoothing()
 
 
 def _film(path: Path, seconds: float, width: int, height: int) -> Path:
@@ -138,3 +143,60 @@ def _import(folder: Path) -> dict[str, float]:
         "import_memory_mb": most,
         "import_memory_second_half_mb": most - halfway,
     }
+
+
+def _mouth() -> dict[str, float]:
+    """What looking whether the mouth is seen adds to a picture, milliseconds."""
+    from studio.tracking.landmarker import FaceLandmarker
+    from studio.tracking.mouth import redness
+
+    landmarker = FaceLandmarker(MODEL)
+    shown = picture(Look(), 640, 480)
+    (face,) = landmarker.detect(shown, 0.0)
+    landmarker.close()
+    began = time.process_time()
+    for _ in range(500):
+        redness(shown, face)
+    return {"mouth_look_ms": (time.process_time() - began) / 500 * 1e3}
+
+
+def _smoothing() -> dict[str, float]:
+    """Two hours of rows smoothed into a motion, in a process of its own: what it takes beside the rows."""
+    code = "from tests.benchmarks.bench_camera import smooth_hours; smooth_hours()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def smooth_hours() -> None:
+    """Print how much memory and time the rows of HOURS take to become a motion."""
+    from studio.motion import rotation
+    from studio.tracking.face import Calibration, motion_of
+    from studio.tracking.smoothing import smooth
+
+    count = round(HOURS * 3600 * 30)
+    times, rows = np.arange(count) / 30, np.arange(count)
+    rng = np.random.default_rng(1)
+    weights = rng.random((count, 52), np.float32)
+    turns = rotation.from_euler_yxz(0.2 * np.sin(times), 0.1 * np.cos(times), 0.0 * times).astype(np.float32)
+    process = psutil.Process()
+    before, most, ended = process.memory_info().rss, [0], threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(0.02):
+            most[0] = max(most[0], process.memory_info().rss)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    began = time.process_time()
+    smooth(times, weights, turns, rows)
+    motion = motion_of(times, weights, turns, rows, Calibration())
+    took = time.process_time() - began
+    ended.set()
+    watcher.join()
+    parts = (motion.shapes, motion.positions, motion.rotations, motion.root_position, motion.root_rotation)
+    result = {
+        "two_hours_smoothed_s": took,
+        "two_hours_added_mb": (most[0] - before) / 1e6,
+        "two_hours_motion_mb": sum(part.nbytes for part in parts) / 1e6,
+    }
+    print(json.dumps(result))

@@ -40,6 +40,16 @@ def test_a_sender_that_was_ended_on_purpose_is_missed_in_a_take_alone() -> None:
             "Choose VMC (OSC) as the protocol in the sender.",
         ),
         (
+            replace(WELL, frameless_for=None, faceless=True),
+            "The camera sees no face.",
+            "Sit in front of it, in good light, and look into it.",
+        ),
+        (
+            replace(WELL, frameless_for=4.2, faceless=True),
+            "The camera sees no face.",
+            "Sit in front of it, in good light, and look into it.",
+        ),
+        (
             replace(WELL, frameless_for=4.2),
             "Motion stopped 4 s ago.",
             "Check that the sender still runs and that its tracking is on.",

@@ -346,3 +346,27 @@ def test_many_rows_at_once_are_several_blocks(tmp_path: Path) -> None:
     ]
     assert len(blocks) > 5
     assert arrivals(read(tmp_path)) == list(range(5000))
+
+
+def picture(t: float, flags: int = 65) -> tuple[float, ...]:
+    return (t, float(flags), 0.1, 0.2, 0.3, np.nan, np.nan, np.nan, np.nan)
+
+
+def test_what_cameras_saw_comes_back_and_nonsense_does_not(tmp_path: Path) -> None:
+    book = Journal(tmp_path, HEAD)
+    book.add_pictures([picture(100.0), picture(100.03, 0)])
+    book.flush({})
+    book.add_pictures([picture(100.07)])
+    book.flush({})
+    for bad in (picture(1e30), picture(100.1, -3), picture(100.1, 1000), (100.1, 1.0, np.nan, *[0.0] * 6)):
+        book.add_pictures([bad])
+        book.flush({})
+    book.close()
+    found = read(tmp_path)
+    assert found.pictures[:, 0] == pytest.approx([100.0, 100.03, 100.07])
+    assert found.pictures[:, 1].tolist() == [65.0, 0.0, 65.0]
+    assert found.rows_missing == 0
+
+
+def test_older_journals_tell_of_no_pictures() -> None:
+    assert contents(version_1()).pictures.shape == (0, 9)

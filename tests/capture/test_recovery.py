@@ -17,7 +17,9 @@ from studio.capture import journal, journal_contents, recovery
 from studio.capture.journal import FILE, Journal, hold
 from studio.capture.journal_contents import read
 from studio.capture.recovery import recover
+from studio.capture.roll import Roll
 from studio.errors import StudioError
+from studio.motion.filmed import NO_FACE, PictureFlag
 from studio.sound.sound_file import read_sound
 from studio.sound.wav_writer import HEADER_BYTES
 from studio.take.folder import load_take, repair_take
@@ -344,3 +346,24 @@ def test_a_block_that_did_not_fit_leaves_no_damage(tmp_path: Path) -> None:
     assert told.damaged == ()
     assert told.facts == {"packets": 3}
     assert sum(map(len, told.row_blocks)) == 10
+
+
+def test_of_a_crash_what_the_camera_saw_is_on_the_take_s_clock(tmp_path: Path) -> None:
+    folder = tmp_path / "Cam_001"
+    roll = Roll(folder, "Cam", 1, 100.0, None)
+    names = ChannelLayout(("JawOpen",), ())
+    values = np.zeros(names.width, dtype=np.float32)
+    for k in range(120):
+        t = 100.0 + k / 30
+        roll.add_rows(one_row(t, k / 30, names, values))
+        # From 1 to 2 s the face is gone, while another program still sends a body.
+        flags = PictureFlag.MERGED if 30 <= k < 60 else PictureFlag.MERGED | PictureFlag.FACE
+        roll.add_pictures([(t, float(flags), 0.0, 0.0, 0.0, *[np.nan] * 4)])
+    roll.add_pictures([(99.0, 0.0, 0.0, 0.0, 0.0, *[np.nan] * 4)])
+    roll.flush({})
+    roll.close()
+    ((take,), failed) = attempt(tmp_path)
+    assert failed == []
+    assert take.info.left_out == ((1.0, 2.0, NO_FACE),)
+    assert take.info.extra["face_seen"] == "0.7500"
+    assert load_take(folder).info.left_out == take.info.left_out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -323,9 +324,41 @@ def test_a_gap_that_is_left_out_already_is_told_once(tmp_path: Path) -> None:
     spans = ((7.93, 8.07, "Cut"), (8.0, 11.0, "No face"))
     report = check_take(filmed(tmp_path, whole.at_rows(rows), spans, face_seen="0.875"))
     assert [(f.kind, f.severity, f.what) for f in report.findings] == [
-        ("face_lost", "minor", "A face was seen in 88% of the video.")
+        ("face_lost", "minor", "A face was seen in 88% of the pictures.")
     ]
     assert "gap" in kinds(filmed(tmp_path / "bare", whole.at_rows(rows)))
+
+
+@pytest.mark.parametrize(
+    ("facts", "severity", "what"),
+    [
+        (
+            {"phone": True, "lag_ms": 20.4, "jaw": 0.93, "mouth": None, "blinks": 0.81},
+            "note",
+            "Your webcam follows the phone closely: jaw .93, blinks .81, 20 ms later.",
+        ),
+        (
+            {"phone": False, "lag_ms": -8.0, "jaw": 1.0, "mouth": 0.4, "blinks": 0.5},
+            "note",
+            "Your webcam follows the other tracker roughly: jaw 1.00, mouth .40, blinks .50, 8 ms earlier.",
+        ),
+        (
+            {"phone": True, "lag_ms": None, "jaw": -0.2, "mouth": 0.1, "blinks": None},
+            "minor",
+            "Your webcam hardly follows the phone: jaw -.20, mouth .10.",
+        ),
+    ],
+)
+def test_a_webcam_beside_a_phone_is_compared_in_words(
+    tmp_path: Path, facts: dict[str, object], severity: str, what: str
+) -> None:
+    report = check_take(filmed(tmp_path, motion(fps=30.0), (), beside=json.dumps(facts)))
+    assert [(f.severity, f.what) for f in report.findings] == [(severity, what)]
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"phone": true}', '{"phone": 1, "lag_ms": "x"}', "NaN"])
+def test_a_comparison_that_makes_no_sense_is_none(tmp_path: Path, text: str) -> None:
+    assert check_take(filmed(tmp_path, motion(fps=30.0), (), beside=text)).findings == ()
 
 
 def test_what_the_pictures_lack_is_said(tmp_path: Path) -> None:
@@ -335,9 +368,12 @@ def test_what_the_pictures_lack_is_said(tmp_path: Path) -> None:
         "face_turned": "0.15",
         "face_dark": "0",
         "face_small": "x",
+        "mouth_hidden": "0.05",
     }
-    report = check_take(filmed(tmp_path, motion(fps=30.0), (), **shares))
+    report = check_take(filmed(tmp_path, motion(fps=30.0), ((2.0, 3.0, "Mouth hidden"),), **shares))
     assert [(f.kind, f.severity, f.what) for f in report.findings] == [
         ("face_blurred", "major", "The picture is blurred in 70% of the frames."),
         ("face_turned", "minor", "The head is turned too far from the camera in 15% of the frames."),
+        ("mouth_hidden", "minor", "The mouth is hidden in 5% of the frames."),
     ]
+    assert (report.findings[-1].at, report.findings[-1].until) == (2.0, 3.0)

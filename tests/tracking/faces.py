@@ -206,3 +206,48 @@ def write_swap(path: Path) -> Path:
 
     looks = [Look(roll=10 * float(np.sin(i / 3)), scale=0.75 + i / 160) for i in range(40)]
     return write_video(path, looks, shape=(448, 224), draw=draw)
+
+
+HIDDEN_FROM, HIDDEN_TO = 2.0, 3.0
+
+
+def talking(t: float) -> Look:
+    """A face that rolls, turns and talks, in a light that goes down."""
+    return Look(
+        roll=8 * float(np.sin(2 * np.pi * t / 3)),
+        yaw=14 * float(np.sin(2 * np.pi * t / 4)),
+        open=16.0 * max(float(np.sin(4 * np.pi * t)), 0.0),
+        light=0.75 if t > 4 else 1.0,
+    )
+
+
+def covered(look: Look, by: str) -> NDArray[np.uint8]:
+    """The face with a hand or a microphone before its mouth, or a scarf around it; "" is nothing."""
+    shown = picture(look).astype(np.float64)
+    angle = np.radians(look.roll)
+    # Where the lips are, seen from the middle of the picture, which is the middle of the face.
+    along, down = look.scale * (_LIPS_X - _X), look.scale * (_LIPS_Y - _Y)
+    x = SIZE / 2 + np.cos(angle) * along - np.sin(angle) * down
+    y = SIZE / 2 + np.sin(angle) * along + np.cos(angle) * down
+    v, u = np.mgrid[0:SIZE, 0:SIZE].astype(np.float64)
+    if by == "hand":
+        inside = ((u - x) / 42) ** 2 + ((v - y - 4) / 25) ** 2 < 1
+        # Of her own skin, with fingers that throw shadows.
+        shown[inside] = (np.array((214, 160, 138)) * (1 + 0.12 * np.sin((u - x) / 5))[..., None])[inside]
+    elif by == "microphone":
+        shown[((u - x) / 22) ** 2 + ((v - y) / 22) ** 2 < 1] = (28, 28, 30)
+    elif by == "scarf":
+        shown[v > y - 15] = (60, 70, 120)
+    return np.clip(shown * (look.light if by else 1.0), 0, 255).astype(np.uint8)
+
+
+def write_covered(path: Path, by: str, seconds: float = 5.0) -> Path:
+    """A film of a talking face whose mouth is covered for a second."""
+    times = iter(np.arange(round(seconds * FPS)) / FPS)
+
+    def draw(look: Look) -> NDArray[np.uint8]:
+        t = float(next(times))
+        return covered(look, by if HIDDEN_FROM <= t < HIDDEN_TO else "")
+
+    looks = [talking(i / FPS) for i in range(round(seconds * FPS))]
+    return write_video(path, looks, bursts(seconds, (0.2,)), draw=draw)

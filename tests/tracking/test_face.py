@@ -60,7 +60,7 @@ def test_gains_raise_what_a_camera_sees_too_little_of() -> None:
 
 
 def test_a_few_frames_tell_no_neutral() -> None:
-    assert usual_of(np.ones((3, 52)), np.repeat(turn(), 3, axis=0)).neutral.max() == 0.0
+    assert usual_of(np.ones((3, 52)), np.repeat(turn(), 3, axis=0), np.arange(3)).neutral.max() == 0.0
 
 
 def test_what_the_camera_sees_is_mirrored_into_the_avatars_axes() -> None:

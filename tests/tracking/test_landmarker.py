@@ -10,7 +10,8 @@ import pytest
 
 from studio.errors import StudioError
 from studio.tracking.landmarker import FaceLandmarker
-from studio.tracking.video import VideoOptions, look, pictures
+from studio.tracking.video import VideoOptions, look
+from studio.tracking.video_file import pictures
 from tests.tracking.faces import Look, needs_tracking, picture, write_video
 
 pytestmark = needs_tracking()
@@ -35,10 +36,10 @@ def test_a_box_in_a_tiny_picture_is_a_pixel_at_least(
 ) -> None:
     film = write_video(tmp_path / "tiny.mp4", [Look(gone=True)] * 3, shape=(16, 16))
     options = VideoOptions(box=box)
-    assert all(min(shown.shape) > 0 for _, shown in pictures(film, options))
+    assert all(min(shown.shape) > 0 for _, shown in pictures(film, options.box))
     assert look(film, model, options).faces == ()
 
 
 def test_a_picture_wider_than_needed_keeps_a_row(tmp_path: Path) -> None:
     film = write_video(tmp_path / "strip.mp4", [Look(gone=True)] * 3, shape=(4000, 2))
-    assert all(shown.shape == (1, 1280, 3) for _, shown in pictures(film, VideoOptions()))
+    assert all(shown.shape == (1, 1280, 3) for _, shown in pictures(film))

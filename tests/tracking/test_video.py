@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import threading
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,22 +13,19 @@ import pytest
 
 from studio.errors import RequestError, StudioError
 from studio.motion import Motion, rotation
+from studio.motion.filmed import CUT, NO_FACE, STILL
 from studio.sound.sound_file import read_sound
 from studio.tracking import raw
 from studio.tracking.raw import BlockStore
 from studio.tracking.video import (
-    CUT,
-    NO_FACE,
-    STILL,
     TrackedVideo,
     TrackingProgress,
     VideoOptions,
     forget,
-    has_pictures,
     look,
-    pictures,
     track_video,
 )
+from studio.tracking.video_file import Pictures, has_pictures, pictures, read_ahead
 from tests.tracking.faces import (
     FPS,
     GONE,
@@ -204,13 +202,51 @@ def test_a_break_costs_no_more_than_a_block(
     assert BlockStore(talk, LARGEST.box).load() == []
 
 
+@pytest.mark.parametrize("fps", [30, 60])
+def test_a_cut_where_an_import_was_broken_off_is_still_one(
+    tmp_path: Path, model: Path, monkeypatch: pytest.MonkeyPatch, fps: int
+) -> None:
+    monkeypatch.setattr("studio.tracking.video.BLOCK", 20)
+    each = fps // 30
+    looks = [Look(roll=i / 4) for i in range(20)] + [Look(x=30, light=0.4, scale=0.8)] * 20
+    path = write_video(tmp_path / "cut.mp4", [look for look in looks for _ in range(each)], fps=fps, keys=50)
+    break_off(path, model, 0.6)
+    (block,) = BlockStore(path, LARGEST.box).load()
+    assert len(block.times) == 20, "the cut comes right behind it"
+    found = track(path, model)[1]
+    cuts = [span for span in found.left_out if span[2] == CUT]
+    assert len(cuts) == 1
+    assert cuts[0][0] < 20 / 30 < cuts[0][1]
+    assert np.diff(found.motion.times if found.motion else []).max() < 1.5 / 30
+
+
 def test_sixty_frames_a_second_are_thinned_out(tmp_path: Path) -> None:
     path = write_video(tmp_path / "fast.mp4", [Look(gone=True)] * 60, fps=60, shape=(64, 64))
-    times = [t for t, _ in pictures(path, VideoOptions())]
+    times = [t for t, _ in pictures(path)]
     assert np.diff(times) == pytest.approx(1 / 30, abs=1e-3)
-    assert [t for t, _ in pictures(path, VideoOptions(), after=0.5)] == pytest.approx(
+    assert [t for t, _ in pictures(path, after=0.5)] == pytest.approx(
         [t for t in times if t > 0.51], abs=0.02
     )
+
+
+def test_what_is_read_ahead_is_the_same_and_ends_with_whoever_looks(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.mp4", [Look(gone=True, light=i / 40) for i in range(40)], shape=(64, 64))
+    for (t, one), (u, other) in zip(pictures(path), read_ahead(pictures(path)), strict=True):
+        assert t == u
+        assert np.array_equal(one, other)
+    before = threading.active_count()
+    some = read_ahead(pictures(path))
+    assert next(some)[0] == 0.0
+    assert threading.active_count() == before + 1
+    some.close()
+    assert threading.active_count() == before
+
+    def breaks() -> Pictures:
+        yield 0.0, np.zeros((2, 2, 3), np.uint8)
+        raise OSError("the disk is gone")
+
+    with pytest.raises(OSError, match="the disk is gone"):
+        list(read_ahead(breaks()))
 
 
 def lie_on_its_side(path: Path) -> None:

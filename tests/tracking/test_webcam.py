@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import av
@@ -13,16 +16,29 @@ import numpy as np
 import pytest
 
 from studio import cli, clock
+from studio.capture.journal import FILE
 from studio.capture.receiver import Receiver
+from studio.capture.recorder import Recorder
+from studio.capture.recovery import recover
 from studio.errors import InputError
 from studio.motion import Motion
+from studio.motion.filmed import HIDDEN, NO_FACE, PictureFlag
+from studio.take.check import check_take
 from studio.tracking import face_model
-from studio.tracking.camera import CameraReader, cameras
+from studio.tracking.camera import CameraReader, Shot, cameras
 from studio.tracking.face import BONES, SHAPES, Calibration
 from studio.tracking.webcam import Webcam, calibration_file, load_calibration, save_calibration
 from studio.vmc.rows import RowBlock, motion_of
 from studio.vmc.udp import bind
-from tests.tracking.faces import FPS, Look, needs_tracking, write_video
+from tests.tracking.faces import (
+    FPS,
+    HIDDEN_FROM,
+    HIDDEN_TO,
+    Look,
+    needs_tracking,
+    write_covered,
+    write_video,
+)
 
 pytestmark = needs_tracking()
 
@@ -71,7 +87,7 @@ def webcam(talk: Path, model: Path, ear: Ear) -> Iterator[Webcam]:
 
 
 def test_a_camera_arrives_as_one_more_sender_at_the_moments_of_its_pictures(webcam: Webcam, ear: Ear) -> None:
-    while ear.rows < 40:
+    while ear.rows < 60:
         webcam.step()
         ear.hear()
     stats = ear.receiver.stats(clock.now())
@@ -165,6 +181,13 @@ def test_nobody_in_the_picture_is_said_and_nothing_is_sent(tmp_path: Path, model
         assert webcam.status.hints[0] == "no_face"
         assert not webcam.status.face
         assert webcam.sent == 0
+        for _ in range(3):
+            ear.hear()
+        flags = [int(row[1]) for row in ear.receiver.poll_pictures()]
+        assert flags
+        assert not any(flag & PictureFlag.FACE for flag in flags)
+        assert clock.now() - ear.receiver.stats(clock.now()).no_face < 10
+        assert ear.rows == 0
     finally:
         webcam.close()
 
@@ -202,6 +225,131 @@ def test_a_broken_video_as_a_camera_is_called_one(tmp_path: Path, is_film: bool)
         open_and_look()
     assert error.value.what == "broken.mkv cannot be read as a video."
     assert error.value.remedy == "Choose another, or a camera."
+
+
+class EveryPicture:
+    """A film as a camera that leaves no picture out, however busy the computer is: later ones come later.
+
+    Args:
+        film: played again and again.
+        on_shot: told when a picture is taken, with its time in the film.
+    """
+
+    def __init__(self, film: Path, on_shot: Callable[[float], object] = lambda t: None) -> None:
+        self.dropped = self.count = 0
+        self._on_shot = on_shot
+        with av.open(str(film)) as container:
+            self._frames = list(container.decode(video=0))
+        self._last = 0.0
+
+    def next(self, timeout: float = 5.0) -> Shot:
+        while clock.now() < self._last + 1 / FPS:
+            time.sleep(0.002)
+        frame = self._frames[self.count % len(self._frames)]
+        self.count += 1
+        self._last = clock.now()
+        self._on_shot(float(frame.time))
+        return Shot(self._last, frame)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
+    made = Recorder(tmp_path / "takes", reserve_bytes=0)
+    made.open_motion(0)
+    yield made
+    made.close()
+
+
+def record(recorder: Recorder, camera: EveryPicture, model: Path, pictures: int) -> set[str]:
+    """So many pictures of a film into a take that rolls; gives the hints that were shown."""
+    port = recorder.snapshot().port
+    assert port is not None
+    webcam = Webcam(camera, model, "127.0.0.1", port)  # type: ignore[arg-type]
+    hints: set[str] = set()
+    try:
+        recorder.start("Cam")
+        while camera.count < pictures:
+            webcam.step()
+            hints |= set(webcam.status.hints)
+    finally:
+        webcam.close()
+    return hints
+
+
+def test_a_recording_keeps_what_its_pictures_were_like_and_a_crash_does_not_cost_it(
+    talk: Path, model: Path, recorder: Recorder, tmp_path: Path
+) -> None:
+    # Twice the film: its face is gone from 2.3 to 2.7 of 3 seconds.
+    record(recorder, EveryPicture(talk), model, 180)
+    folder = tmp_path / "takes" / "Cam_001"
+    crashed = tmp_path / "crashed" / "Cam_001"
+    crashed.mkdir(parents=True)
+    # What a kill leaves at this moment.
+    shutil.copy(folder / FILE, crashed / FILE)
+    take = recorder.stop()
+    (again,) = recover(crashed.parent)
+    for info in (take.info, again.info):
+        assert float(info.extra["face_seen"]) == pytest.approx(1 - 0.4 / 3, abs=0.06)
+        assert float(info.extra["face_small"]) == 0.0
+        lost = [span for span in info.left_out if span[2] == NO_FACE]
+        assert lost
+        assert max(end - start for start, end, _ in lost) > 0.3
+    found = {finding.kind: finding.what for finding in check_take(take).findings}
+    assert found["face_lost"].startswith("A face was seen in 8")
+    assert found["face_lost"].endswith("% of the pictures.")
+
+
+def test_a_dark_webcam_is_told_by_the_take(tmp_path: Path, model: Path, recorder: Recorder) -> None:
+    film = write_video(tmp_path / "dark.mp4", [Look(roll=5 * np.sin(i / 9), light=0.3) for i in range(90)])
+    record(recorder, EveryPicture(film), model, 60)
+    take = recorder.stop()
+    assert float(take.info.extra["face_dark"]) > 0.9
+    finding = next(f for f in check_take(take).findings if f.kind == "face_dark")
+    assert finding.severity == "major"
+
+
+def test_a_mouth_that_is_covered_is_said_at_once_and_left_out_of_the_take(
+    tmp_path: Path, model: Path, recorder: Recorder
+) -> None:
+    film = write_covered(tmp_path / "mic.mp4", "microphone")
+    hints = record(recorder, EveryPicture(film), model, 150)
+    assert "hidden" in hints
+    take = recorder.stop()
+    (span,) = (span for span in take.info.left_out if span[2] == HIDDEN)
+    assert span[1] - span[0] > 0.8 * (HIDDEN_TO - HIDDEN_FROM)
+    assert float(take.info.extra["mouth_hidden"]) == pytest.approx((HIDDEN_TO - HIDDEN_FROM) / 5, abs=0.03)
+    finding = next(f for f in check_take(take).findings if f.kind == "mouth_hidden")
+    assert finding.what.startswith("The mouth is hidden in ")
+    assert (finding.at, finding.until) == span[:2]
+
+
+def said(t: float) -> float:
+    """How open a mouth is that speaks words of uneven lengths, pixels."""
+    wave = np.sin(2 * np.pi * 1.3 * t) + np.sin(2 * np.pi * 2.1 * t + 1) + np.sin(2 * np.pi * 0.37 * t)
+    return float(9 * np.clip(wave, 0, 2))
+
+
+def test_a_phone_that_sees_the_same_face_is_compared(tmp_path: Path, model: Path, recorder: Recorder) -> None:
+    film = write_video(tmp_path / "words.mp4", [Look(open=said(i / FPS)) for i in range(8 * FPS)])
+    port = recorder.snapshot().port
+    assert port is not None
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone:
+        phone.connect(("127.0.0.1", port))
+
+        def see(t: float) -> None:
+            phone.send(f"jawOpen-{100 * said(t) / 18:.0f}|mouthLowerDown_L-{50 * said(t) / 18:.0f}|".encode())
+
+        record(recorder, EveryPicture(film, see), model, 230)
+    take = recorder.stop()
+    found = json.loads(take.info.extra["beside"])
+    assert found["phone"]
+    assert found["jaw"] > 0.8
+    assert abs(found["lag_ms"]) < 60
+    finding = next(f for f in check_take(take).findings if f.kind == "beside")
+    assert finding.what.startswith("Your webcam follows the phone ")
 
 
 def test_a_very_slow_camera_is_called_slow(tmp_path: Path, model: Path, ear: Ear) -> None:

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from studio.motion.channels import ARKIT_SHAPES
+from studio.motion.filmed import PictureFlag
 from studio.vmc.assemble import Frame, FrameAssembler
 from studio.vmc.decode import MAX_BONES, MAX_SHAPES
-from studio.vmc.encode import encode_age, message
+from studio.vmc.encode import encode_age, encode_picture, message
 from studio.vmc.osc import MOST_MESSAGES
 from tests.capture import floods
 
@@ -728,3 +729,57 @@ def test_a_frame_that_says_how_old_it_is_is_stamped_with_its_moment() -> None:
 def test_an_age_that_cannot_be_changes_nothing(age: float) -> None:
     _, found = run(aged(k, age) for k in range(5))
     assert [frame.arrival for frame in found] == pytest.approx([k / 60 + 0.001 for k in range(5)])
+
+
+def shown(flags: int = int(PictureFlag.FACE), age: float = 0.02) -> bytes:
+    return encode_picture(age, flags, (0.5, 0.25, 1.0))
+
+
+FACE = b"jawOpen-40|mouthLeft-20|eyeBlink_L-80|eyeBlink_R-80|=head#0,0,0,0,0,0|"
+
+
+def test_what_a_camera_says_of_a_picture_is_a_row_of_its_moment_and_no_frame() -> None:
+    assembler = FrameAssembler()
+    assert assembler.feed(10.0, shown(), "127.0.0.1:5000", 39539) == []
+    (row,) = assembler.poll_pictures()
+    assert row[0] == pytest.approx(9.98, abs=1e-6)
+    assert int(row[1]) == PictureFlag.FACE | PictureFlag.MERGED
+    assert row[2:5] == (0.5, 0.25, 1.0)
+    assert all(map(math.isnan, row[5:]))
+    assert assembler.poll_pictures() == []
+    assert (assembler.packets_bad, assembler.sources) == (0, ())
+
+
+def test_beside_a_phone_a_picture_says_what_the_phone_saw_and_whose_the_face_is() -> None:
+    assembler = FrameAssembler()
+    assembler.feed(10.0, FACE, "10.0.0.7:49983", 49983)
+    assembler.feed(10.01, shown(), "127.0.0.1:5000", 39539)
+    (row,) = assembler.poll_pictures()
+    # The phone gives the jaw, so the face of the motion is not these pictures'.
+    assert int(row[1]) == PictureFlag.FACE | PictureFlag.PHONE
+    assert row[5:] == pytest.approx((10.0, 0.4, 0.2, 0.8))
+    assembler.feed(11.0, shown(), "127.0.0.1:5000", 39539)
+    assert all(map(math.isnan, assembler.poll_pictures()[0][5:])), "the phone was not heard for a while"
+
+
+@pytest.mark.parametrize(
+    "datagram",
+    [
+        shown(age=-1.0),
+        shown(age=9.0),
+        encode_picture(math.nan, 1, (0, 0, 0)),
+        encode_picture(0.0, 1, (math.inf, 0, 0)),
+        shown()[:-4],
+    ],
+)
+def test_a_picture_that_cannot_be_is_passed_over(datagram: bytes) -> None:
+    assembler = FrameAssembler()
+    assembler.feed(10.0, datagram, "127.0.0.1:5000", 39539)
+    assert assembler.poll_pictures() == []
+
+
+def test_nobody_can_fill_the_memory_with_pictures() -> None:
+    assembler = FrameAssembler()
+    for k in range(6000):
+        assembler.feed(10.0 + k / 1000, shown(), "127.0.0.1:5000", 39539)
+    assert len(assembler.poll_pictures()) == 4096

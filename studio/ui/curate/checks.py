@@ -124,7 +124,7 @@ def title(kind: str) -> str:
         "gap": _tr("gap"), "frozen": _tr("stands still"), "jitter": _tr("uneven"), "jump": _tr("jump"),
         "clipping": _tr("too loud"), "quiet": _tr("quiet"), "silence": _tr("silence"), "noise": _tr("noise"),
         "ends": _tr("one ends"), "starts": _tr("late start"), "values": _tr("bad values"),
-        "offset": _tr("out of step"), "damaged": _tr("damaged"),
+        "offset": _tr("out of step"), "damaged": _tr("damaged"), "beside": _tr("two trackers"),
     }  # fmt: skip
     return words.get(kind, kind.replace("_", " "))
 

@@ -7,6 +7,7 @@ input_tests_presenter  Presenters of the level test and the sync test of the inp
 inputs_presenter       Presenter of the inputs card: devices and ports opened one after another; a phone
 inputs_view            The inputs card: where motion and sound come from, and how loud
 model                  What the tab knows: the recorder, whether it rolls, the slate; and word of what changed
+phone_link             Asks the apps of a phone that send their face only to who asks
 playback               A take of today heard again while the figure moves
 presenter              Presenter of the tab: builds its model and its cards, asks before a recording is closed
 prompter_presenter     Presenter of the teleprompter: what to say next, hands-free, kept as labels of the take

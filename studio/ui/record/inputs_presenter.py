@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import ipaddress
-import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -20,8 +17,8 @@ from studio.ui import messages
 from studio.ui.messages import counted
 from studio.ui.record.inputs_view import InputsCard
 from studio.ui.record.model import RecordModel
+from studio.ui.record.phone_link import PhoneLink
 from studio.ui.session import MicrophoneRequest, Session
-from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 
 if TYPE_CHECKING:
     from studio.capture.microphone import AudioDevice
@@ -30,9 +27,6 @@ if TYPE_CHECKING:
 
 RETRY_MS = 3_000
 """What could not be opened is tried again this often: a port that another program frees, a microphone."""
-ASK_EVERY_MS = 2_000
-PHONE_QUIET_S = 2.0
-"""A phone that sent nothing for so long is asked again."""
 
 
 class InputsPresenter(QObject):
@@ -73,6 +67,7 @@ class InputsPresenter(QObject):
             lambda ports: session.change_settings(more_ports=tuple(str(port) for port in ports))
         )
         card.phone_chosen.connect(self._on_phone)
+        model.phone_requested.connect(self._on_phone)
         card.host_chosen.connect(lambda host: session.change_settings(vmc_host=host))
         card.device_chosen.connect(self._on_device)
         card.refresh_requested.connect(self.refresh)
@@ -142,13 +137,15 @@ class InputsPresenter(QObject):
 
     def follow_phone(self, snap: Snapshot) -> None:
         """Ask the phone for its face while it is listened to, and show whether it sends."""
-        listens = IFACIALMOCAP_PORT in snap.ports
+        self.phone.listen(snap.ports)
+        listens = self.phone.listens
         if listens and not self.phone.address and self._session.settings.phone and not self.phone.problem:
             self.phone.connect_to(self._session.settings.phone)
         elif not listens and self.phone.address:
             self.phone.connect_to("")
         self.phone.follow(snap)
         self._card.phone.show_phone(self.phone.address, self.phone.status)
+        self._model.phone_status = self.phone.address, self.phone.status
         if self.phone.problem is not None:
             self._model.problems["phone"] = self.phone.problem
         else:
@@ -324,92 +321,6 @@ class InputsPresenter(QObject):
             self._model.problems[which] = (error.what, error.in_window)
         else:
             messages.show_error(self._card, error)
-
-
-class PhoneLink(QObject):
-    """Asks iFacialMocap on a phone to send here, while it does not.
-
-    Source: iFacialMocap's page for developers: a text to port 49983 of the phone, which answers to port
-    49983 of whoever asked.
-    """
-
-    def __init__(self, parent: QObject | None = None, port: int = IFACIALMOCAP_PORT) -> None:
-        super().__init__(parent)
-        self.address = ""
-        self.problem: tuple[str, str] | None = None
-        """What is wrong with the way to the phone, and what to do."""
-        self.asked = 0
-        self._port = port
-        self._sends = False
-        self._socket: socket.socket | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(ASK_EVERY_MS)
-        self._timer.timeout.connect(self.ask)
-
-    def connect_to(self, address: str) -> None:
-        """Ask the phone at an address from now on; "" asks nobody."""
-        self.close()
-        self.address, self.problem = address.strip(), None
-        if not self.address:
-            return
-        if not _is_address(self.address):
-            self.problem = (
-                _tr("{0} is not the address of a phone.").format(self.address),
-                _tr("Type the four numbers at the top of iFacialMocap, for example 192.168.1.7."),
-            )
-            self.address = ""
-            return
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
-        self._timer.start()
-        self.ask()
-
-    def follow(self, snap: Snapshot) -> None:
-        """Note whether the phone sends."""
-        now = clock.now()
-        self._sends = any(s.kind == IFACIALMOCAP and now - s.last < PHONE_QUIET_S for s in snap.sources)
-        if self._sends:
-            self.problem = None
-
-    @property
-    def status(self) -> str:
-        """What is known of it, "" where no phone is asked."""
-        if not self.address:
-            return ""
-        if self._sends:
-            return _tr("The phone sends its face.")
-        return _tr("Asking {0} to send… Open iFacialMocap there, in the same network.").format(self.address)
-
-    def close(self) -> None:
-        """Ask no more."""
-        self._timer.stop()
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def ask(self) -> None:
-        """Ask once, where it does not send."""
-        if self._sends or self._socket is None:
-            return
-        try:
-            with contextlib.suppress(BlockingIOError):
-                self._socket.sendto(HELLO, (self.address, self._port))
-            self.asked += 1
-            self.problem = None
-        except OSError as error:
-            self.problem = (
-                _tr("The phone at {0} cannot be reached ({1}).").format(
-                    self.address, error.strerror or error
-                ),
-                _tr("Connect this computer and the phone to the same network."),
-            )
-
-
-def _is_address(text: str) -> bool:
-    try:
-        return ipaddress.ip_address(text).version == 4
-    except ValueError:
-        return False
 
 
 def motion_text(snap: Snapshot) -> tuple[str, str]:

@@ -23,15 +23,17 @@ from PySide6.QtWidgets import (
 
 from studio.capture.trackers import EVERYWHERE, LOOPBACK, own_address
 from studio.ui import theme
+from studio.ui.record.phone_link import is_asked
 from studio.ui.widgets.card import Card, CutLabel, Picture, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.decode import IFACIALMOCAP_PORT, LIVE_LINK_PORT
 from studio.vmc.openseeface import OPENSEEFACE_PORT
+from studio.vmc.vtube_studio import VTUBE_STUDIO_PORT
 
 PORTS = (MARIONETTE_PORT, PERFORMER_PORT)
 OTHER = 0
-MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT, OPENSEEFACE_PORT)
+MORE_PORTS = (*PORTS, IFACIALMOCAP_PORT, LIVE_LINK_PORT, OPENSEEFACE_PORT, VTUBE_STUDIO_PORT)
 
 
 class InputsCard(Card):
@@ -90,7 +92,7 @@ class InputsCard(Card):
             action.setChecked(port in ports)
         count = sum(action.isChecked() for action in self._more_actions.values())
         self.more.setText(f"+{count}" if count else "+")
-        self.phone.setVisible(IFACIALMOCAP_PORT in ports)
+        self.phone.setVisible(is_asked(ports))
 
     def show_testing(self, running: bool, possible: bool) -> None:
         """Show whether the sync test runs, or may be begun."""
@@ -223,7 +225,8 @@ class InputsCard(Card):
         menu = QMenu(self.more)
         self._more_actions: dict[int, QAction] = {}
         names = (self.tr("VMC, port {0}"), self.tr("VMC, port {0}"), self.tr("iFacialMocap, port {0}"),
-                 self.tr("Live Link Face, port {0}"), self.tr("OpenSeeFace, port {0}"))  # fmt: skip
+                 self.tr("Live Link Face, port {0}"), self.tr("OpenSeeFace, port {0}"),
+                 self.tr("VTube Studio, port {0}"))  # fmt: skip
         for port, name in zip(MORE_PORTS, names, strict=True):
             action = menu.addAction(name.format(port))
             action.setCheckable(True)
@@ -330,8 +333,12 @@ class PhoneRow(QWidget):
         self.address.setObjectName("phone_address")
         self.address.setMaxLength(40)
         self.address.setPlaceholderText(self.tr("Phone's address"))
-        self.address.setAccessibleName(self.tr("Address of the phone with iFacialMocap"))
-        self.address.setToolTip(self.tr("iFacialMocap shows it at the top, for example 192.168.1.7."))
+        self.address.setAccessibleName(self.tr("Address of the phone that tracks your face"))
+        self.address.setToolTip(
+            self.tr(
+                "iFacialMocap shows it at the top, VTube Studio in its settings: 192.168.1.7 or the like."
+            )
+        )
         self.address.returnPressed.connect(self._on_pressed)
         self.address.textChanged.connect(self._show_button)
         self.button = QPushButton()

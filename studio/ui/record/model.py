@@ -71,6 +71,7 @@ class RecordModel(QObject):
         practice_changed: the practice performer was started or stopped.
         practice_moved: another program holds the port of motion: that one, and the one used instead.
         trackers_requested: show how a tracker is connected.
+        phone_requested: the address of a phone to be asked for its face; "" for none.
         webcam_changed: this computer's webcam tracks or does not, True or False.
         webcam_stop_requested: it is to stop.
         finding_changed: all known ports are to be listened on now, or those chosen again.
@@ -89,6 +90,7 @@ class RecordModel(QObject):
     practice_changed = Signal()
     practice_moved = Signal(int, int)
     trackers_requested = Signal()
+    phone_requested = Signal(str)
     webcam_changed = Signal(bool)
     webcam_stop_requested = Signal()
     finding_changed = Signal()
@@ -108,6 +110,8 @@ class RecordModel(QObject):
         self.problems: dict[str, tuple[str, str]] = {}
         """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
         self.webcam_sender = ""
+        self.phone_status = "", ""
+        """Address of the phone that is asked for its face, and what is known of it; "" for none."""
         """Where the motion of this computer's webcam comes from, "" while it does not send."""
         self.may_refresh = True
         """Whether looking for microphones anew would interrupt no sound that is being played."""

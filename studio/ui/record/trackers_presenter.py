@@ -14,7 +14,9 @@ from studio.ui.record.model import RecordModel
 from studio.ui.record.trackers_view import WEBCAM, TrackerCard, TrackersDialog
 from studio.ui.session import Session
 from studio.vmc.stream import VMC, Sender
+from studio.vmc.vtube_studio import PHONE_PORT
 
+_SOME_PHONE = "192.168. …"
 _BY_ID = {one.id: one for one in TRACKERS}
 
 
@@ -36,6 +38,8 @@ class TrackersPresenter(QObject):
         page.show_tiles([(WEBCAM, self.tr("This webcam")), *tiles])
         page.chosen.connect(self._on_chosen)
         page.use_requested.connect(self._on_use)
+        page.phone.address.setText(session.settings.phone)
+        page.phone_chosen.connect(model.phone_requested)
         page.practice_requested.connect(self._on_practice)
         page.opened.connect(self._on_opened)
         page.closed.connect(lambda: model.set_finding(False))
@@ -66,6 +70,9 @@ class TrackersPresenter(QObject):
     def _show(self, tracker: Tracker) -> None:
         self._shown, port = tracker, self._port(tracker)
         address = self._address if tracker.phone else trackers.LOOPBACK
+        if tracker.asked:
+            # Its pictures show the phone's own address, not where it is to send.
+            address, port = _SOME_PHONE, PHONE_PORT
         missing = self.tr("This computer is in no network; connect it to the phone's Wi-Fi.")
         second = self.tr("On another computer, use {0} instead.").format(self._address)
         note = (missing if not self._address else "") if tracker.phone else (second if self._address else "")
@@ -74,7 +81,9 @@ class TrackersPresenter(QObject):
             for step in tracker.steps
         )
         title = self._translated(tracker.title)
-        self._page.show_card(TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note))
+        self._page.show_card(
+            TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note, tracker.asked)
+        )
 
     def _port(self, tracker: Tracker) -> int:
         """Where it is to send: a program to the port that is listened to when this page is closed, too."""
@@ -102,6 +111,7 @@ class TrackersPresenter(QObject):
         sentence = self._sentence(heard, snap)
         if heard is None and self._shown.kind in {one.kind for one in practising}:
             sentence = self.tr("This is the practice performer. Listening for a tracker…")
+        self._page.phone.show_phone(*self._model.phone_status)
         self._page.show_heard(lit | mine, sentence, heard is not None)
 
     def _heard(self) -> Sender | None:

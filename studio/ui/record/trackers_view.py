@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.ui import theme
+from studio.ui.record.inputs_view import PhoneRow
 from studio.ui.record.tracker_pictures import PhoneCode, StepPicture
 from studio.ui.record.webcam_view import WebcamPane
 from studio.ui.widgets.card import Card, Picture, label
@@ -35,6 +36,7 @@ class TrackerCard:
         steps: (picture, sentence) of each.
         address, port: what is typed into it.
         phone: whether a code for a phone is shown.
+        asked: whether the phone's address is typed here instead.
         note: a further sentence, "" for none.
     """
 
@@ -45,6 +47,7 @@ class TrackerCard:
     port: int
     phone: bool
     note: str = ""
+    asked: bool = False
 
 
 class TrackersDialog(QDialog):
@@ -54,12 +57,14 @@ class TrackersDialog(QDialog):
         chosen: the id of the card to show.
         use_requested: listen to what is heard from now on.
         practice_requested: begin without a tracker.
+        phone_chosen: the address of a phone to be asked for its face; "" for none.
         opened, closed: the page is shown, and no longer.
     """
 
     chosen = Signal(str)
     use_requested = Signal()
     practice_requested = Signal()
+    phone_chosen = Signal(str)
     opened = Signal()
     closed = Signal()
 
@@ -85,6 +90,9 @@ class TrackersDialog(QDialog):
             self.tr("Scan it with the phone's camera, copy the address, and paste it into the app."), "muted"
         )
         self._phone_words.setWordWrap(True)
+        self.phone = PhoneRow()
+        self.phone.chosen.connect(self.phone_chosen)
+        self.phone.button.setAutoDefault(False)
         self._note = label("", "caption", "tracker_note")
         self._note.setWordWrap(True)
         self._light = Picture("mdi6.circle-outline", 18)
@@ -129,8 +137,10 @@ class TrackersDialog(QDialog):
             picture.show_step(kind, card.address, card.port)
             words.setText(f"{number}.  {text}")
         self.code.show_text(card.address if card.phone else "")
-        self.code.setVisible(card.phone and bool(card.address))
-        self._phone_words.setVisible(card.phone and bool(card.address))
+        for part in (self.code, self._phone_words):
+            part.setVisible(card.phone and not card.asked and bool(card.address))
+        self.address.setVisible(not card.asked)
+        self.phone.setVisible(card.asked)
         self.address.setText(self.tr("{0}  port {1}").format(card.address, card.port))
         self._note.setText(card.note)
         self._note.setVisible(bool(card.note))
@@ -187,7 +197,7 @@ class TrackersDialog(QDialog):
         where.setSpacing(theme.BETWEEN)
         where.addWidget(self.code, 0, Qt.AlignmentFlag.AlignTop)
         texts = QVBoxLayout()
-        for part in (self.address, self._phone_words, self._note):
+        for part in (self.phone, self.address, self._phone_words, self._note):
             texts.addWidget(part)
         texts.addStretch(1)
         where.addLayout(texts, 1)

@@ -1,5 +1,6 @@
 """The inputs of Record: several senders, a phone that has to be asked, microphones listed for another tab."""
 
+import json
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,15 +17,17 @@ from studio.motion.channels import BONES
 from studio.settings import NO_MICROPHONE
 from studio.ui import tasks, theme
 from studio.ui.messages import Toast
-from studio.ui.record.inputs_presenter import InputsPresenter, PhoneLink, source_texts
+from studio.ui.record.inputs_presenter import InputsPresenter, source_texts
 from studio.ui.record.inputs_view import EVERYWHERE, MORE_PORTS, InputsCard
 from studio.ui.record.model import RecordModel
+from studio.ui.record.phone_link import PhoneLink
 from studio.ui.record.presenter import RecordPresenter
 from studio.ui.record.view import RecordView
 from studio.ui.session import MicrophoneRequest, Session
-from studio.vmc.decode import HELLO, IFACIALMOCAP_PORT
+from studio.vmc.decode import HELLO, IFACIALMOCAP, IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
 from studio.vmc.stream import Sender
+from studio.vmc.vtube_studio import VTUBE_STUDIO, VTUBE_STUDIO_PORT
 from tests.ports import free_port
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
@@ -119,7 +122,7 @@ def test_one_sender_needs_no_words() -> None:
 
 
 def test_further_ports_are_chosen_in_a_menu(qtbot, card: InputsCard) -> None:
-    assert MORE_PORTS == (39539, 39540, 49983, 11111, 11573)
+    assert MORE_PORTS == (39539, 39540, 49983, 11111, 11573, 11125)
     actions = {action.text(): action for action in card.more.menu().actions()}
     with qtbot.waitSignal(card.more_ports_chosen) as told:
         actions["iFacialMocap, port 49983"].trigger()
@@ -141,7 +144,8 @@ def phone() -> Iterator[socket.socket]:
 
 
 def test_a_phone_is_asked_until_it_sends_and_again_when_it_stops(qapp, phone: socket.socket) -> None:
-    link = PhoneLink(port=phone.getsockname()[1])
+    link = PhoneLink(ports={IFACIALMOCAP: phone.getsockname()[1]})
+    link.listen((39539, IFACIALMOCAP_PORT))
     link.connect_to(" 127.0.0.1 ")
     assert phone.recv(100) == HELLO
     assert link.status == "Asking 127.0.0.1 to send… Open iFacialMocap there, in the same network."
@@ -161,12 +165,36 @@ def test_a_phone_is_asked_until_it_sends_and_again_when_it_stops(qapp, phone: so
     assert link.asked == asked + 1
 
 
+def test_vtube_studio_is_asked_while_it_sends_too(qapp, phone: socket.socket) -> None:
+    link = PhoneLink(ports={VTUBE_STUDIO: phone.getsockname()[1]})
+    link.listen((39539, VTUBE_STUDIO_PORT))
+    link.connect_to("127.0.0.1")
+    asked = json.loads(phone.recv(200))
+    assert asked == {
+        "messageType": "iOSTrackingDataRequest",
+        "time": 5.0,
+        "sentBy": "Saia Studio",
+        "ports": [VTUBE_STUDIO_PORT],
+    }
+    assert link.status == "Asking 127.0.0.1 to send… Open VTube Studio there, in the same network."
+    source = Sender("127.0.0.1:4000", VTUBE_STUDIO_PORT, VTUBE_STUDIO, (), ("JawOpen",), clock.now())
+    link.follow(Snapshot(sources=(source,)))
+    assert link.status == "The phone sends its face."
+    link.ask()
+    assert json.loads(phone.recv(200)) == asked
+    link.listen((39539,))
+    count = link.asked
+    link.ask()
+    assert link.asked == count
+    link.close()
+
+
 def test_what_is_no_address_is_a_sentence(qapp) -> None:
     link = PhoneLink()
     link.connect_to("my phone")
     assert link.problem == (
         "my phone is not the address of a phone.",
-        "Type the four numbers at the top of iFacialMocap, for example 192.168.1.7.",
+        "Type the four numbers that the app shows, for example 192.168.1.7.",
     )
     assert (link.address, link.asked, link.status) == ("", 0, "")
 

@@ -1,5 +1,7 @@
 """The tracker cards: real packets light the right card, and the tracker that is heard is used."""
 
+import contextlib
+import json
 import os
 import socket
 
@@ -17,7 +19,9 @@ from studio.ui.record.tracker_pictures import PhoneCode, StepPicture
 from studio.vmc.decode import IFACIALMOCAP_PORT
 from studio.vmc.encode import encode_frame
 from studio.vmc.stream import Sender
+from studio.vmc.vtube_studio import PHONE_PORT, VTUBE_STUDIO_PORT
 from tests.ports import free_port
+from tests.vmc.test_vtube_studio import packet
 
 FACE = b"jawOpen-40|eyeBlink_L-10|=head#0,0,0,0,0,0|"
 
@@ -73,6 +77,50 @@ def test_a_vmc_program_on_the_port_in_use_is_heard_and_closing_listens_as_before
     page.reject()
     qtbot.waitUntil(lambda: presenter.model.recorder.snapshot().ports == (port,))
     assert session.settings.vmc_port == port
+
+
+def test_vtube_studio_is_asked_from_its_card_and_heard(tab, qtbot) -> None:
+    view, presenter, session = tab
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone:
+        try:
+            phone.bind(("127.0.0.1", PHONE_PORT))
+        except OSError:
+            pytest.skip("another program of this computer holds VTube Studio's port")
+        phone.setblocking(False)
+        view.inputs.trackers.click()
+        page, model = view.trackers, presenter.model
+        qtbot.waitUntil(lambda: len(model.recorder.snapshot().ports) > 1)
+        if VTUBE_STUDIO_PORT not in model.recorder.snapshot().ports:
+            pytest.skip("another program of this computer holds the port it sends to")
+        page.chosen.emit("openseeface")
+        assert not page.phone.isVisible()
+        page.chosen.emit("vtube_studio")
+        assert page.phone.isVisible()
+        assert not page.code.isVisible()
+        assert not page.address.isVisible()
+        page.phone.address.setText("127.0.0.1")
+        page.phone.button.click()
+        asked: list[bytes] = []
+
+        def is_asked() -> bool:
+            with contextlib.suppress(BlockingIOError):
+                asked.append(phone.recv(1000))
+            return bool(asked)
+
+        qtbot.waitUntil(is_asked)
+        qtbot.waitUntil(lambda: page.phone.words.text().startswith("Asking 127.0.0.1 to send…"))
+        (port,) = json.loads(asked[0])["ports"]
+
+        def heard() -> bool:
+            phone.sendto(packet(JawOpen=0.4), ("127.0.0.1", port))
+            return page.use.isEnabled()
+
+        qtbot.waitUntil(heard)
+        assert page.heard.text() == f"I hear it on port {VTUBE_STUDIO_PORT}: 1 bone, 52 shapes."
+        page.use.click()
+    assert session.settings.more_ports == (str(VTUBE_STUDIO_PORT),)
+    assert session.settings.phone == "127.0.0.1"
+    assert view.inputs.phone.isVisible(), "where it can be disconnected"
 
 
 def test_the_practice_performer_is_no_tracker(tab, qtbot) -> None:
