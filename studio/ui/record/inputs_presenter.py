@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from studio import clock
 from studio.capture.device_names import line_port, listed, performer_device, title_of
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
