@@ -1,15 +1,61 @@
-"""The one way the studio says that something went wrong, and how it counts things in a sentence."""
+"""How the studio says things: sentences that can be translated, counted things, and what went wrong."""
 
 from __future__ import annotations
 
+from typing import Any
 
-def counted(number: int, thing: str) -> str:
+
+class Sentence(str):
+    """A text in English that knows how it was made, so that it can be said in another language.
+
+    Args:
+        text: the English.
+        template: what is translated, with its fields in braces; of a plural the form for many.
+        fields: what stands in the braces. Words of ours are Sentences again, all else is the same in
+            every language.
+        number: what a plural goes by, None without one.
+    """
+
+    def __new__(
+        cls, text: str, template: str, fields: dict[str, str] | None = None, number: int | None = None
+    ) -> Sentence:
+        self = super().__new__(cls, text)
+        self.template, self.fields, self.number = template, fields or {}, number
+        return self
+
+    template: str
+    fields: dict[str, str]
+    number: int | None
+
+    def __getnewargs__(self) -> tuple[Any, ...]:  # pickling and copying make it anew
+        return str(self), self.template, self.fields, self.number
+
+
+def say(template: str, one: str = "", /, **fields: Any) -> Sentence:
+    """A sentence that can be translated; without fields it is only marked as one.
+
+    Args:
+        template: a literal, so that packaging/translations.py finds it: "Port {port} is not possible."
+        one: the English for a single one, where the template is that for many.
+        fields: what stands in the braces, written as it is to be read; with `one`, `n` is the number.
+    """
+    filled = {name: f if isinstance(f, Sentence) else str(f) for name, f in fields.items()}
+    number = int(fields["n"]) if one else None
+    if number is not None:
+        filled["n"] = f"{number:,}"
+    english = one if number == 1 else template
+    return Sentence(english.format(**filled) if filled else english, template, filled, number)
+
+
+def counted(number: int, thing: str) -> Sentence:
     """A number and what it counts: "1 frame", "1,472 frames"."""
-    return f"{number:,} {thing}{'' if number == 1 else 's'}"
+    return say(f"{{n}} {thing}s", f"{{n}} {thing}", n=number)
 
 
 class StudioError(Exception):
     """Something a person can act on.
+
+    A sentence with something filled in is made by `say`; one without is its own template.
 
     Args:
         what: one sentence naming the thing that happened.
@@ -61,7 +107,7 @@ class InputError(StudioError):
 def port_taken(port: int) -> InputError:
     """Another program receives on a UDP port."""
     return InputError(
-        f"Port {port} is used by another program, such as VSeeFace or a second studio.",
+        say("Port {port} is used by another program, such as VSeeFace or a second studio.", port=port),
         "Close it, or choose another port in Record (or with --port).",
         in_window="Close it, or choose another port here.",
     )
@@ -69,11 +115,11 @@ def port_taken(port: int) -> InputError:
 
 def no_sound(what: str) -> InputError:
     """There is no sound input to be had; `what` says why."""
-    check = "Check that a microphone is plugged in and allowed"
     return InputError(
         what,
-        f"{check}. Without one, record takes --device none and live takes --file.",
-        in_window=f"{check}, then refresh the list of devices.",
+        "Check that a microphone is plugged in and allowed. "
+        "Without one, record takes --device none and live takes --file.",
+        in_window="Check that a microphone is plugged in and allowed, then refresh the list of devices.",
     )
 
 

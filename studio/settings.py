@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.vmc import MARIONETTE_PORT
 from studio.vmc.address import USUAL, Address
@@ -293,7 +293,8 @@ def value_of(name: str, text: str) -> Any:
 def unknown(name: str) -> RequestError:
     """What is said of a setting that is none, or that the program sets by itself."""
     return RequestError(
-        f"There is no setting called {name}.", f"Choose one of: {', '.join(Settings.shown())}."
+        say("There is no setting called {name}.", name=name),
+        say("Choose one of: {shown}.", shown=", ".join(Settings.shown())),
     )
 
 
@@ -330,4 +331,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
 
 
 def _wrong(name: str, about: SettingInfo, allowed: str) -> RequestError:
-    return RequestError(f"{about.title or name} cannot have this value.", f"It must be {allowed}.")
+    return RequestError(
+        say("{title} cannot have this value.", title=about.title or name),
+        say("It must be {allowed}.", allowed=allowed),
+    )

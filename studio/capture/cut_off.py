@@ -12,7 +12,7 @@ from pathlib import Path
 
 from studio.capture import journal_contents, recovery, roll
 from studio.capture.microphone import SoundBlock
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.paths import rescue_folder
 from studio.take.take import Take
@@ -256,7 +256,9 @@ def completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
             remedy = f"{lies}. {cut.todo}"
         else:
             remedy = f"{lies} and becomes a take the next time the project is opened."
-        raise StudioError(what, f"{remedy} {error.remedy}") from error
+        raise StudioError(
+            what, say("{remedy} {error_remedy}", remedy=remedy, error_remedy=error.remedy)
+        ) from error
     return take, replace(cut, folder=folder) if cut is not None else None
 
 

@@ -15,7 +15,7 @@ from studio.capture.health import Problem
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.snapshot import RecorderState, Snapshot
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.files.atomic import safe_name
 from studio.motion import Motion
@@ -297,7 +297,9 @@ class Recorder:
 
     def _refuse_while_rolling(self, what: str) -> None:
         if self._roll is not None:
-            raise StudioError(f"{what} while a take is being recorded.", "Stop the take first.")
+            raise StudioError(
+                say("{what} while a take is being recorded.", what=what), "Stop the take first."
+            )
 
     def _settle(self) -> None:
         if self._roll is None:

@@ -19,7 +19,7 @@ import numpy as np
 from studio import clock
 from studio.capture import journal, journal_contents
 from studio.capture.roll import SOUND
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files.atomic import NewerVersionError, cannot_write, set_aside
 from studio.motion.channels import shape_set
 from studio.sound import wav_writer
@@ -66,7 +66,8 @@ def complete(folder: Path, *notes: str) -> Take:
         raise cannot_write(folder, error) from error
     remove(folder)
     raise StudioError(
-        f"Nothing came in while {folder.name} was recorded.", "Check the microphone and the sender."
+        say("Nothing came in while {folder} was recorded.", folder=folder.name),
+        "Check the microphone and the sender.",
     )
 
 
@@ -75,7 +76,9 @@ def _wait_for(held: IO[bytes], folder: Path) -> None:
     until = time.monotonic() + _PATIENCE_S
     while journal.is_busy(held):
         if time.monotonic() > until:
-            raise StudioError(f"{folder.name} is still being recorded.", "Stop the recording first.")
+            raise StudioError(
+                say("{folder} is still being recorded.", folder=folder.name), "Stop the recording first."
+            )
         time.sleep(0.02)
 
 
@@ -190,7 +193,7 @@ def set_unreadable_aside(folder: Path) -> StudioError:
     """
     set_aside(folder / journal.FILE)
     what = f"{folder.name} was damaged on the disk, and nothing of it could be read."
-    return StudioError(what, f"What is left of it is kept in {folder}.")
+    return StudioError(what, say("What is left of it is kept in {folder}.", folder=folder))
 
 
 def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit) -> str:
@@ -405,5 +408,5 @@ def _recovered(folder: Path) -> Take | None:
     except Exception as error:
         # One odd recording must not keep anybody from the rest of the project.
         what = f"Something unexpected happened: {type(error).__name__}: {error}."
-        raise StudioError(what, f"It is kept in {folder}; please report this.") from error
+        raise StudioError(what, say("It is kept in {folder}; please report this.", folder=folder)) from error
     return recovered

@@ -10,7 +10,7 @@ import numpy as np
 
 from studio.capture import journal
 from studio.capture.microphone import SoundBlock
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files.atomic import cannot_write
 from studio.sound import wav_writer
 from studio.vmc.rows import RowBlock
@@ -59,7 +59,8 @@ class Roll:
                 self._wav = wav_writer.WavWriter(folder / SOUND, *sound)
         except FileExistsError as error:
             raise StudioError(
-                f"There is a take {folder.name} already.", "Choose another slate or number."
+                say("There is a take {folder} already.", folder=folder.name),
+                "Choose another slate or number.",
             ) from error
         except OSError as error:
             raise cannot_write(folder, error) from error

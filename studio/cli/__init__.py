@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio import __version__, launch
 from studio.cli._output import Output, put, run_command
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -211,7 +211,7 @@ class _Parser(argparse.ArgumentParser):
         return f"{name} and {other} cannot be used together."
 
     def _refused(self, what: str) -> RequestError:
-        return RequestError(what, f"Run `{self.prog} --help` to see how it is written.")
+        return RequestError(what, say("Run `{prog} --help` to see how it is written.", prog=self.prog))
 
 
 def _name(action: argparse.Action) -> str:
@@ -225,7 +225,7 @@ def _open_window(args: list[str]) -> int:
         # One guess: of several a person would have to read all.
         near = get_close_matches(args[0], VERBS, n=1)
         meant = f"Did you mean `saia {near[0]}`? " if near else ""
-        raise RequestError(what, f"{meant}Run `saia --help` to see the commands.")
+        raise RequestError(what, say("{meant}Run `saia --help` to see the commands.", meant=meant))
     if len(args) > 1:
         raise RequestError("The window opens one project at a time.", "Name one folder, in quotation marks.")
     # The only road from the command line to Qt.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sys
@@ -11,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from studio.errors import FileThereError, RequestError, StudioError
+from studio.errors import FileThereError, RequestError, StudioError, say
 from studio.files.atomic import plain
-from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
+from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent, encode
 from studio.vmc import MARIONETTE_PORT
 
 EXAMPLE_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
@@ -29,7 +28,10 @@ def address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     # isdigit alone takes digits of other scripts, which int reads and sockets do not.
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {EXAMPLE_TARGET}.")
+        raise RequestError(
+            say("{text} is not an address.", text=text),
+            say("Write HOST:PORT, such as {example_target}.", example_target=EXAMPLE_TARGET),
+        )
     # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)
 
@@ -54,7 +56,7 @@ class Output:
         """
         if self.as_json:
             # UTF-8 as it is: escaped Japanese names are unreadable in a log.
-            put(json.dumps({"event": event.NAME, **plain(event)}, ensure_ascii=False))
+            put(encode(event, plain))
         elif text:
             self._wipe()
             put(text)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.ipc.events import (
     ChosenEvent,
     CleaningEvent,
@@ -214,7 +214,8 @@ def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
-            f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
+            say("{resume} was started with the recipe {folder}.", resume=resume.id, folder=kept.name),
+            "Leave --recipe out to go on with it.",
         )
     return _settled(kept.with_overrides(args.set))
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from studio.dataset.dataset import SPLITS, Dataset, Label, Selection
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 if TYPE_CHECKING:
     from studio.motion.lag import Alignment
@@ -84,7 +84,9 @@ def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
         RequestError: no such split, or a locked test take would leave the test split.
     """
     if split not in SPLITS:
-        raise RequestError(f"There is no split called {split}.", "Choose train, val or test.")
+        raise RequestError(
+            say("There is no split called {split}.", split=split), "Choose train, val or test."
+        )
 
     def change(selection: Selection) -> Selection:
         if selection.locked and split != "test":
@@ -278,6 +280,7 @@ def _known(dataset: Dataset, ids: set[str]) -> list[Selection]:
     for selection_id in sorted(ids):
         if selection_id not in by_id:
             raise RequestError(
-                f"There is no take {selection_id} in this project.", "Choose one that is there."
+                say("There is no take {selection_id} in this project.", selection_id=selection_id),
+                "Choose one that is there.",
             )
     return [by_id[selection_id] for selection_id in ids]

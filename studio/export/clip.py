@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.export.range import cut_sound
 
 if TYPE_CHECKING:
@@ -167,7 +167,9 @@ def sound_files(paths: Iterable[Path]) -> list[Path]:
         elif path.exists():
             found.append(path)
         else:
-            raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+            raise RequestError(
+                say("There is no sound file at {path}.", path=path), "Check how the path is written."
+            )
     return list(dict.fromkeys(found))
 
 
@@ -184,7 +186,7 @@ def _sounds_in(folder: Path) -> list[Path]:
         raise RequestError(what, "Choose another folder, or allow reading in it.") from error
     if not inside:
         raise RequestError(
-            f"There is no sound in the folder {folder.resolve().name}.",
+            say("There is no sound in the folder {folder}.", folder=folder.resolve().name),
             "Choose a folder with WAV, MP3 or other sounds.",
         )
     return inside

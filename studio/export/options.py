@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from studio.errors import FileThereError, RequestError
+from studio.errors import FileThereError, RequestError, say
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -118,12 +118,14 @@ def writers_named(text: str) -> list[ModuleType]:
         module = writers.get(name) or endings.get(name)
         if module is None:
             what = f"There is no format {name} to write."
-            raise RequestError(what, f"Choose from: {', '.join(sorted(writers))}.")
+            raise RequestError(what, say("Choose from: {writers}.", writers=", ".join(sorted(writers))))
         # `vrma,VRMA` names one file.
         if module not in found:
             found.append(module)
     if not found:
-        raise RequestError("No format was named.", f"Choose from: {', '.join(sorted(writers))}.")
+        raise RequestError(
+            "No format was named.", say("Choose from: {writers}.", writers=", ".join(sorted(writers)))
+        )
     return found
 
 
@@ -145,7 +147,7 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
     """
     for file in files:
         if file.is_dir():
-            raise RequestError(f"{file} is a folder.", "Name a file to write with -o.")
+            raise RequestError(say("{file} is a folder.", file=file), "Name a file to write with -o.")
         # Missing folders are made later, so the nearest one that exists decides.
         place = next(folder for folder in file.absolute().parents if folder.exists())
         if not place.is_dir():
@@ -161,4 +163,6 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
             remedy = "Choose another name with -o, or add --force to write over it."
             # In the window a field holds the name, and no option.
             in_window = "Choose another name, or add --force to write over it."
-            raise FileThereError(f"{file} is there already.", remedy, file.name, in_window=in_window)
+            raise FileThereError(
+                say("{file} is there already.", file=file), remedy, file.name, in_window=in_window
+            )

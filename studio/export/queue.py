@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from studio.errors import Cancelled, RequestError, StudioError
+from studio.errors import Cancelled, RequestError, StudioError, say
 from studio.export.clip import ExportClip, ExportSource, Report
 from studio.export.options import RenderOptions, check_writable, wrong_folder
 from studio.export.range import ExportRange
@@ -300,7 +300,10 @@ def write_clip(
 
     motion = clip.motion
     if motion is None and module.SUFFIX != ".wav":
-        raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
+        raise RequestError(
+            say("{name} has no motion to export.", name=name),
+            say("Generate it first: RUN:{name}.", name=name),
+        )
     draws = getattr(module, "DRAWS", False)
     if draws:
         # A film has frames of its own, and a still none.

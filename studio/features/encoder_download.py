@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.encoders import Installed, home_of, register
 from studio.files.atomic import cannot_write, size_text
 from studio.files.download import BROKEN, TIMEOUT_S, Offered, OnProgress, download, host
@@ -92,7 +92,9 @@ def _look(name: str, file: str) -> Offered | None:
     if status in (401, 403, 404):
         return None
     if status >= 400:
-        raise StudioError(f"{host(url)} answers with error {status}.", "Try again later.")
+        raise StudioError(
+            say("{host} answers with error {status}.", host=host(url), status=status), "Try again later."
+        )
     checksum = _SHA256.fullmatch(headers.get("X-Linked-ETag") or headers.get("ETag") or "")
     size = headers.get("X-Linked-Size") or headers.get("Content-Length") or "0"
     return Offered(file, place, int(size) if size.isdigit() else 0, checksum.group(1) if checksum else "")
@@ -121,6 +123,6 @@ def _must_fit(home: Path, offered: list[Offered]) -> None:
 
 def _offline(url: str) -> StudioError:
     return StudioError(
-        f"{host(url)} cannot be reached.",
+        say("{host} cannot be reached.", host=host(url)),
         "Connect to the internet and run it again, or give a folder that holds the encoder.",
     )

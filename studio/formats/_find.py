@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from studio import formats
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.formats import Imported
 from studio.formats._bones import BoneTables
 from studio.formats._table import sanitized_note, why_unknown
@@ -75,14 +75,17 @@ def find_candidates(paths: Iterable[Path]) -> tuple[ImportCandidate, ...]:
         elif path.is_file():
             files.append(path)
         else:
-            raise RequestError(f"There is nothing at {path}.", "Check the path and try again.")
+            raise RequestError(say("There is nothing at {path}.", path=path), "Check the path and try again.")
     sources = tuple(_sources(list(dict.fromkeys(file.absolute() for file in files))))
     if not sources and len(paths) == 1 and paths[0].suffix.lower() == ".csv":
         why = why_unknown(paths[0])
         raise RequestError(why.what, why.remedy)
     if not sources:
         named = ", ".join(path.name for path in paths)
-        raise RequestError(f"Nothing in {named} can be imported.", f"The studio reads {_kinds()}.")
+        raise RequestError(
+            say("Nothing in {named} can be imported.", named=named),
+            say("The studio reads {kinds}.", kinds=_kinds()),
+        )
     return sources
 
 

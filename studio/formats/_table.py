@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError, counted
+from studio.errors import StudioError, counted, say
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -70,12 +70,15 @@ def read_table(path: Path, text_columns: Sequence[str] = (), empty_row: int = 0)
         StudioError: it is missing, empty, holds no table, or a cell is no number.
     """
     if not path.is_file():
-        raise StudioError(f"{path.name} is missing.", f"Put it back into {path.parent}.")
+        raise StudioError(
+            say("{name} is missing.", name=path.name), say("Put it back into {folder}.", folder=path.parent)
+        )
     start, encoding = _first_lines(path)
     lines = start.splitlines()
     if not start.strip() or len(lines) < 2 or not lines[1].strip():
         raise StudioError(
-            f"{path.name} holds no rows.", "Choose a file with a header line and numbers below."
+            say("{name} holds no rows.", name=path.name),
+            "Choose a file with a header line and numbers below.",
         )
     separator = _separator(start)
     names = _split(lines[0], separator)
@@ -98,7 +101,9 @@ def _must_decode(path: Path, encoding: str) -> None:
                 decoder.decode(part)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError as error:
-            raise StudioError(f"{path.name} is damaged: not all of it is text.", _SAVE_AGAIN) from error
+            raise StudioError(
+                say("{name} is damaged: not all of it is text.", name=path.name), _SAVE_AGAIN
+            ) from error
 
 
 class _Form:
@@ -187,7 +192,9 @@ def _arrow_table(
 
 
 def _no_rows(path: Path) -> StudioError:
-    return StudioError(f"{path.name} holds no rows.", "Choose a file with a header line and numbers below.")
+    return StudioError(
+        say("{name} holds no rows.", name=path.name), "Choose a file with a header line and numbers below."
+    )
 
 
 def _joined(table: pa.Table) -> list[Any]:
@@ -220,10 +227,16 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
         row_text = f", row {found[2]}" if found[2] else ""
         value = found[3][:30]
         return StudioError(
-            f"{name} has {value!r} where a number should be, in column {column}{row_text}.",
+            say(
+                "{name} has {value} where a number should be, in column {column}{row_text}.",
+                name=name,
+                value=repr(value),
+                column=column,
+                row_text=row_text,
+            ),
             "Fix the value, or export the file again.",
         )
-    return StudioError(f"{name} cannot be read as a table.", _SAVE_AGAIN)
+    return StudioError(say("{name} cannot be read as a table.", name=name), _SAVE_AGAIN)
 
 
 def _first_lines(path: Path) -> tuple[str, str]:
@@ -237,7 +250,7 @@ def _first_lines(path: Path) -> tuple[str, str]:
         if len(zeros) > 8 and zeros.count(0) > 0.8 * len(zeros):
             return start[: len(start) // 2 * 2].decode(encoding, errors="replace"), encoding
     if b"\0" in start:
-        raise StudioError(f"{path.name} is not a text file.", _SAVE_AGAIN)
+        raise StudioError(say("{name} is not a text file.", name=path.name), _SAVE_AGAIN)
     for encoding in ("utf-8", "cp932"):
         decoder = codecs.getincrementaldecoder(encoding)()
         try:
@@ -245,7 +258,7 @@ def _first_lines(path: Path) -> tuple[str, str]:
         except UnicodeDecodeError:
             continue
         return text.removeprefix("\ufeff"), encoding
-    raise StudioError(f"{path.name} has an unknown text encoding.", _SAVE_AGAIN)
+    raise StudioError(say("{name} has an unknown text encoding.", name=path.name), _SAVE_AGAIN)
 
 
 def _separator(text: str) -> str:
@@ -288,7 +301,10 @@ def why_unknown(path: Path) -> StudioError:
 def check_suffix(path: Path, suffix: str) -> None:
     """Refuse to write under a name that says something else."""
     if not path.name.lower().endswith(suffix) or len(path.name) == len(suffix):
-        raise StudioError(f"{path.name} does not end in {suffix}.", f"Choose a name that ends in {suffix}.")
+        raise StudioError(
+            say("{name} does not end in {suffix}.", name=path.name, suffix=suffix),
+            say("Choose a name that ends in {suffix}.", suffix=suffix),
+        )
 
 
 def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.floating]]) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.formats import Imported, _bvh_text
 from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bones import BoneTables, UnknownSkeleton, corrected, humanoid_names, pairs
@@ -82,7 +82,7 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     """
     bvh = _bvh_text.read(path)
     if not len(bvh.frames):
-        raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
+        raise StudioError(say("{name} holds no frames.", name=path.name), "Choose a file with motion.")
     names = [joint.name for joint in bvh.joints]
     # What a person said wins over every guess.
     corrections = tables.of(names) if tables else {}

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.formats import Imported
 from studio.formats._table import check_suffix, header, read_table
 from studio.formats._writing import checked, on_grid
@@ -60,7 +60,9 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     # Frames in which the phone saw no face have a timecode and the count 0, and nothing more.
     codes = next(iter(table.texts.values()), None)
     if codes is None:
-        raise StudioError(f"{path.name} has no Timecode column.", "Export it again from Live Link Face.")
+        raise StudioError(
+            say("{name} has no Timecode column.", name=path.name), "Export it again from Live Link Face."
+        )
     notes = list(table.notes)
     values, empty = forward_filled(table.values)
     if empty:
@@ -72,7 +74,9 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     angles = {low + angle for low in _TURNS.values() for angle in _ANGLES}
     shapes = [i for i, n in enumerate(table.names) if n.lower() not in angles | {"blendshapecount"}]
     if not shapes:
-        raise StudioError(f"{path.name} has no face shapes.", "Export it again from Live Link Face.")
+        raise StudioError(
+            say("{name} has no face shapes.", name=path.name), "Export it again from Live Link Face."
+        )
     if found:
         notes.append("The turns of head and eyes were read as radians.")
     motion = Motion.build(
@@ -105,7 +109,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, WRITES)
     if not len(motion) or not motion.shape_names:
-        raise RequestError(f"There is no face to write to {path.name}.", "Export the body as BVH instead.")
+        raise RequestError(
+            say("There is no face to write to {name}.", name=path.name), "Export the body as BVH instead."
+        )
     even = on_grid(motion)
     weights, angles = arkit_weights(even), _angles(even)
     names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]

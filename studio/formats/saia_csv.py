@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.files import atomic
 from studio.formats import Imported, _writing
 from studio.formats._table import Table, check_suffix, header, read_table, write_table
@@ -91,7 +91,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.shape_names or motion.bone_names):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     shapes_path, bones_path, sound_path = targets(path)
     files: list[Path] = []
     shapes = bones = None
@@ -155,13 +157,17 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
     lower = [name.lower() for name in table.names]
     if "time" not in lower:
         raise StudioError(
-            f"{path.name} has no Time column.", "Export it again with the time in the first column."
+            say("{name} has no Time column.", name=path.name),
+            "Export it again with the time in the first column.",
         )
     at = lower.index("time")
     names = [name for i, name in enumerate(table.names) if i != at]
     if len(set(names)) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise StudioError(f"{path.name} has two columns called {twice}.", "Rename or remove one of them.")
+        raise StudioError(
+            say("{name} has two columns called {twice}.", name=path.name, twice=twice),
+            "Rename or remove one of them.",
+        )
     values, empty = forward_filled(table.values[:, 1:] if at == 0 else np.delete(table.values, at, axis=1))
     if empty:
         notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
@@ -171,7 +177,8 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
     # More than half wrong is no damage but a column that holds something else.
     if dropped * 2 > len(times):
         raise StudioError(
-            f"The times in {path.name} do not rise.", "Export it again with the time in seconds."
+            say("The times in {name} do not rise.", name=path.name),
+            "Export it again with the time in seconds.",
         )
     if dropped:
         notes.append(f"{path.name}: {counted(dropped, 'row')} with a wrong time left out.")
@@ -187,7 +194,9 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
 def _read_shapes(path: Path, notes: list[str]) -> Motion:
     times, names, values = _times_and_values(read_table(path), path, notes)
     if not names:
-        raise StudioError(f"{path.name} has no blend shapes.", "Choose a file with columns beside Time.")
+        raise StudioError(
+            say("{name} has no blend shapes.", name=path.name), "Choose a file with columns beside Time."
+        )
     top = float(values.max(initial=0.0))
     # Weights go to 1, and a little over with some trackers; percent go to 100.
     if 2.0 < top <= 100.5:
@@ -208,7 +217,9 @@ def _read_bones(path: Path, notes: list[str]) -> Motion:
     values = values if len(known) == len(names) else values[:, known]
     bones = tuple(dict.fromkeys(bone for bone, _ in found))
     if not bones:
-        raise StudioError(f"{path.name} has no bones.", "Choose a file with columns such as HeadRotX.")
+        raise StudioError(
+            say("{name} has no bones.", name=path.name), "Choose a file with columns such as HeadRotX."
+        )
     # The mark of the notebook's files: two bones' PosX side by side.
     if len(found) > 1 and found[0][1] == found[1][1] == "PosX":
         return _notebook_bones(path, times, bones, values, notes)
@@ -245,7 +256,8 @@ def _client_bones(
     turned = tuple(bone for bone in bones if all((bone, part) in columns for part in _PARTS[3:]))
     if not turned:
         raise StudioError(
-            f"No bone in {path.name} has all of RotX, RotY, RotZ and RotW.", "Export it again with rotations."
+            say("No bone in {name} has all of RotX, RotY, RotZ and RotW.", name=path.name),
+            "Export it again with rotations.",
         )
     if len(turned) < len(bones):
         halves = ", ".join(bone for bone in bones if bone not in turned)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.formats import Imported
 from studio.sound.sound_file import sound_info
 from studio.tracking import face_model
@@ -62,7 +62,9 @@ def read(path: Path, audio: Path | None = None, video: VideoReading | None = Non
     if found.motion is None:
         what = f"No face was seen in {path.name}"
         if silent is not None:
-            raise StudioError(f"{what}, and it has no sound.", "Choose a video with a face in good light.")
+            raise StudioError(
+                say("{what}, and it has no sound.", what=what), "Choose a video with a face in good light."
+            )
         notes = (f"{what}; only its sound was imported.",)
     elif silent is not None:
         notes = (*notes, f"{path.name} has no sound; only its motion was imported.")
@@ -81,6 +83,6 @@ def _why_silent(audio: Path) -> StudioError | None:
     try:
         if sound_info(audio).duration > 0:
             return None
-        return StudioError(f"The sound of {audio.name} is empty.", "Choose another file.")
+        return StudioError(say("The sound of {audio} is empty.", audio=audio.name), "Choose another file.")
     except StudioError as error:
         return error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
 LIVE_WORDS = (
@@ -42,7 +42,7 @@ class Command(NamedTuple):
         if self.argument in ("", "on", "off"):
             return not now if not self.argument else self.argument == "on"
         what = f"{self.word} cannot be {self.argument}."
-        raise RequestError(what, f"Write {self.word} on or {self.word} off.")
+        raise RequestError(what, say("Write {word} on or {word} off.", word=self.word))
 
 
 STOP = Command("stop")
@@ -74,5 +74,5 @@ def read_live(line: str) -> Command | None:
     command = read(line)
     if command is not None and command.word not in LIVE_WORDS:
         what = f"There is no {command.word} while it is live."
-        raise RequestError(what, f"Write one of: {', '.join(LIVE_WORDS)}.")
+        raise RequestError(what, say("Write one of: {live_words}.", live_words=", ".join(LIVE_WORDS)))
     return command

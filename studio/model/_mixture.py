@@ -20,7 +20,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.model._network import SamplingOptions, Sizes
 
 Array = NDArray[np.floating]
@@ -325,7 +325,10 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
     """
     if kind not in KINDS:
         words = ", ".join(KINDS) + f" or {MATCHED}"
-        raise RequestError(f"{kind!r} is not possible for network.body.", f"Choose {words}.")
+        raise RequestError(
+            say("{kind} is not possible for network.body.", kind=repr(kind)),
+            say("Choose {words}.", words=words),
+        )
     # A head without body columns would have no directions to draw in.
     if kind == "plain" or sizes.columns <= sizes.faces:
         return None

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.motion import Motion, Pose
 from studio.motion.neutral import between, neutral_pose
 from studio.performer.loudspeaker import Loudspeaker
@@ -357,12 +357,22 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, in
 
 def _check(port: int, fps: float, jitter_ms: float, loss: float, seconds: float | None) -> None:
     if not 0 < port < 65536:
-        raise RequestError(f"{port} is not a port.", "Choose a number from 1 to 65535.")
+        raise RequestError(say("{port} is not a port.", port=port), "Choose a number from 1 to 65535.")
     if not 1.0 <= fps <= 240.0:
-        raise RequestError(f"{fps:g} frames a second cannot be sent.", "Choose a rate from 1 to 240.")
+        raise RequestError(
+            say("{fps} frames a second cannot be sent.", fps=f"{fps:g}"), "Choose a rate from 1 to 240."
+        )
     if not 0.0 <= loss <= 1.0:
-        raise RequestError(f"A loss of {loss:g} is not a share.", "Choose a number from 0 to 1.")
+        raise RequestError(
+            say("A loss of {loss} is not a share.", loss=f"{loss:g}"), "Choose a number from 0 to 1."
+        )
     if not 0.0 <= jitter_ms <= 1000.0:
-        raise RequestError(f"A jitter of {jitter_ms:g} ms cannot be made.", "Choose 0 to 1000 ms.")
+        raise RequestError(
+            say("A jitter of {jitter_ms} ms cannot be made.", jitter_ms=f"{jitter_ms:g}"),
+            "Choose 0 to 1000 ms.",
+        )
     if seconds is not None and not 0.0 < seconds < math.inf:
-        raise RequestError(f"A performance of {seconds:g} s cannot be given.", "Choose a time above 0.")
+        raise RequestError(
+            say("A performance of {seconds} s cannot be given.", seconds=f"{seconds:g}"),
+            "Choose a time above 0.",
+        )

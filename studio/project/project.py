@@ -12,7 +12,7 @@ from studio.dataset import edits, relink
 from studio.dataset import history as store
 from studio.dataset.dataset import Dataset, Label, Selection
 from studio.dataset.history import History
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers, lock
 from studio.motion import Motion
 from studio.project.contents import (
@@ -63,12 +63,19 @@ class Project:
         folder = Path(folder).absolute()
         if folder.exists() and not folder.is_dir():
             raise RequestError(
-                f"{folder.name} is a file, not a folder.", "Choose another place for the project."
+                say("{folder} is a file, not a folder.", folder=folder.name),
+                "Choose another place for the project.",
             )
         if (folder / PROJECT_FILE).exists():
-            raise RequestError(f"{folder.name} is a project already.", "Open it, or choose another folder.")
+            raise RequestError(
+                say("{folder} is a project already.", folder=folder.name),
+                "Open it, or choose another folder.",
+            )
         if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
-            raise RequestError(f"The folder {folder.name} is not empty.", "Choose an empty or a new folder.")
+            raise RequestError(
+                say("The folder {folder} is not empty.", folder=folder.name),
+                "Choose an empty or a new folder.",
+            )
         try:
             for part in ("takes", "runs", "exports"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
@@ -173,7 +180,10 @@ class Project:
         """One take; RequestError where there is none of that id."""
         if take_id not in self._takes:
             known = ", ".join(list(self._takes)[:8]) or "none yet"
-            raise RequestError(f"There is no take {take_id} in {self.name}.", f"Takes there: {known}.")
+            raise RequestError(
+                say("There is no take {take_id} in {name}.", take_id=take_id, name=self.name),
+                say("Takes there: {known}.", known=known),
+            )
         return self._takes[take_id]
 
     def next_number(self, slate: str) -> int:
@@ -369,7 +379,10 @@ class Project:
         folder = self.runs_folder / run_id
         if not run_id or Path(run_id).name != run_id or not folder.is_dir():
             known = ", ".join(run.id for run in self.runs) or "none yet"
-            raise RequestError(f"There is no run {run_id} in {self.name}.", f"Runs there: {known}.")
+            raise RequestError(
+                say("There is no run {run_id} in {name}.", run_id=run_id, name=self.name),
+                say("Runs there: {known}.", known=known),
+            )
         return Run.load(folder)
 
     def new_run_folder(self, recipe: str) -> Path:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.render.palette import Palette, rgb
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ class Background:
         text = NAMES.get(text.strip().lower(), text.strip())
         made = cls(text)
         if text.startswith("#") and not made.is_colour:
-            raise RequestError(f"{text} is no colour.", HOW)
+            raise RequestError(say("{text} is no colour.", text=text), HOW)
         if made.is_image and not Path(text).is_file():
-            raise RequestError(f"There is no background called {text}.", HOW)
+            raise RequestError(say("There is no background called {text}.", text=text), HOW)
         return made
 
     @property

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, leftovers
 from studio.sound.decode import RATES, Decoding, UnreadableError, chained
 
@@ -339,19 +339,23 @@ def put_sound(path: Path, sound: Sound, subtype: str, container: str) -> None:
 
 def _must_exist(path: Path) -> None:
     if not path.is_file():
-        raise StudioError(f"The sound file {path.name} is missing.", f"Put it back at {path.parent}.")
+        raise StudioError(
+            say("The sound file {name} is missing.", name=path.name),
+            say("Put it back at {folder}.", folder=path.parent),
+        )
     if path.stat().st_size == 0:
-        raise StudioError(f"The sound file {path.name} is empty.", "Choose another file.")
+        raise StudioError(say("The sound file {name} is empty.", name=path.name), "Choose another file.")
 
 
 def _no_sound(path: Path) -> StudioError:
     return StudioError(
-        f"No sound could be read from {path.name}.", "Choose a WAV, FLAC, OGG, MP3 or M4A file."
+        say("No sound could be read from {name}.", name=path.name),
+        "Choose a WAV, FLAC, OGG, MP3 or M4A file.",
     )
 
 
 def _damaged(path: Path) -> StudioError:
-    return StudioError(f"The sound file {path.name} is damaged.", "Import or record it again.")
+    return StudioError(say("The sound file {name} is damaged.", name=path.name), "Import or record it again.")
 
 
 def _decode(path: Path) -> Sound:
@@ -396,13 +400,17 @@ class SoundSource:
     def __init__(self, path: Path) -> None:
         self._scratch: tempfile.TemporaryDirectory[str] | None = None
         if not path.is_file():
-            raise StudioError(f"The sound {path.name} is not there.", "Choose another, or put the file back.")
+            raise StudioError(
+                say("The sound {name} is not there.", name=path.name), "Choose another, or put the file back."
+            )
         self._file = open_file(path) or self._decoded(path)
         self.sample_rate: int = self._file.samplerate
         self.frames: int = self._file.frames
         if not self.frames:
             self.close()
-            raise StudioError(f"The sound {path.name} is empty.", "Choose a sound that holds something.")
+            raise StudioError(
+                say("The sound {name} is empty.", name=path.name), "Choose a sound that holds something."
+            )
 
     @property
     def duration(self) -> float:

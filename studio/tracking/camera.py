@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from studio import clock
-from studio.errors import InputError, StudioError
+from studio.errors import InputError, StudioError, say
 from studio.tracking.landmarker import Picture
 from studio.tracking.video import picture_of
 
@@ -180,14 +180,16 @@ def _opened_file(path: str) -> Any:
     try:
         container = av.open(str(Path(path).absolute()))
         if not container.streams.video:
-            raise InputError(f"There are no pictures in {Path(path).name}.", "Choose a video.")
+            raise InputError(say("There are no pictures in {name}.", name=Path(path).name), "Choose a video.")
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _unreadable(path) from error
     return container
 
 
 def _unreadable(path: str) -> InputError:
-    return InputError(f"{Path(path).name} cannot be read as a video.", "Choose another, or a camera.")
+    return InputError(
+        say("{name} cannot be read as a video.", name=Path(path).name), "Choose another, or a camera."
+    )
 
 
 def _opened(device: str, size: tuple[int, int], fps: float) -> Any:
@@ -224,9 +226,12 @@ def _refused(device: str, error: BaseException) -> InputError:
             "darwin": "System Settings, Privacy & Security, Camera",
             "win32": "Settings, Privacy & security, Camera",
         }.get(sys.platform, "the group “video” (sudo usermod -aG video $USER, then log in again)")
-        return InputError(f"This program may not use the camera {name}.", f"Allow it in {where}.")
+        return InputError(
+            say("This program may not use the camera {name}.", name=name),
+            say("Allow it in {where}.", where=where),
+        )
     if isinstance(error, FileNotFoundError):
-        return InputError(f"There is no camera {name}.", "Plug it in, or choose another.")
+        return InputError(say("There is no camera {name}.", name=name), "Plug it in, or choose another.")
     if _is_busy(error):
         what = f"The camera {name} is used by another program."
         return InputError(what, "Close the video call or the other tracker, then try again.")
@@ -234,4 +239,7 @@ def _refused(device: str, error: BaseException) -> InputError:
     advice = (
         "Close programs that use it, check that it is allowed in the system's privacy settings, or choose"
     )
-    return InputError(f"The camera {name} cannot be opened ({reason}).", f"{advice} another.")
+    return InputError(
+        say("The camera {name} cannot be opened ({reason}).", name=name, reason=reason),
+        say("{advice} another.", advice=advice),
+    )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.motion import Motion, rotation
 from studio.tracking import raw
 from studio.tracking.choice import FaceChoice, Place, picked
@@ -173,7 +173,7 @@ def _clock_of(path: Path) -> tuple[float, float]:
         with av.open(str(path.absolute())) as container:
             stream = _stream(container)
             if stream is None:
-                raise RequestError(f"There are no pictures in {path.name}.", "Choose a video.")
+                raise RequestError(say("There are no pictures in {name}.", name=path.name), "Choose a video.")
             length = float((stream.duration or 0) * (stream.time_base or 0))
             duration = length or (container.duration or 0) / av.time_base
             start = float((stream.start_time or 0) * stream.time_base)
@@ -221,7 +221,10 @@ def _decoded(packet: Any) -> list[Any]:
 def _unreadable(path: Path) -> StudioError:
     is_mp4 = path.suffix.lower() in (".mp4", ".m4v")
     advice = "Copy it again from where it came" if is_mp4 else "Convert it to MP4"
-    return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
+    return StudioError(
+        say("{name} cannot be read as a video.", name=path.name),
+        say("{advice}, or choose another.", advice=advice),
+    )
 
 
 def pictures(path: Path, options: VideoOptions, after: float = -math.inf) -> Iterator[tuple[float, Picture]]:

@@ -21,7 +21,7 @@ from torch import Tensor
 from torch.overrides import TorchFunctionMode
 
 from studio import model, registry
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.motion import Layout
 from studio.files import atomic
 from studio.model._mixture import MATCHED
@@ -290,7 +290,9 @@ def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
     fps = Fraction(*map(int, facts["fps"]))
     if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
         what = f"{min(float(fps), 1e9):g} frames a second are not possible."
-        raise RequestError(what, f"Choose {_SLOWEST:g} to {_FASTEST}.")
+        raise RequestError(
+            what, say("Choose {slowest} to {fastest}.", slowest=f"{_SLOWEST:g}", fastest=_FASTEST)
+        )
     return fps
 
 
@@ -349,7 +351,8 @@ def _write(path: Path, tensors: dict[str, Tensor], facts: dict[str, Any]) -> Non
 def _read(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     if not path.is_file():
         raise StudioError(
-            f"The run {path.parent.name} has no {path.name} yet.", "Train it, or choose another run."
+            say("The run {folder} has no {name} yet.", folder=path.parent.name, name=path.name),
+            "Train it, or choose another run.",
         )
     try:
         with safe_open(str(path), framework="pt", device="cpu") as file:
@@ -375,5 +378,6 @@ def _current_name(name: str) -> str:
 
 def _damaged(path: Path) -> StudioError:
     return StudioError(
-        f"{path.name} of the run {path.parent.name} is damaged.", "Train again, or restore it from a backup."
+        say("{name} of the run {folder} is damaged.", name=path.name, folder=path.parent.name),
+        "Train again, or restore it from a backup.",
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.features.audio_spec import Floats
 from studio.features.examples import Example, make_example
 from studio.features.motion import FACE, Layout
@@ -68,9 +68,14 @@ def show_style(
     taken = (AVERAGE, *model.style_names)
     style = style.strip() or _free(f"like {name}", taken)
     if style in taken:
-        raise RequestError(f"{run.id} has a style called {style} already.", "Choose another name.")
+        raise RequestError(
+            say("{run} has a style called {style} already.", run=run.id, style=style), "Choose another name."
+        )
     if len(style) > LONGEST_NAME or not style.isprintable():
-        raise RequestError("A style cannot be called that.", f"Choose up to {LONGEST_NAME} plain letters.")
+        raise RequestError(
+            "A style cannot be called that.",
+            say("Choose up to {longest_name} plain letters.", longest_name=LONGEST_NAME),
+        )
     on_progress(0.2)
     example = _example(project, selection, model, span)
     on_progress(0.6)
@@ -89,7 +94,10 @@ def forget_style(run: Run, name: str) -> None:
     left = tuple(one for one in model.fitted if one.name != name)
     if len(left) == len(model.fitted):
         shown = ", ".join(one.name for one in model.fitted) or "none"
-        raise RequestError(f"{run.id} was shown no style called {name}.", f"It was shown: {shown}.")
+        raise RequestError(
+            say("{run} was shown no style called {name}.", run=run.id, name=name),
+            say("It was shown: {shown}.", shown=shown),
+        )
     _keep(run, replace(model, fitted=left))
 
 
@@ -149,7 +157,13 @@ def _stretch(project: Project, name: str, span: tuple[float, float]) -> Selectio
     end = min(end, duration)
     if end - start < SHORTEST_SECONDS:
         what = f"That stretch of {name} is {max(end - start, 0):.1f} s long, too short to show how it moves."
-        raise RequestError(what, f"Choose at least {SHORTEST_SECONDS:.0f} s; ten do better.")
+        raise RequestError(
+            what,
+            say(
+                "Choose at least {shortest_seconds} s; ten do better.",
+                shortest_seconds=f"{SHORTEST_SECONDS:.0f}",
+            ),
+        )
     return replace(used, in_point=start, out_point=end)
 
 
@@ -159,7 +173,9 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
     material: TrainingMaterial = load_material(selection, take, spec.sample_rate)
     where = f"{selection.id} between {span[0]:g} s and {span[1]:g} s"
     if not len(material.samples) or is_silent(material):
-        raise RequestError(f"There is no sound in {where}.", "Choose a stretch in which somebody speaks.")
+        raise RequestError(
+            say("There is no sound in {where}.", where=where), "Choose a stretch in which somebody speaks."
+        )
     grid = on_grid(material.motion, len(material.samples) / spec.sample_rate, model.fps, material.excluded)
     if grid.valid.sum() < SHORTEST_SECONDS * float(model.fps) - 1:
         what = f"There are less than {SHORTEST_SECONDS:.0f} s of captured motion in {where}."
@@ -177,7 +193,7 @@ def _must_rest(run: Run) -> None:
         what = "The base voice comes with the studio and learns nobody's style."
         raise RequestError(what, "Train a run of your own, and show it the style.")
     if run.status == "running":
-        raise RequestError(f"{run.id} is being trained.", "Wait until it is done, or stop it.")
+        raise RequestError(say("{run} is being trained.", run=run.id), "Wait until it is done, or stop it.")
 
 
 def _free(name: str, taken: tuple[str, ...]) -> str:

@@ -14,7 +14,7 @@ from studio.dataset import prompts
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, frame_rate
 from studio.features.examples import Example, make_example
@@ -144,7 +144,9 @@ def _materials(
     train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
     if not train:
         why = f": {notes[0].removesuffix(_LEFT_OUT)}" if notes else ""
-        raise RequestError(f"No take with sound and motion is marked for training{why}.", _MARK)
+        raise RequestError(
+            say("No take with sound and motion is marked for training{reason}.", reason=why), _MARK
+        )
     if all(is_silent(material) for material in train):
         raise RequestError(
             "The training takes are silent; nothing can be learnt from their sound.",
@@ -198,8 +200,11 @@ def is_silent(material: TrainingMaterial) -> bool:
 
 def _too_little(seconds: float) -> RequestError:
     return RequestError(
-        f"The training takes hold only {seconds:.1f} s of sound with motion; "
-        f"{SHORTEST_SECONDS:.0f} s are needed.",
+        say(
+            "The training takes hold only {seconds} s of sound with motion; {shortest_seconds} s are needed.",
+            seconds=f"{seconds:.1f}",
+            shortest_seconds=f"{SHORTEST_SECONDS:.0f}",
+        ),
         "Record or import more, or mark more takes for training in Curate.",
     )
 

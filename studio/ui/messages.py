@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.ui import theme
+from studio.ui.language import translated
 from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
@@ -253,7 +254,7 @@ def show_error(parent: QWidget | None, error: BaseException) -> None:
     if isinstance(error, StudioError):
         toast = _toast(parent)
         if toast is not None:
-            toast.show_message(error.what, error.in_window, "error")
+            toast.show_message(translated(error.what), translated(error.in_window), "error")
         return
     report = "".join(traceback.format_exception(error))
     print(report, file=sys.stderr)  # noqa: T201 - the terminal keeps what the window may lose

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError, counted
+from studio.errors import StudioError, counted, say
 from studio.formats import _glb
 from studio.formats._glb import Glb, entry
 from studio.motion import Motion, Skeleton, rotation
@@ -84,9 +84,13 @@ def _motion(glb: Glb) -> tuple[Motion, list[str]]:
     extensions = glb.document.get("extensions")
     extension = extensions.get("VRMC_vrm_animation") if isinstance(extensions, dict) else None
     if not isinstance(extension, dict):
-        raise StudioError(f"{glb.path.name} is not a VRM Animation.", "Choose a file saved as VRM Animation.")
+        raise StudioError(
+            say("{name} is not a VRM Animation.", name=glb.path.name), "Choose a file saved as VRM Animation."
+        )
     if not glb.document.get("animations"):
-        raise StudioError(f"{glb.path.name} holds no motion.", "Choose a file with an animation.")
+        raise StudioError(
+            say("{name} holds no motion.", name=glb.path.name), "Choose a file with an animation."
+        )
     nodes = _nodes(glb)
     expressions = _expressions(extension)
     bones = _bones(extension)
@@ -94,7 +98,9 @@ def _motion(glb: Glb) -> tuple[Motion, list[str]]:
     wanted = {*bones.values(), *expressions.values(), look}
     notes = _tracks(glb, nodes, wanted)
     if not nodes.tracks:
-        raise StudioError(f"{glb.path.name} holds no motion.", "Choose a file with an animation.")
+        raise StudioError(
+            say("{name} holds no motion.", name=glb.path.name), "Choose a file with an animation."
+        )
     times, more = _times(glb.path, list(nodes.tracks.values()))
     shapes = [nodes.tracks[node, "translation"].at(times)[:, 0] if (node, "translation") in nodes.tracks
               else np.zeros(len(times)) for node in expressions.values()]  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from studio import clock
 from studio.capture.microphone import AudioInput, SoundBlock, SoundWatch, input_devices, opening
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.playback.player import Player
 from studio.sound.sound_file import finite, sound_blocks, sound_info
 
@@ -163,7 +163,9 @@ class Microphone:
     def _lose(self, current: AudioInput) -> None:
         self._lost = True
         self._problems.append(
-            StudioError(f"{self.name} stopped giving sound.", "Plug it in again; it resumes by itself.")
+            StudioError(
+                say("{name} stopped giving sound.", name=self.name), "Plug it in again; it resumes by itself."
+            )
         )
         # A device that is gone may take its time to be closed.
         threading.Thread(target=current.abandon, name="close lost microphone", daemon=True).start()
@@ -196,7 +198,11 @@ class Microphone:
         rate = fresh.sample_rate
         changed = f" at {rate / 1000:g} kHz" if rate != before else ""
         if self.name == name:
-            self._problems.append(StudioError(f"{self.name} is back{changed}.", "Nothing to do."))
+            self._problems.append(
+                StudioError(
+                    say("{name} is back{changed}.", name=self.name, changed=changed), "Nothing to do."
+                )
+            )
         else:  # the system chose another one, or one of a similar name took its place
             what = f"{self.name} is heard{changed} now, for {name} is not back."
             self._problems.append(StudioError(what, "If you mean another one, stop and choose it."))

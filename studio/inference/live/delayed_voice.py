@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from studio import clock
 from studio.capture.microphone import SoundWatch, find_output, library, opening
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.inference.live.audio_source import AudioBlock
 from studio.inference.live.timing import SampleClock
 from studio.sound.resample import Resampler
@@ -245,7 +245,9 @@ class DelayedVoiceOutput:
             self._close()
             self._open()
             self._gone = False
-        self._problems.append(StudioError(f"{self.name} takes your voice again.", "Nothing to do."))
+        self._problems.append(
+            StudioError(say("{name} takes your voice again.", name=self.name), "Nothing to do.")
+        )
 
     def _close(self) -> None:
         stream, self._stream, self._line = self._stream, None, None

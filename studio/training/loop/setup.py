@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
@@ -67,7 +67,14 @@ def out_of_memory(recipe: Recipe, project: Path, run: str) -> StudioError:
     how = f"--resume {run}" if run else f"--recipe {recipe.name}"
     kept = " What was learnt is kept." if run else ""
     return StudioError(
-        what, f'A smaller batch may fit: `saia train "{project}" {how} --set {setting}`.{kept}'
+        what,
+        say(
+            'A smaller batch may fit: `saia train "{project}" {how} --set {setting}`.{kept}',
+            project=project,
+            how=how,
+            setting=setting,
+            kept=kept,
+        ),
     )
 
 
@@ -98,7 +105,10 @@ def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
     elif settings.devices > 1:
         raise RequestError(
             "Several devices need several processes.",
-            f"Start it with `torchrun --nproc-per-node {settings.devices} --no-python saia train ...`.",
+            say(
+                "Start it with `torchrun --nproc-per-node {devices} --no-python saia train ...`.",
+                devices=settings.devices,
+            ),
         )
     return fabric
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 import lightning_fabric
 import torch
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.ipc.events import (
     CleaningEvent,
     EpochEvent,
@@ -188,7 +188,11 @@ class _Training:
             total += self.steps.take((number - 1) * steps + done - 1, batch)
             if not math.isfinite(total):
                 raise StudioError(
-                    f"The training of {self.folder.path.name} went astray in epoch {number}.",
+                    say(
+                        "The training of {name} went astray in epoch {number}.",
+                        name=self.folder.path.name,
+                        number=number,
+                    ),
                     "Lower training.learning_rate; the best weights so far are kept.",
                 )
             self._tell_step(number, done, total / done)
