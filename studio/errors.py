@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 
-class Sentence(str):
+class Text(str):
     """A text in English that knows how it was made, so that it can be said in another language.
 
     Args:
         text: the English.
         template: what is translated, with its fields in braces; of a plural the form for many.
-        fields: what stands in the braces. Words of ours are Sentences again, all else is the same in
+        fields: what stands in the braces. Words of ours are Texts again, all else is the same in
             every language.
         number: what a plural goes by, None without one.
     """
 
     def __new__(
         cls, text: str, template: str, fields: dict[str, str] | None = None, number: int | None = None
-    ) -> Sentence:
+    ) -> Text:
         self = super().__new__(cls, text)
         self.template, self.fields, self.number = template, fields or {}, number
         return self
@@ -31,25 +32,44 @@ class Sentence(str):
         return str(self), self.template, self.fields, self.number
 
 
-def say(template: str, one: str = "", /, **fields: Any) -> Sentence:
+def say(template: str, one: str = "", /, **fields: Any) -> Text:
     """A sentence that can be translated; without fields it is only marked as one.
 
     Args:
         template: a literal, so that packaging/translations.py finds it: "Port {port} is not possible."
         one: the English for a single one, where the template is that for many.
-        fields: what stands in the braces, written as it is to be read; with `one`, `n` is the number.
+        fields: what stands in the braces, written as it is to be read; `n` is the number a plural goes by.
     """
-    filled = {name: f if isinstance(f, Sentence) else str(f) for name, f in fields.items()}
-    number = int(fields["n"]) if one else None
-    if number is not None:
-        filled["n"] = f"{number:,}"
-    english = one if number == 1 else template
-    return Sentence(english.format(**filled) if filled else english, template, filled, number)
+    if isinstance(template, Text):  # marked before, where it is told from
+        return template
+    filled = {name: f if isinstance(f, Text) else str(f) for name, f in fields.items()}
+    number = int(filled["n"].replace(",", "")) if "n" in filled else None
+    english = one if one and number == 1 else template
+    return Text(english.format(**filled) if filled else english, template, filled, number)
 
 
-def counted(number: int, thing: str) -> Sentence:
+def together(between: str, *parts: str) -> str:
+    """Those sentences or clauses that say something, one after the other."""
+    said = {f"part{number}": part for number, part in enumerate(parts) if part}
+    template = between.join(f"{{{name}}}" for name in said)
+    return Text(between.join(said.values()), template, said) if len(said) > 1 else "".join(said.values())
+
+
+def capital(sentence: Text) -> Text:
+    """A sentence that begins with a field, with a capital letter; so it does in every language."""
+    english = f"{sentence[:1].upper()}{sentence[1:]}"
+    return Text(english, sentence.template, sentence.fields, sentence.number)
+
+
+def counted(number: int, thing: str) -> Text:
     """A number and what it counts: "1 frame", "1,472 frames"."""
-    return say(f"{{n}} {thing}s", f"{{n}} {thing}", n=number)
+    return say(f"{{n}} {thing}s", f"{{n}} {thing}", n=f"{number:,}")
+
+
+def some(names: Sequence[str], most: int) -> str:
+    """The first of some names, and how many more there are: "A, B and 3 more"."""
+    first = ", ".join(names[:most])
+    return say("{names} and {n} more", names=first, n=len(names) - most) if len(names) > most else first
 
 
 class StudioError(Exception):

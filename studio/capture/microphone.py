@@ -106,7 +106,7 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
         # Some host APIs name no default until something was played; then the first API's own is taken.
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
-        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
+        raise no_sound(say("The sound system did not answer ({reason}).", reason=_reason(error))) from error
     found = [_device(entry, entry["index"] == chosen) for entry in listed if entry["max_input_channels"] > 0]
     return tuple(sorted(found, key=lambda d: not d.default))
 
@@ -122,7 +122,7 @@ def output_names() -> tuple[str, ...]:
         with opening:
             listed = sd.query_devices()
     except sd.PortAudioError as error:
-        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
+        raise no_sound(say("The sound system did not answer ({reason}).", reason=_reason(error))) from error
     return tuple(dict.fromkeys(str(one["name"]) for one in listed if one["max_output_channels"] > 0))
 
 

@@ -150,4 +150,10 @@ class Roll:
             missing -= chunk
         # A device that stutters all evening must not fill the take with sentences.
         if len(self.notes) < 50:
-            self.notes.append(f"Sound was lost for {gap * 1e3:.0f} ms at {at:.1f} s and is silent there.")
+            self.notes.append(
+                say(
+                    "Sound was lost for {gap} ms at {at} s and is silent there.",
+                    gap=f"{gap * 1000.0:.0f}",
+                    at=f"{at:.1f}",
+                )
+            )

@@ -268,9 +268,9 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
             raise StudioError(first.what, first.remedy)
         # A full disk or a run without weights fails every file alike, and needs no name.
         alike = all(failure.what == first.what for failure in queue.failed)
-        details = first.what if alike else f"The first, {first.name}: {first.what}"
+        details = first.what if alike else say("The first, {name}: {what}", name=first.name, what=first.what)
         raise StudioError(
-            say("None of the {count} files could be made. {details}", count=len(entries), details=details),
+            say("None of the {n} files could be made. {details}", n=len(entries), details=details),
             first.remedy,
         )
     parts = [f"{counted(len(queue.files), 'file')} written."]

@@ -200,7 +200,8 @@ class _Stage:
     def _look_ahead(self, text: str) -> None:
         if not (text.isascii() and text.isdigit()):
             raise RequestError(
-                say("{text} is no look-ahead.", text=text or "Nothing"), "Write milliseconds, such as 100."
+                say("{text} is no look-ahead.", text=text or say("Nothing")),
+                "Write milliseconds, such as 100.",
             )
         look_ahead = self._live.set_look_ahead(int(text))
         event = LookAheadEvent(look_ahead.look_ahead_ms, look_ahead.reach_ms)

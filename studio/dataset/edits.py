@@ -90,7 +90,7 @@ def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
 
     def change(selection: Selection) -> Selection:
         if selection.locked and split != "test":
-            what = f"{selection.id} is a locked test take."
+            what = say("{selection} is a locked test take.", selection=selection.id)
             raise RequestError(what, "Unlock it first to use it for anything else.")
         return replace(selection, split=split)
 
@@ -150,7 +150,12 @@ def remove_label(dataset: Dataset, selection_id: str, label: Label) -> Dataset:
 
     def change(selection: Selection) -> Selection:
         if label not in selection.labels:
-            what = f"{selection.id} has no label {label.text!r} at {label.t:.2f} s."
+            what = say(
+                "{selection} has no label {text} at {t} s.",
+                selection=selection.id,
+                text=repr(label.text),
+                t=f"{label.t:.2f}",
+            )
             raise RequestError(what, "Choose a label that is there.")
         # Of two that are equal only one goes: each was set by a hand of its own.
         labels = list(selection.labels)

@@ -87,7 +87,7 @@ def outside(labels: Iterable[Label], start: float, end: float) -> int:
 
 
 def _unknown(path: Path) -> RequestError:
-    what = f"The studio cannot read {path.name} as a label file."
+    what = say("The studio cannot read {name} as a label file.", name=path.name)
     return RequestError(what, "Choose a name that ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN).")
 
 
@@ -97,7 +97,11 @@ def _bytes(path: Path) -> bytes:
             raise StudioError(say("{name} is too large to be a label file.", name=path.name), _SAVE_AGAIN)
         data = path.read_bytes()
     except OSError as error:
-        what = f"{path.name} could not be read: {error.strerror or type(error).__name__}."
+        what = say(
+            "{name} could not be read: {reason}.",
+            name=path.name,
+            reason=error.strerror or type(error).__name__,
+        )
         raise StudioError(what, "Choose a file that is there.") from error
     if not data.strip():
         raise StudioError(say("{name} is empty.", name=path.name), _SAVE_AGAIN)
@@ -133,7 +137,12 @@ def _read_audacity(path: Path, text: str, tier: str) -> list[Label]:
             if not (math.isfinite(start) and math.isfinite(end)):
                 raise ValueError(line)
         except ValueError as error:
-            what = f"Line {number} of {path.name} is not a label: {line[:40]!r}."
+            what = say(
+                "Line {number} of {name} is not a label: {line}.",
+                number=number,
+                name=path.name,
+                line=repr(line[:40]),
+            )
             raise StudioError(what, _SAVE_AGAIN) from error
         start, end = max(min(start, end), 0.0), max(start, end, 0.0)
         name, words = _named(cells[2].strip() if len(cells) > 2 else "", tier)

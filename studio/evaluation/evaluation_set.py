@@ -85,11 +85,10 @@ def choose_evaluation_set(
     for found in notes:
         note(found)
     if not material:
-        where = f"the split {split}" if not takes else "the takes named"
-        raise RequestError(
-            say("No take in {where} has both sound and motion.", where=where),
-            "Mark takes as test in Curate, or name some with --takes.",
-        )
+        what = say("No take in the split {split} has both sound and motion.", split=split)
+        if takes:
+            what = say("No take in the takes named has both sound and motion.")
+        raise RequestError(what, "Mark takes as test in Curate, or name some with --takes.")
     return EvaluationSet(material, label)
 
 

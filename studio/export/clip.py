@@ -73,7 +73,7 @@ class Generator:
     def __init__(self, run: Run, options: GenerationOptions) -> None:
         # Here, not with the first sound: a queue would fail file by file.
         if not run.has_weights:
-            what = f"{run.id} has no trained weights yet."
+            what = say("{run} has no trained weights yet.", run=run.id)
             raise RequestError(what, "Train it first, or choose another run.")
         self.run, self.options = run, options
 
@@ -182,7 +182,7 @@ def _sounds_in(folder: Path) -> list[Path]:
             if path.suffix.lower() in SOUND_SUFFIXES and not path.name.startswith(".") and path.is_file()
         )
     except OSError as error:
-        what = f"The folder {folder} cannot be read."
+        what = say("The folder {folder} cannot be read.", folder=folder)
         raise RequestError(what, "Choose another folder, or allow reading in it.") from error
     if not inside:
         raise RequestError(

@@ -117,7 +117,7 @@ def writers_named(text: str) -> list[ModuleType]:
     for name in filter(None, (part.strip().lower().lstrip(".") for part in text.split(","))):
         module = writers.get(name) or endings.get(name)
         if module is None:
-            what = f"There is no format {name} to write."
+            what = say("There is no format {name} to write.", name=name)
             raise RequestError(what, say("Choose from: {writers}.", writers=", ".join(sorted(writers))))
         # `vrma,VRMA` names one file.
         if module not in found:
@@ -151,13 +151,16 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
         # Missing folders are made later, so the nearest one that exists decides.
         place = next(folder for folder in file.absolute().parents if folder.exists())
         if not place.is_dir():
-            raise wrong_folder(f"{place} is a file, not a folder.")
+            raise wrong_folder(say("{place} is a file, not a folder.", place=place))
         if not os.access(place, os.W_OK):
-            raise wrong_folder(f"The folder {place} cannot be written.")
+            raise wrong_folder(say("The folder {place} cannot be written.", place=place))
         own = (project.takes_folder, project.runs_folder) if project else ()
         # Resolved: a link into the takes folder would let an export alter a recording.
         if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
-            what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
+            what = say(
+                "{file} would lie among the project's own takes and runs, which are never altered.",
+                file=file.name,
+            )
             raise wrong_folder(what)
         if file.exists() and not force:
             remedy = "Choose another name with -o, or add --force to write over it."

@@ -60,7 +60,7 @@ class ExportRange:
         if self.cuts:
             motion = motion.cut(self.start, np.inf if self.end is None else self.end)
             if not len(motion):
-                what = f"{name} has no motion from {self.start:g} s on."
+                what = say("{name} has no motion from {start} s on.", name=name, start=f"{self.start:g}")
                 raise RequestError(
                     what, say("Choose a span within its {duration} s.", duration=f"{motion.duration:.1f}")
                 )

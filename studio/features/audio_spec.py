@@ -72,7 +72,7 @@ class AudioSpec:
         if self.kind not in KINDS:
             raise RequestError(
                 say("There is no sound feature called {kind}.", kind=self.kind),
-                say("Use {kinds} or {other}.", kinds=", ".join(KINDS[:-1]), other=KINDS[-1]),
+                say("Use {kinds} or {last}.", kinds=", ".join(KINDS[:-1]), last=KINDS[-1]),
             )
         for name, (low, high) in _LIMITS.items():
             value = getattr(self, name)
@@ -106,7 +106,11 @@ class AudioSpec:
                 "Leave sound.sample_rate at 16000.",
             )
         if self.encoder in (WHISPER, WHISPER_LIVE) and self.encoder_width not in (0, WHISPER_WIDTH):
-            what = f"Whisper's tokens are {WHISPER_WIDTH} numbers wide, not {self.encoder_width}."
+            what = say(
+                "Whisper's tokens are {width} numbers wide, not {asked}.",
+                width=WHISPER_WIDTH,
+                asked=self.encoder_width,
+            )
             raise RequestError(what, "Leave sound.encoder_width out.")
         if self.kind == "mfcc" and self.coefficients > self.bands:
             raise RequestError(
@@ -128,10 +132,17 @@ class AudioSpec:
             )
         # Each value is in its limits, yet together they ask for gigabytes; a run may come from anybody.
         if self.window_samples > _LONGEST_WINDOW:
-            what = f"A window of {self.window_ms:g} ms at {self.sample_rate} Hz is too long."
+            what = say(
+                "A window of {window_ms} ms at {sample_rate} Hz is too long.",
+                window_ms=f"{self.window_ms:g}",
+                sample_rate=self.sample_rate,
+            )
             raise RequestError(what, "Lower sound.window_ms or sound.sample_rate.")
         if self.width * self.steps_per_frame > _MOST_A_FRAME or self.width * self.window > _MOST_A_WINDOW:
-            what = f"{self.width} numbers a row are too many for sound.steps_per_frame and sound.window."
+            what = say(
+                "{width} numbers a row are too many for sound.steps_per_frame and sound.window.",
+                width=self.width,
+            )
             raise RequestError(what, "Lower one of the three.")
 
     @property

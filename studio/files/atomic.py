@@ -179,15 +179,17 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
         # A library may have put its own words around it.
         reason = os.strerror(error.errno)
     if is_full(error):
-        remedy = f"Free some space on the disk of {path.parent}."
+        remedy = say("Free some space on the disk of {folder}.", folder=path.parent)
     elif error.errno == errno.EFBIG:
-        remedy = f"Choose another disk: the disk of {path.parent} cannot hold a file this large."
+        remedy = say(
+            "Choose another disk: the disk of {folder} cannot hold a file this large.", folder=path.parent
+        )
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        remedy = f"Allow writing in {path.parent}, or choose another folder."
+        remedy = say("Allow writing in {folder}, or choose another folder.", folder=path.parent)
     elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ENOENT):
-        remedy = f"Choose another place than {path.parent}."
+        remedy = say("Choose another place than {folder}.", folder=path.parent)
     else:
-        remedy = f"Free some space or check the folder {path.parent}."
+        remedy = say("Free some space or check the folder {folder}.", folder=path.parent)
     return StudioError(say("{name} could not be written: {reason}.", name=path.name, reason=reason), remedy)
 
 

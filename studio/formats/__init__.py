@@ -112,7 +112,7 @@ def writer_for(path: Path) -> ModuleType:
     fitting = [suffix for suffix in found if path.name.lower().endswith(suffix)]
     if not fitting:
         known = ", ".join(sorted(found))
-        what = f"The studio cannot write files like {path.name}."
+        what = say("The studio cannot write files like {name}.", name=path.name)
         raise RequestError(what, say("Choose a name that ends in one of: {known}.", known=known))
     return found[max(fitting, key=len)]
 

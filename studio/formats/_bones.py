@@ -192,7 +192,7 @@ class UnknownSkeleton(StudioError):  # noqa: N818 (named for what it is, like it
 
     def __init__(self, name: str, joints: tuple[tuple[str, str], ...]) -> None:
         super().__init__(
-            f"The joints of {name} are not named as a humanoid's (Hips, Spine, Head, ...).",
+            say("The joints of {name} are not named as a humanoid's (Hips, Spine, Head, ...).", name=name),
             "Export it with Unity's, VRM's or Mixamo's bone names, or say which joint is which bone.",
         )
         self.joints = joints
@@ -256,7 +256,9 @@ def check_table(table: Table) -> None:
                 say("There is no bone called {bone}.", bone=bone), "Use Unity's names, such as LeftUpperArm."
             )
         if bone.lower() in seen:
-            what = f"{seen[bone.lower()]} and {joint} cannot both be {bone}."
+            what = say(
+                "{seen} and {joint} cannot both be {bone}.", seen=seen[bone.lower()], joint=joint, bone=bone
+            )
             raise RequestError(what, "Give each bone to one joint.")
         seen[bone.lower()] = joint
 

@@ -107,7 +107,12 @@ def read(path: Path) -> Bvh:
     width = sum(len(joint.channels) for joint in joints)
     frames = _numbers(data[found.end() :], width, path)
     if len(frames) < int(found[1]):
-        what = f"{path.name} ends after {len(frames)} of {int(found[1])} frames."
+        what = say(
+            "{name} ends after {n} of {all} frames.",
+            name=path.name,
+            n=len(frames),
+            all=int(found[1]),
+        )
         raise StudioError(what, _AGAIN)
     return Bvh(tuple(joints), frame_time, frames[: int(found[1])], b"," in found[2])
 
@@ -147,8 +152,12 @@ def _without_frames(data: bytes, name: str) -> str:
     """What is wrong with a BVH file whose frames are not announced as they should be."""
     for number, line in enumerate(data.splitlines(), 1):
         if line.strip().upper() == b"MOTION":
-            return f"{name} is damaged: after MOTION in line {number}, Frames or Frame Time is missing."
-    return f"{name} is damaged: it ends without its frames (there is no line MOTION)."
+            return say(
+                "{name} is damaged: after MOTION in line {number}, Frames or Frame Time is missing.",
+                name=name,
+                number=number,
+            )
+    return say("{name} is damaged: it ends without its frames (there is no line MOTION).", name=name)
 
 
 def _as_ascii(data: bytes) -> bytes:
@@ -174,7 +183,11 @@ def _frame_time(found: re.Match[bytes], path: Path) -> float:
     except ValueError:
         frame_time = 0.0
     if not 1e-5 < frame_time <= _SLOWEST:
-        what = f"{path.name} has a frame time of {found[2].decode(errors='replace')} s."
+        what = say(
+            "{name} has a frame time of {seconds} s.",
+            name=path.name,
+            seconds=found[2].decode(errors="replace"),
+        )
         raise StudioError(what, _AGAIN)
     return frame_time
 

@@ -77,7 +77,7 @@ def write_film(
     check_suffix(path, kind.suffix)
     drawing = drawing or Drawing()
     if drawing.background.is_clear and not kind.clear:
-        what = f"A film that ends in {kind.suffix} cannot be transparent."
+        what = say("A film that ends in {suffix} cannot be transparent.", suffix=kind.suffix)
         raise RequestError(what, "Write a .webm film or a PNG sequence, or choose another background.")
     fps, count, seconds = frames_of(path, motion, audio, drawing)
     with painter_of(motion, drawing) as painter, atomic.written(path) as beside:

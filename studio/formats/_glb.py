@@ -163,7 +163,7 @@ class Glb:
         return view
 
     def _unreadable(self) -> StudioError:
-        what = f"{self.path.name} stores its numbers in a way the studio cannot read."
+        what = say("{name} stores its numbers in a way the studio cannot read.", name=self.path.name)
         return StudioError(what, "Save it as one GLB file without extra buffers.")
 
     def _values(self, accessor: dict[str, Any]) -> NDArray[Any]:

@@ -116,9 +116,17 @@ class _Form:
     def notes(self) -> tuple[str, ...]:
         notes = []
         if self.decimal_comma or self.doubled:
-            notes.append(f"{self.path.name} is written with decimal commas; they were read as such.")
+            notes.append(
+                say("{name} is written with decimal commas; they were read as such.", name=self.path.name)
+            )
         if _ENCODINGS[self.encoding]:
-            notes.append(f"{self.path.name} is encoded in {_ENCODINGS[self.encoding]}.")
+            notes.append(
+                say(
+                    "{name} is encoded in {encoding}.",
+                    name=self.path.name,
+                    encoding=_ENCODINGS[self.encoding],
+                )
+            )
         return tuple(notes)
 
 
@@ -146,7 +154,14 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
         raise _no_rows(form.path)
     notes = form.notes()
     if skipped:
-        notes = (*notes, f"{form.path.name}: {counted(len(skipped), 'row')} without values left out.")
+        notes = (
+            *notes,
+            say(
+                "{name}: {rows} without values left out.",
+                name=form.path.name,
+                rows=counted(len(skipped), "row"),
+            ),
+        )
     texts = {
         n: [str(text) for text in columns[i].to_pylist()] for i, n in enumerate(form.names) if is_text[i]
     }
@@ -215,8 +230,15 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
     text, name = str(error), form.path.name
     if found := re.search(r"Expected (\d+) columns, got (\d+)", text):
         row = re.search(r"Row #(\d+)", text)
-        where = f"Row {row[1]} of {name}" if row else f"A row of {name}"
-        what = f"{where} has {found[2]} values where the header names {len(form.names)} columns."
+        where = say("A row of {name}", name=name)
+        if row:
+            where = say("Row {row} of {name}", row=row[1], name=name)
+        what = say(
+            "{where} has {values} values where the header names {columns} columns.",
+            where=where,
+            values=found[2],
+            columns=len(form.names),
+        )
         if form.separator == "," and int(found[2]) > int(found[1]):
             return StudioError(what, "If it has decimal commas, save it with semicolons or decimal points.")
         return StudioError(what, "Fix the row, or export the file again.")
@@ -224,15 +246,15 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
         r"column #(\d+): (?:Row #(\d+): )?CSV conversion error .*invalid value '(.*)'", text
     ):
         column = form.names[min(int(found[1]), len(form.names) - 1)]
-        row_text = f", row {found[2]}" if found[2] else ""
-        value = found[3][:30]
+        place = say("column {column}", column=column)
+        if found[2]:
+            place = say("column {column}, row {row}", column=column, row=found[2])
         return StudioError(
             say(
-                "{name} has {value} where a number should be, in column {column}{row_text}.",
+                "{name} has {value} where a number should be, in {place}.",
                 name=name,
-                value=repr(value),
-                column=column,
-                row_text=row_text,
+                value=repr(found[3][:30]),
+                place=place,
             ),
             "Fix the value, or export the file again.",
         )
@@ -294,7 +316,7 @@ def why_unknown(path: Path) -> StudioError:
         _first_lines(path)
     except StudioError as error:
         return error
-    what = f"{path.name} is not a recording: its first column is neither Time nor Timecode."
+    what = say("{name} is not a recording: its first column is neither Time nor Timecode.", name=path.name)
     return StudioError(what, "Choose a SAIA or Live Link Face CSV, or name the first column Time.")
 
 
@@ -329,4 +351,8 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
 
 def sanitized_note(path: Path, frames: int) -> str:
     """What to say of frames whose values could not be."""
-    return f"{path.name}: {counted(frames, 'frame')} with values that are not numbers repaired or left out."
+    return say(
+        "{name}: {frames} with values that are not numbers repaired or left out.",
+        name=path.name,
+        frames=counted(frames, "frame"),
+    )

@@ -66,7 +66,13 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     notes = list(table.notes)
     values, empty = forward_filled(table.values)
     if empty:
-        notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
+        notes.append(
+            say(
+                "{name} has {cells}; the value above was taken.",
+                name=path.name,
+                cells=counted(empty, "empty cell"),
+            )
+        )
     times, rows = _times(codes, path, notes)
     columns = {name.lower(): i for i, name in enumerate(table.names)}
     turns = {bone: _turn(values[rows], columns, low) for bone, low in _TURNS.items()}
@@ -91,7 +97,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     plain = path.with_name(path.name.removesuffix(WRITES) + SUFFIX) if path.name.endswith(WRITES) else path
     audio = audio or find_audio(path) or find_audio(plain)
     if audio is None:
-        notes.append(f"No sound was found for {plain.stem}.")
+        notes.append(say("No sound was found for {stem}.", stem=plain.stem))
     extra = {"timecode": codes[0]}
     return Imported(plain.stem, motion, audio, tuple(notes), extra)
 
@@ -175,14 +181,22 @@ def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.f
     seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(late & early)])
     rows = credible(seconds)
     if len(rows) < len(seconds):
-        notes.append(f"{path.name}: {counted(len(seconds) - len(rows), 'row')} with a wrong time left out.")
+        notes.append(
+            say(
+                "{name}: {rows} with a wrong time left out.",
+                name=path.name,
+                rows=counted(len(seconds) - len(rows), "row"),
+            )
+        )
     return seconds[rows] - seconds[rows[0]], rows
 
 
 def _seconds(code: str, row: int, path: Path) -> float:
     found = _TIMECODE.fullmatch(code.strip())
     if found is None:
-        what = f"{path.name} has the timecode {code[:20]!r} in row {row}."
+        what = say(
+            "{name} has the timecode {code} in row {row}.", name=path.name, code=repr(code[:20]), row=row
+        )
         raise StudioError(what, "It should look like 10:13:39:01.936; export the file again.")
     hours, minutes, seconds, frames = (int(found[i]) for i in range(1, 5))
     frame = frames + float(found[5] or 0)

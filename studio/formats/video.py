@@ -53,21 +53,28 @@ def read(path: Path, audio: Path | None = None, video: VideoReading | None = Non
     if video.sound_only or missing is not None:
         if silent is not None:
             raise missing or silent
-        note = f"Only the sound of {path.name} was imported. {missing}" if missing is not None else ""
-        return Imported(path.stem, None, audio, (note,) if note else ())
+        if missing is None:
+            return Imported(path.stem, None, audio, ())
+        note = say(
+            "Only the sound of {name} was imported. {what} {remedy}",
+            name=path.name,
+            what=missing.what,
+            remedy=missing.remedy,
+        )
+        return Imported(path.stem, None, audio, (note,))
     found = track_video(
         path, face_model.model_file(), video.options, lambda progress: video.on_progress(path, progress)
     )
     notes = found.notes
     if found.motion is None:
-        what = f"No face was seen in {path.name}"
         if silent is not None:
             raise StudioError(
-                say("{what}, and it has no sound.", what=what), "Choose a video with a face in good light."
+                say("No face was seen in {name}, and it has no sound.", name=path.name),
+                "Choose a video with a face in good light.",
             )
-        notes = (f"{what}; only its sound was imported.",)
+        notes = (say("No face was seen in {name}; only its sound was imported.", name=path.name),)
     elif silent is not None:
-        notes = (*notes, f"{path.name} has no sound; only its motion was imported.")
+        notes = (*notes, say("{name} has no sound; only its motion was imported.", name=path.name))
     return Imported(
         path.stem,
         found.motion,

@@ -196,7 +196,14 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     # IK targets and hair physics are most of a file's bones, and MMD makes them itself.
     if len(tracks) > len(known):
         other = next(name for name in tracks if name not in known)
-        notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
+        notes.append(
+            say(
+                "{name}: {bones} left out, such as {other}.",
+                name=path.name,
+                bones=counted(len(tracks) - len(known), "bone"),
+                other=other,
+            )
+        )
     weights = {_shape(_name(raw)): _morph_track(part, frames) for raw, part in _by_name(morphs)}
     if not known and not weights:
         raise StudioError(
@@ -210,7 +217,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
         positions, rotations,
     )  # fmt: skip
     audio = audio or find_audio(path)
-    notes += [] if audio else [f"No sound was found for {path.stem}."]
+    notes += [] if audio else [say("No sound was found for {stem}.", stem=path.stem)]
     return Imported(path.stem, motion, audio, tuple(notes))
 
 
@@ -223,8 +230,14 @@ def _nearby(
     near = tuple(part[part["frame"] <= last] for part in (bones, morphs))
     gone = len(bones) + len(morphs) - sum(map(len, near))
     if gone:
-        far = counted(gone, "key")
-        notes.append(f"{path.name}: {far} left out, at {at[-1] / FPS:.0f} s, far behind all others.")
+        notes.append(
+            say(
+                "{name}: {keys} left out, at {at} s, far behind all others.",
+                name=path.name,
+                keys=counted(gone, "key"),
+                at=f"{at[-1] / FPS:.0f}",
+            )
+        )
     return near[0], near[1]
 
 
@@ -232,13 +245,18 @@ def _check_size(path: Path, bones: NDArray[Any], morphs: NDArray[Any], frames: i
     """StudioError where the keys are to fill more than a file of this size has to say."""
     if frames > _LAST_FRAME:
         raise StudioError(
-            say("{name} claims to last {frames} s.", name=path.name, frames=f"{frames / FPS:.0f}"),
+            say("{name} claims to last {seconds} s.", name=path.name, seconds=f"{frames / FPS:.0f}"),
             "It is damaged; export it again.",
         )
     faces, turned = len(np.unique(morphs["name"])), {_name(bytes(raw)) for raw in np.unique(bones["name"])}
     cells = (frames + 1) * (len(turned & NAMES) + faces / _MORPHS_A_BONE)
     if cells > _MOST_CELLS + _MOST_CELLS_A_KEY * (len(bones) + len(morphs)):
-        what = f"{path.name} claims {len(turned) + faces} tracks of {frames / FPS:.0f} s."
+        what = say(
+            "{name} claims {n} tracks of {seconds} s.",
+            name=path.name,
+            n=len(turned) + faces,
+            seconds=f"{frames / FPS:.0f}",
+        )
         raise StudioError(what, "Split it into shorter files.")
 
 
@@ -333,7 +351,7 @@ def _read(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
             say("Check the file in {folder}.", folder=path.parent),
         ) from error
     if not data.startswith(_MAGIC):
-        what = f"{path.name} is not a MikuMikuDance motion."
+        what = say("{name} is not a MikuMikuDance motion.", name=path.name)
         raise StudioError(what, "Choose a VMD file saved by MikuMikuDance 3 or later.")
     start, parts = 50, []
     for kind in (_BONE, _MORPH):

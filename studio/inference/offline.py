@@ -254,7 +254,7 @@ def sampling_of(seed: int, liveliness: float) -> SamplingOptions:
 
 def _must_be_possible(sampling: SamplingOptions) -> None:
     if not 0 <= sampling.liveliness <= LIVELIEST:
-        what = f"A liveliness of {sampling.liveliness:g} is not possible."
+        what = say("A liveliness of {liveliness} is not possible.", liveliness=f"{sampling.liveliness:g}")
         raise RequestError(
             what, say("Choose 0 (still) to {liveliest}; 1 is as trained.", liveliest=f"{LIVELIEST:g}")
         )

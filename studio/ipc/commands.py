@@ -41,7 +41,7 @@ class Command(NamedTuple):
         """
         if self.argument in ("", "on", "off"):
             return not now if not self.argument else self.argument == "on"
-        what = f"{self.word} cannot be {self.argument}."
+        what = say("{word} cannot be {argument}.", word=self.word, argument=self.argument)
         raise RequestError(what, say("Write {word} on or {word} off.", word=self.word))
 
 
@@ -73,6 +73,6 @@ def read_live(line: str) -> Command | None:
     """
     command = read(line)
     if command is not None and command.word not in LIVE_WORDS:
-        what = f"There is no {command.word} while it is live."
-        raise RequestError(what, say("Write one of: {live_words}.", live_words=", ".join(LIVE_WORDS)))
+        what = say("There is no {word} while it is live.", word=command.word)
+        raise RequestError(what, say("Write one of: {words}.", words=", ".join(LIVE_WORDS)))
     return command

@@ -324,10 +324,9 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
         RequestError: there is no such kind.
     """
     if kind not in KINDS:
-        words = ", ".join(KINDS) + f" or {MATCHED}"
         raise RequestError(
             say("{kind} is not possible for network.body.", kind=repr(kind)),
-            say("Choose {words}.", words=words),
+            say("Choose {kinds} or {last}.", kinds=", ".join(KINDS), last=MATCHED),
         )
     # A head without body columns would have no directions to draw in.
     if kind == "plain" or sizes.columns <= sizes.faces:

@@ -250,7 +250,7 @@ def build(
 
 def _must_fit(width: int, heads: int) -> None:
     if width % heads or width % 2:
-        what = f"A width of {width} cannot be shared by {heads} heads."
+        what = say("A width of {width} cannot be shared by {heads} heads.", width=width, heads=heads)
         raise RequestError(what, "Choose network.width as a multiple of both 2 and network.heads.")
 
 

@@ -59,11 +59,11 @@ class MoodSpan:
             start, end = found["start"], found["end"]
         if found is None or (start is not None and end is not None and float(start) >= float(end)):
             raise RequestError(
-                say("{text} is no mood.", text=text or "Nothing"), "Write one as happy or happy:2.0-5.5."
+                say("{text} is no mood.", text=text or say("Nothing")), "Write one as happy or happy:2.0-5.5."
             )
         strength = float(found["strength"] or 1)
         if strength > STRONGEST:
-            what = f"A mood {strength:g} times as strong is not possible."
+            what = say("A mood {strength} times as strong is not possible.", strength=f"{strength:g}")
             raise RequestError(
                 what,
                 say("Choose 0 (not at all) to {strongest}; 1 is as trained.", strongest=f"{STRONGEST:g}"),
@@ -90,8 +90,8 @@ def check_known(moods: Iterable[str], known: Sequence[str], run: str) -> None:
     """
     for name in moods:
         if name not in known:
-            what = f"{run} knows no mood called {name}."
-            choose = f"Choose one of: {', '.join(known)}."
+            what = say("{run} knows no mood called {name}.", run=run, name=name)
+            choose = say("Choose one of: {known}.", known=", ".join(known))
             raise RequestError(what, choose if known else "Label moods in Curate, and train again.")
 
 

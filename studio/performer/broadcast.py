@@ -189,7 +189,7 @@ class Broadcast:
         except RequestError:
             raise
         except StudioError as error:
-            self.problem = f"{error.what} The performer moves without a voice."
+            self.problem = say("{what} The performer moves without a voice.", what=error.what)
             return
         self._clock.speaker = speaker
 
@@ -261,7 +261,11 @@ class Broadcast:
             try:
                 channel.sendto(datagram, address)
             except OSError as error:
-                self.problem = f"Motion cannot be sent to {self.host}: {error.strerror or error}."
+                self.problem = say(
+                    "Motion cannot be sent to {host}: {reason}.",
+                    host=self.host,
+                    reason=error.strerror or error,
+                )
                 self.datagrams_lost += 1
             else:
                 self.datagrams_sent += 1
@@ -350,7 +354,7 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, in
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except OSError as error:
-        what = f"There is no computer called {host}."
+        what = say("There is no computer called {host}.", host=host)
         raise RequestError(what, "Write its name or number, such as 127.0.0.1.") from error
     return found[0][0], (str(found[0][4][0]), port)
 

@@ -196,7 +196,12 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
     if atomic.is_bomb(needed, source.stat().st_size):
         raise RequestError(say("{name} is made to fill the disk.", name=source.name), _OTHER)
     if needed > room - len(members) * _BLOCK:
-        what = f"{source.name} needs {size_text(needed)}, and there is room for {size_text(room)}."
+        what = say(
+            "{name} needs {needed}, and there is room for {room}.",
+            name=source.name,
+            needed=size_text(needed),
+            room=size_text(room),
+        )
         raise RequestError(what, "Free some space, or choose a folder on another disk.")
     return members, len(listed) - len(members)
 
@@ -234,7 +239,11 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
         plain = target.open("xb")
     except (FileExistsError, NotADirectoryError) as error:
         # Names that differ in upper and lower case alone.
-        what = f"{source.name} holds two files that this disk takes for one: {member.filename}."
+        what = say(
+            "{name} holds two files that this disk takes for one: {filename}.",
+            name=source.name,
+            filename=member.filename,
+        )
         raise RequestError(what, "Unpack it where it was packed, and rename one of them.") from error
     except OSError as error:
         if error.errno in (errno.ENAMETOOLONG, errno.ENOENT, errno.EINVAL):
@@ -245,7 +254,9 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
 
 
 def _unreadable(source: Path, error: OSError) -> RequestError:
-    what = f"{source.name} cannot be read: {error.strerror or type(error).__name__}."
+    what = say(
+        "{name} cannot be read: {reason}.", name=source.name, reason=error.strerror or type(error).__name__
+    )
     return RequestError(what, "Choose another file, or allow reading it.")
 
 

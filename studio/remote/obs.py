@@ -130,7 +130,7 @@ class ObsClient:
             raise ObsError("OBS does not answer.", "Connect it again.") from error
         status = answer.get("requestStatus") or {}
         if not status.get("result"):
-            why = status.get("comment") or f"code {status.get('code')}"
+            why = status.get("comment") or say("code {code}", code=status.get("code"))
             raise ObsError(
                 say("OBS refused {kind}: {reason}", kind=kind, reason=why),
                 "Check the input in OBS, then connect again.",

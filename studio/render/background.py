@@ -120,10 +120,14 @@ def _image(path: Path) -> Image.Image:
     try:
         return _opened(path, path.stat().st_mtime)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        what = f"The background {path.name} has more than {MOST_PIXELS // 1_000_000} megapixels."
+        what = say(
+            "The background {name} has more than {most_pixels} megapixels.",
+            name=path.name,
+            most_pixels=MOST_PIXELS // 1000000,
+        )
         raise StudioError(what, "Make it smaller, or choose another PNG or JPEG.") from error
     except (OSError, ValueError, SyntaxError) as error:
-        what = f"The background {path.name} cannot be read as an image."
+        what = say("The background {name} cannot be read as an image.", name=path.name)
         raise StudioError(what, "Choose another PNG or JPEG.") from error
 
 

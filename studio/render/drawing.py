@@ -86,7 +86,7 @@ class Painter:
     ) -> None:
         for name, size in (("width", drawing.width), ("height", drawing.height)):
             if not SMALLEST <= size <= LARGEST:
-                what = f"A picture of {size} pixels in {name} is not possible."
+                what = say("A picture of {size} pixels in {name} is not possible.", size=size, name=name)
                 raise RequestError(
                     what, say("Choose {smallest} to {largest}.", smallest=SMALLEST, largest=LARGEST)
                 )

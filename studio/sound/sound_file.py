@@ -98,7 +98,9 @@ def sound_info(path: Path) -> SoundInfo:
         stat = path.stat()
         return _decoded_info(path, stat.st_size, stat.st_mtime_ns)
     with file:
-        note = f"{path.name} ends early; what is there was kept." if _is_cut_short(file) else ""
+        note = (
+            say("{name} ends early; what is there was kept.", name=path.name) if _is_cut_short(file) else ""
+        )
         duration = file.frames / file.samplerate
         return SoundInfo(file.samplerate, file.channels, duration, file.format, file.subtype, note)
 
@@ -134,7 +136,11 @@ def open_file(path: Path) -> soundfile.SoundFile | None:
         return None
     if not RATES[0] <= file.samplerate <= RATES[1]:
         with file:
-            what = f"The sound file {path.name} claims a sample rate of {file.samplerate} Hz."
+            what = say(
+                "The sound file {name} claims a sample rate of {samplerate} Hz.",
+                name=path.name,
+                samplerate=file.samplerate,
+            )
             raise StudioError(what, "It is damaged; export or record it again.")
     if _is_to_be_trusted(file, path):
         return file

@@ -63,7 +63,7 @@ def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s
     if way not in WAYS:
         raise StudioError(
             say("There is no sound cleaning called {way}.", way=way),
-            say("Choose {ways}.", ways=" or ".join(WAYS)),
+            say("Choose {first} or {second}.", first=WAYS[0], second=WAYS[1]),
         )
     found = cached_clean(sound, way)
     if found is None:

@@ -222,24 +222,22 @@ def _refused(device: str, error: BaseException) -> InputError:
     """Why a camera cannot be used, in words."""
     name = Path(device).name
     if isinstance(error, PermissionError):
-        where = {
-            "darwin": "System Settings, Privacy & Security, Camera",
-            "win32": "Settings, Privacy & security, Camera",
-        }.get(sys.platform, "the group “video” (sudo usermod -aG video $USER, then log in again)")
-        return InputError(
-            say("This program may not use the camera {name}.", name=name),
-            say("Allow it in {where}.", where=where),
+        remedy = {
+            "darwin": "Allow it in System Settings, Privacy & Security, Camera.",
+            "win32": "Allow it in Settings, Privacy & security, Camera.",
+        }.get(
+            sys.platform,
+            "Allow it in the group “video” (sudo usermod -aG video $USER, then log in again).",
         )
+        return InputError(say("This program may not use the camera {name}.", name=name), remedy)
     if isinstance(error, FileNotFoundError):
         return InputError(say("There is no camera {name}.", name=name), "Plug it in, or choose another.")
     if _is_busy(error):
-        what = f"The camera {name} is used by another program."
+        what = say("The camera {name} is used by another program.", name=name)
         return InputError(what, "Close the video call or the other tracker, then try again.")
     reason = getattr(error, "strerror", None) or str(error)
-    advice = (
-        "Close programs that use it, check that it is allowed in the system's privacy settings, or choose"
-    )
     return InputError(
         say("The camera {name} cannot be opened ({reason}).", name=name, reason=reason),
-        say("{advice} another.", advice=advice),
+        "Close programs that use it, check that it is allowed in the system's privacy settings, "
+        "or choose another.",
     )

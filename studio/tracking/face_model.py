@@ -58,10 +58,9 @@ def missing() -> StudioError | None:
         return StudioError(
             "Tracking a face needs MediaPipe, which is not installed.",
             say(
-                'Run: "{executable}" -P -m pip install {requirement} ({package_size}, once).',
-                executable=sys.executable,
-                requirement=REQUIREMENT,
-                package_size=PACKAGE_SIZE,
+                "Run: {command} ({size}, once).",
+                command=f'"{sys.executable}" -P -m pip install {REQUIREMENT}',
+                size=PACKAGE_SIZE,
             ),
             code=NO_PACKAGE,
             in_window="Get it in Record: Add a tracker, This webcam.",
@@ -110,11 +109,10 @@ def install(is_stopped: Callable[[], bool] = lambda: False, requirement: str = R
         lines = [line.strip() for line in said if line.strip()]
     importlib.invalidate_caches()
     if pip.returncode or find_spec("mediapipe") is None:
-        why = next((line for line in reversed(lines) if "error" in line.lower()), "pip gives no reason")
+        said_so = (line for line in reversed(lines) if "error" in line.lower())
+        why = next((line.removeprefix("ERROR: ").rstrip(".") for line in said_so), say("pip gives no reason"))
         raise StudioError(
-            say(
-                "MediaPipe could not be installed ({reason}).", reason=why.removeprefix("ERROR: ").rstrip(".")
-            ),
+            say("MediaPipe could not be installed ({reason}).", reason=why),
             "Connect to the internet, see that 1 GB of the disk is free, and try again.",
         )
 
@@ -175,7 +173,7 @@ def bring(source: Path) -> Path:
     if not source.is_file():
         raise RequestError(say("There is no file {source}.", source=source), say("Choose {name}.", name=NAME))
     if digest_of(source) != SHA256:
-        what = f"{source.name} is not the face model: its SHA-256 is another."
+        what = say("{name} is not the face model: its SHA-256 is another.", name=source.name)
         raise RequestError(what, say("Choose {name} as it comes from {host}.", name=NAME, host=host(URL)))
     path = model_file()
     if source.resolve() != path.resolve():

@@ -81,7 +81,7 @@ class FaceLandmarker:
                 )
                 self._landmarker = vision.FaceLandmarker.create_from_options(options)
             except (ImportError, OSError, RuntimeError, ValueError) as error:
-                what = f"MediaPipe does not run here: {error}."
+                what = say("MediaPipe does not run here: {error}.", error=error)
                 raise StudioError(what, "Install it again, or record with another tracker.") from error
         self._image, self._format = mediapipe.Image, mediapipe.ImageFormat.SRGB
         self._stills, self._last_ms, self._first = stills, -1, True

@@ -181,11 +181,15 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
             probe = module.build(sizes, **recipe.network)
             large = sum(t.numel() for t in probe.state_dict().values())
         if large > _MOST_PARAMETERS:
-            what = f"The network {recipe.model} would have {large / 1e9:.1f} billion weights."
+            what = say(
+                "The network {model} would have {large} billion weights.",
+                model=recipe.model,
+                large=f"{large / 1000000000.0:.1f}",
+            )
             raise RequestError(what, "Lower its sizes in the recipe's network settings.")
         return module.build(sizes if probe.knows_moods else replace(sizes, moods=0), **recipe.network)
     except (TypeError, ValueError, RuntimeError, MemoryError) as error:
-        what = f"The network {recipe.model} cannot be built as asked: {error}."
+        what = say("The network {model} cannot be built as asked: {error}.", model=recipe.model, error=error)
         raise RequestError(what, "Check the recipe's network settings.") from error
 
 
@@ -289,7 +293,7 @@ def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
     # Numerator and denominator: 29.97 as a float would drift by a frame in some hours.
     fps = Fraction(*map(int, facts["fps"]))
     if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
-        what = f"{min(float(fps), 1e9):g} frames a second are not possible."
+        what = say("{fps} frames a second are not possible.", fps=f"{min(float(fps), 1000000000.0):g}")
         raise RequestError(
             what, say("Choose {slowest} to {fastest}.", slowest=f"{_SLOWEST:g}", fastest=_FASTEST)
         )

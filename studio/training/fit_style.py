@@ -93,7 +93,7 @@ def forget_style(run: Run, name: str) -> None:
     model = checkpoint.load_model(run.folder / BEST)
     left = tuple(one for one in model.fitted if one.name != name)
     if len(left) == len(model.fitted):
-        shown = ", ".join(one.name for one in model.fitted) or "none"
+        shown = ", ".join(one.name for one in model.fitted) or say("none")
         raise RequestError(
             say("{run} was shown no style called {name}.", run=run.id, name=name),
             say("It was shown: {shown}.", shown=shown),
@@ -149,14 +149,18 @@ def _stretch(project: Project, name: str, span: tuple[float, float]) -> Selectio
     """A take as it is used, cut to a stretch."""
     start, end = span
     if not (math.isfinite(start) and math.isfinite(end)) or start < 0 or end <= start:
-        what = f"From {start:g} s to {end:g} s is no stretch of a take."
+        what = say("From {start} s to {end} s is no stretch of a take.", start=f"{start:g}", end=f"{end:g}")
         raise RequestError(what, "Let it begin at 0 s or later, and end after it begins.")
     named = [s for s in project.dataset.selections if name in (s.id, s.take)]
     used = min(named, key=lambda s: s.id != name, default=Selection(name, name))
     duration = project.take(used.take).info.duration
     end = min(end, duration)
     if end - start < SHORTEST_SECONDS:
-        what = f"That stretch of {name} is {max(end - start, 0):.1f} s long, too short to show how it moves."
+        what = say(
+            "That stretch of {name} is {seconds} s long, too short to show how it moves.",
+            name=name,
+            seconds=f"{max(end - start, 0):.1f}",
+        )
         raise RequestError(
             what,
             say(
@@ -171,18 +175,27 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
     """A stretch as the model hears and moves it."""
     take, spec = project.take(selection.take), model.recipe.sound
     material: TrainingMaterial = load_material(selection, take, spec.sample_rate)
-    where = f"{selection.id} between {span[0]:g} s and {span[1]:g} s"
+    where = say(
+        "{take} between {start} s and {end} s",
+        take=selection.id,
+        start=f"{span[0]:g}",
+        end=f"{span[1]:g}",
+    )
     if not len(material.samples) or is_silent(material):
         raise RequestError(
             say("There is no sound in {where}.", where=where), "Choose a stretch in which somebody speaks."
         )
     grid = on_grid(material.motion, len(material.samples) / spec.sample_rate, model.fps, material.excluded)
     if grid.valid.sum() < SHORTEST_SECONDS * float(model.fps) - 1:
-        what = f"There are less than {SHORTEST_SECONDS:.0f} s of captured motion in {where}."
+        what = say(
+            "There are less than {shortest} s of captured motion in {where}.",
+            shortest=f"{SHORTEST_SECONDS:.0f}",
+            where=where,
+        )
         raise RequestError(what, "Choose a stretch in which the performer was captured.")
     example = make_example(selection.id, material.samples, grid, model.layout, spec, model.fps, None)
     if not example.mask.any():
-        what = f"{selection.id} has none of the channels that this run moves."
+        what = say("{selection} has none of the channels that this run moves.", selection=selection.id)
         raise RequestError(what, "Choose a take captured like those it learnt from.")
     return example
 

@@ -314,7 +314,10 @@ class UnusableRunError(StudioError):
     """
 
     def __init__(self, name: str, why: str) -> None:
-        super().__init__(f"The run {name} cannot be used: {why}", "Train again, or choose another run.")
+        super().__init__(
+            say("The run {name} cannot be used: {reason}", name=name, reason=why),
+            "Train again, or choose another run.",
+        )
         self.why = why
 
 
@@ -342,7 +345,7 @@ def _with_form(recipe: Recipe, form: str) -> Recipe:
     if form in ("", PLAIN):
         return replace(_build(recipe.name, content), form="")
     if form not in content["forms"]:
-        known = ", ".join(content["forms"]) or "none"
+        known = ", ".join(content["forms"]) or say("none")
         raise RequestError(
             say("The recipe {recipe} has no form called {form}.", recipe=recipe.name, form=form),
             say("Forms it has: {known}.", known=known),

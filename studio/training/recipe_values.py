@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from studio.errors import RequestError, say
 
 Scalar = bool | int | float | str
-_KINDS = {bool: "yes or no", int: "a whole number", float: "a number", str: "a text"}
+_KINDS = {bool: say("yes or no"), int: say("a whole number"), float: say("a number"), str: say("a text")}
 _LARGEST = 1e12
 """Of numbers without limits of their own; also keeps infinity out."""
 
@@ -39,7 +39,7 @@ def full_key(key: str, known: Mapping[str, Scalar]) -> str:
     by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
     # Any three are more help than all fifty, so even far ones count as near.
     near = dict.fromkeys(by_end[name] for name in get_close_matches(key, by_end, n=6, cutoff=0.0))
-    remedy = f"Did you mean {one_of(tuple(near)[:3])}? `saia train --list` shows all of them."
+    remedy = say("Did you mean {keys}? `saia train --list` shows all of them.", keys=one_of(tuple(near)[:3]))
     raise RequestError(say("There is no setting called {key}.", key=key), remedy)
 
 
@@ -60,7 +60,7 @@ def converted(key: str, text: str, old: Scalar) -> Scalar:
     except (ValueError, KeyError) as error:
         raise RequestError(
             say("{text} is not possible for {key}.", text=repr(text), key=key),
-            say("Give {kinds}.", kinds=_KINDS[type(old)]),
+            say("Give {kind}.", kind=_KINDS[type(old)]),
         ) from error
     return text
 
@@ -112,8 +112,8 @@ def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar], usual: Map
     for key, choices in _CHOICES.items():
         if known[key] not in choices:
             raise RequestError(
-                say("{known} is not possible for {key}.", known=repr(known[key]), key=key),
-                say("Choose {names}.", names=one_of(choices)),
+                say("{value} is not possible for {key}.", value=repr(known[key]), key=key),
+                say("Choose {choices}.", choices=one_of(choices)),
             )
     for key, (low, high) in _LIMITS.items():
         value = known[key]
@@ -151,14 +151,14 @@ def check_kind(key: str, value: object, usual: object) -> None:
     if not fits:
         shown = repr(value) if len(repr(value)) <= 40 else f"{repr(value)[:40]}..."
         raise RequestError(
-            say("{shown} is not possible for {key}.", shown=shown, key=key),
-            say("Give {kinds}.", kinds=_KINDS[type(usual)]),
+            say("{value} is not possible for {key}.", value=shown, key=key),
+            say("Give {kind}.", kind=_KINDS[type(usual)]),
         )
 
 
 def one_of(words: tuple[str, ...]) -> str:
     """Words as a choice: "a, b or c"."""
-    return ", ".join(words[:-1]) + f" or {words[-1]}"
+    return say("{words} or {last}", words=", ".join(words[:-1]), last=words[-1])
 
 
 def toml(value: Scalar) -> str:

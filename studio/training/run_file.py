@@ -134,7 +134,12 @@ def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> Non
     if atomic.is_bomb(needed, source.stat().st_size):
         raise StudioError(say("{name} would fill the disk.", name=source.name), _OTHER)
     if needed > (room := atomic.room(folder)):
-        what = f"{source.name} needs {needed / 1e6:,.0f} MB, and there is room for {room / 1e6:,.0f} MB."
+        what = say(
+            "{name} needs {needed} MB, and there is room for {room} MB.",
+            name=source.name,
+            needed=f"{needed / 1000000.0:,.0f}",
+            room=f"{room / 1000000.0:,.0f}",
+        )
         raise StudioError(what, "Make room on the project's disk.")
     if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
         raise NotImplementedError("others may ask for any amount of memory")

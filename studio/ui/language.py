@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication
 
-from studio.errors import Sentence
+from studio.errors import Text
 
 CONTEXT = "Core"
 """Where translators find the core's sentences; the window's own have contexts of their own."""
@@ -14,17 +14,16 @@ def translated(text: str) -> str:
     """A text of the core as it is shown: in English where nobody has translated it.
 
     Args:
-        text: a Sentence, or a text that is its own template.
+        text: a Text, or a text that is its own template.
     """
-    if not isinstance(text, Sentence):
+    if not isinstance(text, Text):
         return QCoreApplication.translate(CONTEXT, text) if text else ""
     number = -1 if text.number is None else text.number
     found = QCoreApplication.translate(CONTEXT, text.template, None, number)
     if not text.fields or (number == 1 and found == text.template):  # the template is that for many
         return str(text) if found == text.template else found
     fields = {
-        name: translated(field) if isinstance(field, Sentence) else field
-        for name, field in text.fields.items()
+        name: translated(field) if isinstance(field, Text) else field for name, field in text.fields.items()
     }
     try:
         return found.format(**fields)

@@ -58,7 +58,7 @@ class TargetPreset:
     @property
     def hint(self) -> str:
         """What to do in that program, one sentence."""
-        return f"In {self.title}, turn on VMC receiving and set the same port as here."
+        return say("In {title}, turn on VMC receiving and set the same port as here.", title=self.title)
 
 
 PRESETS: tuple[TargetPreset, ...] = (

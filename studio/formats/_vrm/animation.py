@@ -217,7 +217,11 @@ def _tracks(glb: Glb, nodes: _Nodes, wanted: set[Any]) -> list[str]:
             values = rotation.sign_continuous(rotation.normalised(values))
         nodes.tracks[node, path] = _Track(times, values, kind == "STEP")
     number = len(glb.document["animations"])
-    return [f"{glb.path.name} holds {number} animations; the first was read."] if number > 1 else []
+    return (
+        [say("{name} holds {number} animations; the first was read.", name=glb.path.name, number=number)]
+        if number > 1
+        else []
+    )
 
 
 def _times(path: Path, tracks: list[_Track]) -> tuple[Array, list[str]]:
@@ -236,11 +240,24 @@ def _times(path: Path, tracks: list[_Track]) -> tuple[Array, list[str]]:
     fps = 30.0 if fps < SLOWEST else fps
     count = int(np.floor(ends * fps + 1e-6)) + 1
     if count > min(_MOST_CELLS // len(tracks), _MOST_FRAMES_A_KEY * len(longest.times)):
-        what = f"{path.name} claims to last {ends:.0f} s, with {counted(len(longest.times), 'key')} only."
+        what = say(
+            "{name} claims to last {seconds} s, with {keys} only.",
+            name=path.name,
+            seconds=f"{ends:.0f}",
+            keys=counted(len(longest.times), "key"),
+        )
         raise StudioError(what, "Export it again with a key for each frame.")
-    notes = [f"{path.name} has keys of its own for each part; read at {fps:.4g} fps."]
+    notes: list[str] = [
+        say("{name} has keys of its own for each part; read at {fps} fps.", name=path.name, fps=f"{fps:.4g}")
+    ]
     if ends < keys[-1]:
-        notes.append(f"{path.name}: a key at {keys[-1]:.0f} s, far behind all others, left out.")
+        notes.append(
+            say(
+                "{name}: a key at {at} s, far behind all others, left out.",
+                name=path.name,
+                at=f"{keys[-1]:.0f}",
+            )
+        )
     return np.arange(count) / fps, notes
 
 

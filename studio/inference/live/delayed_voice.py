@@ -193,7 +193,7 @@ class DelayedVoiceOutput:
         # PortAudio reports no error for a device that was unplugged: its callback just stops coming.
         if not self._gone and self._fed - self._called > _SILENT_S:
             self._gone = True
-            what = f"{self.name} takes no sound any more."
+            what = say("{name} takes no sound any more.", name=self.name)
             remedy = "Plug it in again; if your voice does not return, choose it again."
             self._problems.append(StudioError(what, remedy))
 
@@ -234,7 +234,7 @@ class DelayedVoiceOutput:
             self._stream.start()
         except (sd.PortAudioError, ValueError) as error:
             self._close()
-            what = f"{self.name} cannot be opened for your delayed voice."
+            what = say("{name} cannot be opened for your delayed voice.", name=self.name)
             raise StudioError(what, "Choose another output for it, or none.") from error
 
     def _reopen(self, _may_refresh: bool) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 
 import msgspec
 
-from studio.errors import Sentence, StudioError, say
+from studio.errors import StudioError, Text, say
 from studio.ipc.events.common import *  # noqa: F403
 from studio.ipc.events.common import ChildEvent
 from studio.ipc.events.live import *  # noqa: F403
@@ -105,7 +105,7 @@ def encode(event: ChildEvent, plain: Callable[[Any], Any] = _builtins) -> str:
 
 def _tell_sentences(value: Any, told: dict[str, Any]) -> None:
     """Put the parts of the sentences in a value beside their English."""
-    if isinstance(value, Sentence):
+    if isinstance(value, Text):
         if value.fields:  # without, the text is its own template
             told[str(value)] = [value.template, value.fields, value.number]
             _tell_sentences(value.fields, told)
@@ -125,7 +125,7 @@ def _said_again(value: Any, told: Mapping[str, Any]) -> Any:
         with suppress(TypeError, ValueError):  # not as we write it: then it is a text as others are
             template, fields, number = told[value]
             others = {english: parts for english, parts in told.items() if english != value}
-            return Sentence(value, template, _said_again(fields, others), number)
+            return Text(value, template, _said_again(fields, others), number)
     if isinstance(value, dict):
         return {key: _said_again(one, told) for key, one in value.items()}
     return [_said_again(one, told) for one in value] if isinstance(value, list) else value

@@ -225,7 +225,7 @@ def _listed(value: Any, key: str, name: str) -> list[Any]:
 def _regions(values: Iterable[Any], name: str) -> frozenset[str]:
     for value in values:
         if value not in REGIONS:
-            what = f"{name} lets {value} move, which is no region."
+            what = say("{name} lets {value} move, which is no region.", name=name, value=value)
             raise StudioError(what, say("Choose among: {regions}.", regions=", ".join(REGIONS)))
     return frozenset(values)
 

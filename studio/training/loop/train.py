@@ -312,7 +312,13 @@ class _Training:
     def _tell_start(self) -> None:
         data, progress = self.data, self.progress
         crops, processes = self.recipe.training.crops, self.fabric.world_size
-        idle = (f"Only {crops} of {processes} processes have work: raise training.crops to {processes}.",)
+        idle = (
+            say(
+                "Only {crops} of {processes} processes have work: raise training.crops to {processes}.",
+                crops=crops,
+                processes=processes,
+            ),
+        )
         for text in (*self.notes, *self.folder.notes, *(idle if crops < processes else ())):
             self.tell(NoteEvent(text))
         self.tell(
