@@ -89,9 +89,9 @@ class StudioError(Exception):
 
     def __init__(self, what: str, remedy: str, *, code: str = "", in_window: str = "") -> None:
         super().__init__(f"{what} {remedy}")
-        self.what = what
-        self.remedy = remedy
-        self.in_window = in_window or remedy
+        self.what = say(what)
+        self.remedy = say(remedy)
+        self.in_window = say(in_window or remedy)
         if code:
             self.code = code
 

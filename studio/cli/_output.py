@@ -12,7 +12,15 @@ from typing import TextIO
 
 from studio.errors import FileThereError, RequestError, StudioError, say
 from studio.files.atomic import plain
-from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent, encode
+from studio.ipc.events import (
+    FOR_WINDOW,
+    ChildEvent,
+    DoneEvent,
+    ErrorEvent,
+    NoteEvent,
+    ProgressEvent,
+    encode,
+)
 from studio.vmc import MARIONETTE_PORT
 
 EXAMPLE_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
@@ -56,7 +64,7 @@ class Output:
         """
         if self.as_json:
             # UTF-8 as it is: escaped Japanese names are unreadable in a log.
-            put(encode(event, plain))
+            put(encode(event, plain, templates=FOR_WINDOW in os.environ))
         elif text:
             self._wipe()
             put(text)

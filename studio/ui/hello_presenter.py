@@ -35,6 +35,7 @@ from studio.ui import messages, tasks
 from studio.ui.generate_task import GenerateTask
 from studio.ui.hello_view import HelloView
 from studio.ui.imports import SOUNDS
+from studio.ui.language import sentences, words_of
 from studio.ui.session import Session
 from studio.ui.widgets.figure.pane import Pane
 
@@ -218,7 +219,7 @@ class HelloPresenter(QObject):
         self._player.play()
         problem = self._player.problem
         learnt = self.tr("The base voice has not met you yet. Train it on you, and it moves like you.")
-        self._view.show_idle(problem.what if problem else learnt, "warn" if problem else "")
+        self._view.show_idle(words_of(problem.what) if problem else learnt, "warn" if problem else "")
         self._frames.start()
 
     def _on_frame(self) -> None:
@@ -236,7 +237,7 @@ class HelloPresenter(QObject):
     def _on_failed(self, error: BaseException) -> None:
         self._frames.stop()
         if isinstance(error, StudioError):
-            self._view.show_idle(f"{error.what} {error.in_window}", "warn")
+            self._view.show_idle(sentences(error.what, error.in_window), "warn")
         else:
             self._view.show_idle()
             messages.show_error(self._window, error)

@@ -26,6 +26,7 @@ from studio.ipc.events import (
 )
 from studio.ui import messages, undo
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
+from studio.ui.language import sentences
 from studio.ui.messages import counted
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -207,7 +208,7 @@ class Importer(QObject):
             what, remedy = self._refused[0]
             one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
             left = counted(len(self._refused), one, many)
-            self._tell(f"{text} {left}", f"{what} {remedy}", warn=True)
+            self._tell(f"{text} {left}", sentences(what, remedy), warn=True)
             self._offer_bones()
         elif self._skeleton is not None:
             guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)

@@ -10,22 +10,29 @@ CONTEXT = "Core"
 """Where translators find the core's sentences; the window's own have contexts of their own."""
 
 
-def translated(text: str) -> str:
-    """A text of the core as it is shown: in English where nobody has translated it.
+def sentences(*texts: str) -> str:
+    """Texts of the core as they are shown, one after the other."""
+    return " ".join(words_of(text) for text in texts if text)
+
+
+def words_of(text: str) -> str:
+    """A text of the core as it is shown: in English where nobody has words_of it.
 
     Args:
-        text: a Text, or a text that is its own template.
+        text: a Text, or one that is its own template.
     """
     if not isinstance(text, Text):
         return QCoreApplication.translate(CONTEXT, text) if text else ""
     number = -1 if text.number is None else text.number
     found = QCoreApplication.translate(CONTEXT, text.template, None, number)
-    if not text.fields or (number == 1 and found == text.template):  # the template is that for many
-        return str(text) if found == text.template else found
-    fields = {
-        name: translated(field) if isinstance(field, Text) else field for name, field in text.fields.items()
-    }
+    if not text.fields:
+        return found
+    fields = {name: words_of(one) if isinstance(one, Text) else one for name, one in text.fields.items()}
+    if found == text.template and fields == text.fields:
+        return str(text)  # English, whose form for one is not in the template
     try:
-        return found.format(**fields)
+        said = found.format(**fields)
     except (KeyError, IndexError, ValueError):  # a translator wrote braces that nothing stands for
         return str(text)
+    # Where English begins with a field and a capital, so does the other language.
+    return f"{said[:1].upper()}{said[1:]}" if text[:1].isupper() and found.startswith("{") else said

@@ -30,7 +30,7 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.ui import theme
-from studio.ui.language import translated
+from studio.ui.language import words_of
 from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
@@ -141,6 +141,7 @@ class Toast(QFrame):
             stays: it goes only when somebody answers or dismisses it, or with the next message.
             also: a second button.
         """
+        text, remedy = words_of(text), words_of(remedy)
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
         name, token = KINDS[kind]
@@ -254,7 +255,7 @@ def show_error(parent: QWidget | None, error: BaseException) -> None:
     if isinstance(error, StudioError):
         toast = _toast(parent)
         if toast is not None:
-            toast.show_message(translated(error.what), translated(error.in_window), "error")
+            toast.show_message(error.what, error.in_window, "error")
         return
     report = "".join(traceback.format_exception(error))
     print(report, file=sys.stderr)  # noqa: T201 - the terminal keeps what the window may lose
@@ -309,7 +310,7 @@ def dismiss_error(parent: QWidget) -> None:
 def dismiss_note(parent: QWidget, text: str) -> None:
     """Take away the note of this text, where it is still shown: what it offered was done."""
     toast = toast_of(parent.window())
-    if toast is not None and not toast.bad and toast.text.text() == text:
+    if toast is not None and not toast.bad and toast.text.text() == words_of(text):
         toast.hide()
 
 

@@ -27,8 +27,10 @@ from studio.ipc.events.takes import *  # noqa: F403
 from studio.ipc.events.training import *  # noqa: F403
 
 REMEDY = "Please report it with the log."
-_SENTENCES = "sentences"
+_TEMPLATES = "templates"
 """The key of [template, fields, number] by the English text."""
+FOR_WINDOW = "SAIA_FOR_WINDOW"
+"""The environment variable by which the window asks its children for templates; others read English."""
 
 
 class MessageError(StudioError):
@@ -73,7 +75,7 @@ def from_plain(facts: Mapping[str, Any], verb: str) -> ChildEvent:
             say("saia {verb} told of {name}, which nobody knows.", verb=verb, name=name), REMEDY
         )
     known = {key: value for key, value in facts.items() if value is not None}
-    told = known.pop(_SENTENCES, None)
+    told = known.pop(_TEMPLATES, None)
     if isinstance(told, dict):
         known = _said_again(known, told)
     try:
@@ -87,28 +89,32 @@ def _builtins(event: Any) -> Any:
     return msgspec.to_builtins(event, enc_hook=str)
 
 
-def encode(event: ChildEvent, plain: Callable[[Any], Any] = _builtins) -> str:
+def encode(event: ChildEvent, plain: Callable[[Any], Any] = _builtins, templates: bool = True) -> str:
     """The line of an event, without its end.
 
-    Its texts are English, for every program to read. How those with fields were made follows them, so that
-    the window can say them in the person's language.
+    Its texts are English.
 
     Args:
         event: what is told.
         plain: makes JSON values of it.
+        templates: also tell how texts with fields were made, so that the window can say them in the person's
+            language.
     """
     told: dict[str, Any] = {}
-    _tell_sentences(event, told)
-    more = {_SENTENCES: told} if told else {}
+    if templates:
+        _tell_sentences(event, told)
+    more = {_TEMPLATES: told} if told else {}
     return json.dumps({"event": event.NAME, **plain(event), **more}, ensure_ascii=False)
 
 
-def _tell_sentences(value: Any, told: dict[str, Any]) -> None:
+def _tell_sentences(value: Any, told: dict[str, Any], within: bool = False) -> None:
     """Put the parts of the sentences in a value beside their English."""
     if isinstance(value, Text):
-        if value.fields:  # without, the text is its own template
+        # Without fields it is its own template; only among fields it must be told from names.
+        if value.fields or within:
             told[str(value)] = [value.template, value.fields, value.number]
-            _tell_sentences(value.fields, told)
+            for field in value.fields.values():
+                _tell_sentences(field, told, within=True)
     elif isinstance(value, msgspec.Struct):
         _tell_sentences([getattr(value, name) for name in value.__struct_fields__], told)
     elif isinstance(value, Mapping):

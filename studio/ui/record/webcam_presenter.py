@@ -27,6 +27,7 @@ from studio.tracking.face_model import PACKAGE_SIZE
 from studio.tracking.pictures import HINTS
 from studio.tracking.webcam import load_calibration
 from studio.ui import messages, tasks
+from studio.ui.language import sentences
 from studio.ui.record.model import RecordModel
 from studio.ui.record.webcam_view import VIDEO, WebcamPane
 from studio.ui.session import Session
@@ -160,7 +161,7 @@ class WebcamPresenter(QObject):
         self._on = self._again = False
         self._pane.show_running(False)
         if isinstance(error, StudioError):
-            self._pane.show_hint(f"{error.what} {error.in_window}", "warn")
+            self._pane.show_hint(sentences(error.what, error.in_window), "warn")
             if not self._pane.isVisible():
                 messages.show_error(self._pane.window(), error)
         else:

@@ -16,6 +16,7 @@ from studio.ipc.events import (
     NoteEvent,
 )
 from studio.project import Project
+from studio.ui.language import sentences
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.compare_view import CompareDialog, Comparison, Points, compared
@@ -95,7 +96,7 @@ class ComparePresenter(QObject):
 
     def _on_failed(self, error: StudioError) -> None:
         if self.dialog is not None:
-            self.dialog.show_failure(f"{error.what} {error.remedy}")
+            self.dialog.show_failure(sentences(error.what, error.remedy))
 
     def _note(self, found: Comparison) -> str:
         takes = ", ".join(found.takes[:4]) + ("…" if len(found.takes) > 4 else "")
