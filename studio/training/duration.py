@@ -22,7 +22,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.training.recipe import Recipe, recipes, usual_recipe
 
@@ -114,10 +114,10 @@ class Expected:
         """ "about 3 minutes"."""
         minutes = self.seconds / 60
         if minutes < 1:
-            return "under a minute"
+            return say("under a minute")
         if minutes < 90:
-            return f"about {minutes:.0f} minute{'s' if round(minutes) != 1 else ''}"
-        return f"about {minutes / 60:.0f} hours"
+            return say("about {n} minutes", "about {n} minute", n=f"{minutes:.0f}")
+        return say("about {n} hours", n=f"{minutes / 60:.0f}")
 
 
 class TrainingTimes:

@@ -35,7 +35,7 @@ from studio.ui import messages, tasks
 from studio.ui.generate_task import GenerateTask
 from studio.ui.hello_view import HelloView
 from studio.ui.imports import SOUNDS
-from studio.ui.language import sentences, words_of
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.widgets.figure.pane import Pane
 
@@ -219,7 +219,7 @@ class HelloPresenter(QObject):
         self._player.play()
         problem = self._player.problem
         learnt = self.tr("The base voice has not met you yet. Train it on you, and it moves like you.")
-        self._view.show_idle(words_of(problem.what) if problem else learnt, "warn" if problem else "")
+        self._view.show_idle(native(problem.what) if problem else learnt, "warn" if problem else "")
         self._frames.start()
 
     def _on_frame(self) -> None:

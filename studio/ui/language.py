@@ -12,11 +12,11 @@ CONTEXT = "Core"
 
 def sentences(*texts: str) -> str:
     """Texts of the core as they are shown, one after the other."""
-    return " ".join(words_of(text) for text in texts if text)
+    return " ".join(native(text) for text in texts if text)
 
 
-def words_of(text: str) -> str:
-    """A text of the core as it is shown: in English where nobody has words_of it.
+def native(text: str) -> str:
+    """A text of the core as it is shown: in English where nobody has native it.
 
     Args:
         text: a Text, or one that is its own template.
@@ -27,7 +27,7 @@ def words_of(text: str) -> str:
     found = QCoreApplication.translate(CONTEXT, text.template, None, number)
     if not text.fields:
         return found
-    fields = {name: words_of(one) if isinstance(one, Text) else one for name, one in text.fields.items()}
+    fields = {name: native(one) if isinstance(one, Text) else one for name, one in text.fields.items()}
     if found == text.template and fields == text.fields:
         return str(text)  # English, whose form for one is not in the template
     try:

@@ -67,7 +67,7 @@ def read_licence(meta: Any, old: bool) -> Licence:
         if _CC0 in _text(meta.get("otherLicenseUrl")):
             return Licence(title, tuple(author for author in authors if author), (FREE,))
     terms = [sentence for sentence in (who, business) if sentence]
-    terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
+    terms += [say("Licence: {licence}", licence=licence)] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))
 
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from studio.dataset.suggest import Suggestion
 from studio.ui import theme
-from studio.ui.language import words_of
+from studio.ui.language import native
 from studio.ui.widgets.card import label
 from studio.ui.widgets.timeline.content import Mark
 from studio.ui.widgets.timeline.time_view import clock
@@ -149,7 +149,7 @@ class Suggestions(QWidget):
         across.addWidget(sign, 0, Qt.AlignmentFlag.AlignTop)
         column = QVBoxLayout()
         column.setSpacing(2)
-        texts = [(words_of(one.what), ""), (words_of(one.remedy), "caption")]
+        texts = [(native(one.what), ""), (native(one.remedy), "caption")]
         if len(group) > 1:
             texts = [(what_of(group), ""), (names_of(group, NAMED), "caption"), texts[1]]
         for text, role in texts:
@@ -209,7 +209,7 @@ def what_of(group: Group) -> str:
         "unused": _tr("{0} takes are not used: training needs both sound and motion."),
     }
     sentence = known.get(group[0].kind, _tr("{0} takes like this: {1}"))
-    return sentence.format(len(group), words_of(group[0].what))
+    return sentence.format(len(group), native(group[0].what))
 
 
 def names_of(group: Group, most: int) -> str:

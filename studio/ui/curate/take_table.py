@@ -18,7 +18,7 @@ from PySide6.QtCore import (
 
 from studio.dataset.dataset import Dataset, Selection
 from studio.take.take import Take
-from studio.ui.language import sentences, words_of
+from studio.ui.language import native, sentences
 from studio.ui.widgets.timeline.time_view import clock
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class TakeRow:
     @property
     def reason(self) -> str:
         """Why the grade is not better, in one sentence; "" where there is nothing to say."""
-        return words_of(self.report.reason) if self.report and self.report.grade != "A" else ""
+        return native(self.report.reason) if self.report and self.report.grade != "A" else ""
 
     @property
     def troubled(self) -> bool:
@@ -91,7 +91,7 @@ class TakeRow:
             s.note,
             labels,
             s.split,
-            words_of(self.reason),
+            native(self.reason),
             self._origin,
         )
         return " ".join(words).lower()

@@ -8,7 +8,7 @@ from studio.capture.device_names import DEFAULT
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.settings import NO_MICROPHONE
-from studio.ui.language import words_of
+from studio.ui.language import native
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import Session
@@ -62,9 +62,9 @@ def findings(
         microphone: whether one is to be recorded.
         rolling: whether a take is being recorded.
     """
-    rows: list[Finding] = [(words_of(what), words_of(remedy), "warn") for what, remedy in problems.values()]
+    rows: list[Finding] = [(native(what), native(remedy), "warn") for what, remedy in problems.values()]
     rows += [
-        (_named(words_of(what), snap.device), words_of(remedy), "warn")
+        (_named(native(what), snap.device), native(remedy), "warn")
         for what, remedy in snap.problems
         # The recorder may tell of the same.
         if (what, remedy) not in problems.values()

@@ -15,7 +15,7 @@ from studio.training import preview
 from studio.training.preview import BEST, CAPTURED, LATEST, Preview
 from studio.ui import messages, tasks
 from studio.ui.desktop import DesktopNotifier
-from studio.ui.language import sentences, words_of
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.train.model import TrainModel
@@ -110,7 +110,7 @@ class ProgressPresenter(QObject):
             for tab in ("train", "review"):
                 self._session.news_changed.emit(tab, text)
             self._ready, self._said = run, text
-        told = words_of(self._model.verdict_of(run).quality)
+        told = native(self._model.verdict_of(run).quality)
         # A person who is away finds it still there; one who is not has the strip, which covers no tab.
         messages.show_note(
             self._view, text, told, action if self._model.here else None, stays=self._desktop.is_away
@@ -163,7 +163,7 @@ class ProgressPresenter(QObject):
             line = training_text(training.progress, training.stopping)
             title = training.run_id or self.tr("Preparing")
             self._view.show_progress(title, line, training.progress.fraction)
-            self._show_facts(facts, training.progress.epochs, words_of(facts.advice))
+            self._show_facts(facts, training.progress.epochs, native(facts.advice))
             self._preview.follow(training.folder, live=True)
 
     def _show(self) -> None:

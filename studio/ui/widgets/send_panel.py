@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.settings import Settings
 from studio.ui import theme
-from studio.ui.language import sentences
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
@@ -262,7 +262,7 @@ class TargetRow(QFrame):
         self.preset.setAccessibleName(self.tr("Program"))
         for preset in PRESETS:
             self.preset.addItem(preset.title, preset.port)
-            self.preset.setItemData(self.preset.count() - 1, preset.hint, Qt.ItemDataRole.ToolTipRole)
+            self.preset.setItemData(self.preset.count() - 1, native(preset.hint), Qt.ItemDataRole.ToolTipRole)
         self.preset.addItem(_other(), 0)
         self.host = QLineEdit(address.host)
         self.host.setObjectName(f"target_host_{number}")
