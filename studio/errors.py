@@ -63,7 +63,9 @@ def capital(sentence: Text) -> Text:
 
 def counted(number: int, thing: str) -> Text:
     """A number and what it counts: "1 frame", "1,472 frames"."""
-    return say(f"{{n}} {thing}s", f"{{n}} {thing}", n=f"{number:,}")
+    count = f"{number:,}"
+    english = f"{count} {thing}{'' if number == 1 else 's'}"
+    return Text(english, f"{{n}} {thing}s", {"n": count}, int(number))
 
 
 def some(names: Sequence[str], most: int) -> str:

@@ -202,7 +202,7 @@ def _view(text: str) -> tuple[float, float, float]:
     try:
         around, above, near = (float(part) for part in text.split(","))
     except ValueError:
-        what = f"There is no view called {text}."
+        what = say("There is no view called {text}.", text=text)
         raise RequestError(
             what, say("Choose one of {views}, or write AROUND,ABOVE,NEAR.", views=", ".join(VIEWS))
         ) from None

@@ -154,7 +154,7 @@ def run_command(work: Callable[[], int], out: Output) -> int:
         silence_stdout()
         return 1
     except Exception as error:
-        what = f"Something unexpected happened: {type(error).__name__}: {error}."
+        what = say("Something unexpected happened: {kind}: {error}.", kind=type(error).__name__, error=error)
         out.error(ErrorEvent(what, "Please report it with the log.", log=_write_log()), hint=True)
         return 1
 
@@ -197,7 +197,9 @@ def put(text: str, end: str = "\n") -> None:
         raise
     except OSError as error:
         silence_stdout()
-        what = f"The output could not be written: {error.strerror or type(error).__name__}."
+        what = say(
+            "The output could not be written: {reason}.", reason=error.strerror or type(error).__name__
+        )
         raise StudioError(what, "Free some space where it goes, or send it somewhere else.") from error
 
 

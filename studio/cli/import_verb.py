@@ -156,7 +156,7 @@ def _box(text: str | None) -> tuple[float, float, float, float] | None:
     except ValueError:
         x = y = w = h = -1.0
     if not (0 <= x < 1 and 0 <= y < 1 and 0.02 <= w <= 1 - x + 1e-6 and 0.02 <= h <= 1 - y + 1e-6):
-        what = f"{text} is no box in the picture."
+        what = say("{text} is no box in the picture.", text=text)
         raise RequestError(what, "Write left, top, width and height in percent, such as 75,0,25,30.")
     return x, y, w, h
 

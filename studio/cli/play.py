@@ -157,5 +157,7 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
         if found.motion is not None:
             return found.motion, audio or found.audio
     endings = sorted({module.SUFFIX for module in formats.readers().values()} - {".wav", ".mp4"})
-    known = f"Choose a take's folder, or a file that ends in one of: {', '.join(endings)}."
+    known = say(
+        "Choose a take's folder, or a file that ends in one of: {endings}.", endings=", ".join(endings)
+    )
     raise RequestError(say("{name} is no motion the studio can read.", name=path.name), known)

@@ -71,7 +71,9 @@ def _with_splits(dataset: Dataset, project: Project, wanted: dict[str, list[str]
             if placed.setdefault(one, split) != split:
                 raise RequestError(say("{one} was named for two splits.", one=one), "Name each take once.")
             if dataset[one].locked and split != "test":
-                what = f"{one} is kept as a test take, so that nothing learns from it by mistake."
+                what = say(
+                    "{one} is kept as a test take, so that nothing learns from it by mistake.", one=one
+                )
                 raise RequestError(what, say("Add --unlock {one} to use it otherwise.", one=one))
         dataset = edits.set_split(dataset, ids, split)
     return dataset

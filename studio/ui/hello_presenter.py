@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio import formats
 from studio.capture.phrase import LONGEST_S, PhraseRecording
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import leftovers
 from studio.motion import Motion, Skeleton
 from studio.performer.speech import read_aloud
@@ -252,7 +252,7 @@ def _beginning(path: Path) -> Sound:
     """The first seconds of a file, mono. Runs on a pool thread."""
     samples = next(sound_blocks(path, FILE_RATE, LONGEST_FILE_S), None)
     if samples is None or not len(samples):
-        raise StudioError(f"The sound file {path.name} is empty.", "Choose another file.")
+        raise StudioError(say("The sound file {name} is empty.", name=path.name), "Choose another file.")
     return Sound(samples[:, None], FILE_RATE)
 
 

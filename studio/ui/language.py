@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
+from pathlib import Path
+
+from PySide6.QtCore import QCoreApplication, QLocale, QTranslator
 
 from studio.errors import Text
+from studio.paths import resource
 
 CONTEXT = "Core"
 """Where translators find the core's sentences; the window's own have contexts of their own."""
+
+
+def install(app: QCoreApplication, folder: Path | None = None, locale: QLocale | None = None) -> bool:
+    """Speak the system's language where somebody has translated the studio; whether anybody has.
+
+    Args:
+        app: the application.
+        folder: of saia_LANGUAGE.qm files; those that come with the studio where None.
+        locale: the language; the system's where None.
+    """
+    translator = QTranslator(app)
+    place = str(folder or resource("languages"))
+    return translator.load(locale or QLocale(), "saia", "_", place) and app.installTranslator(translator)
 
 
 def sentences(*texts: str) -> str:
