@@ -39,7 +39,8 @@ class Brackets(QTranslator):
     def translate(self, context: str, text: str, disambiguation: str | None = None, n: int = -1) -> str:
         if context == "Core" and text in self.known:
             return self.known[text] if n != 1 else self.known.get(f"1 {text}", self.known[text])
-        return f"[{text}]"
+        # "{what} {remedy}" has no words, so that no translator is asked about it.
+        return f"[{text}]" if re.search(r"[^\W\d_]", re.sub(r"\{\w+\}", "", text)) else text
 
 
 @pytest.fixture
@@ -149,7 +150,7 @@ def test_a_translated_file_is_spoken(qapp, tmp_path: Path, window) -> None:
 
 OTHERS = {"prompt_text", "webcam_shape"}
 """Widgets that show what is read aloud, and names of shapes."""
-NAMES = re.compile(r"\S*/\S*.*|Keep one for val\w*")
+NAMES = re.compile(r"Toy - Saia Studio|\S*/\S*.*|Keep one for val\w*")
 """Addresses, paths, and what the test's own edit is called."""
 
 
@@ -163,7 +164,7 @@ def test_every_text_of_the_window_is_translated(speak, session, qtbot, qapp) -> 
     english = set()
     for number in range(window.tabs.count()):
         window.tabs.setCurrentIndex(number)
-        qtbot.wait(200)
+        qapp.processEvents()
         english |= {text for text in texts_of(window) if is_english(text)}
     window.close()
     assert not english, "\n".join(sorted(english))
