@@ -177,8 +177,7 @@ def _no_motion(s: InputStatus) -> list[Problem]:
         return [
             (
                 say(
-                    "The motion is frozen: nothing has moved for {seconds} s.",
-                    seconds=f"{s.frozen_for:.0f}",
+                    "The motion is frozen: nothing has moved for {seconds} s.", seconds=f"{s.frozen_for:.0f}"
                 ),
                 "Check the tracker's camera or batteries, or wake the tracking up in the sender.",
             )

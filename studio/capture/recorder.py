@@ -103,7 +103,7 @@ class Recorder:
             opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
             if opened or self._left:
                 return
-            self._refuse_while_rolling(say("The port cannot be changed while a take is being recorded."))
+            self._refuse_while_rolling("The port cannot be changed while a take is being recorded.")
             self.close_motion()
             self._motion = MotionInput([(one, host) for one in ports])
             self._settle()
@@ -132,9 +132,7 @@ class Recorder:
         with self._lock:
             if self._left:
                 return
-            self._refuse_while_rolling(
-                say("The microphone cannot be changed while a take is being recorded.")
-            )
+            self._refuse_while_rolling("The microphone cannot be changed while a take is being recorded.")
             self.close_audio()
             self._sound = SoundInput(device, (sample_rate, channels))
             self._settle()
@@ -170,13 +168,8 @@ class Recorder:
                 found.close()
                 return
             if self._roll is not None:
-                self._roll.notes.append(
-                    say(
-                        "{name} was back at {at} s.",
-                        name=found.name,
-                        at=f"{clock.now() - self._roll.start:.1f}",
-                    )
-                )
+                at = f"{clock.now() - self._roll.start:.1f}"
+                self._roll.notes.append(say("{name} was back at {at} s.", name=found.name, at=at))
             self._sound = found
             self._silence_reported = False
             self._settle()
@@ -227,7 +220,7 @@ class Recorder:
             StudioError: one is rolling already, nothing is open, or its folder cannot be made.
         """
         with self._lock:
-            self._refuse_while_rolling(say("Another take cannot begin while a take is being recorded."))
+            self._refuse_while_rolling("Another take cannot begin while a take is being recorded.")
             motion, sound = self._motion, self._sound
             if motion is None and sound is None:
                 raise StudioError(
@@ -411,11 +404,7 @@ class Recorder:
             return
         self._silence_reported = True
         rolling.notes.append(
-            say(
-                "{name} stopped giving sound at {at} s.",
-                name=sound.name,
-                at=f"{rolling.audio_seconds:.1f}",
-            )
+            say("{name} stopped giving sound at {at} s.", name=sound.name, at=f"{rolling.audio_seconds:.1f}")
         )
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:

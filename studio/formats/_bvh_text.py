@@ -107,12 +107,7 @@ def read(path: Path) -> Bvh:
     width = sum(len(joint.channels) for joint in joints)
     frames = _numbers(data[found.end() :], width, path)
     if len(frames) < int(found[1]):
-        what = say(
-            "{name} ends after {n} of {all} frames.",
-            name=path.name,
-            n=len(frames),
-            all=int(found[1]),
-        )
+        what = say("{name} ends after {n} of {all} frames.", name=path.name, n=len(frames), all=int(found[1]))
         raise StudioError(what, _AGAIN)
     return Bvh(tuple(joints), frame_time, frames[: int(found[1])], b"," in found[2])
 

@@ -160,11 +160,7 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     if len(motion) < take.info.frames:
-        what = say(
-            "Only {n} of {all} frames of motion are in the file.",
-            n=len(motion),
-            all=take.info.frames,
-        )
+        what = say("Only {n} of {all} frames of motion are in the file.", n=len(motion), all=take.info.frames)
         findings.append(Finding("incomplete", "fatal", what, "Check the disk, then record the take again."))
     findings += value_findings(motion) if len(motion) else ()
     # After the values were looked at, since what follows would call the repaired ones fine.

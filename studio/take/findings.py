@@ -182,10 +182,7 @@ def _face(motion: Motion) -> Iterator[Finding]:
     spread = np.ptp(motion.shapes, axis=0)
     if len(names) >= 3 and (held := [n for n, s in zip(names, spread, strict=True) if s < 1e-4]):
         what = say(
-            "{n} of {all} blend shapes never move: {names}.",
-            n=len(held),
-            all=len(names),
-            names=some(held, 4),
+            "{n} of {all} blend shapes never move: {names}.", n=len(held), all=len(names), names=some(held, 4)
         )
         yield Finding("static", "note", what, "They are kept as they are, but not trained on.")
 

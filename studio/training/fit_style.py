@@ -176,10 +176,7 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
     take, spec = project.take(selection.take), model.recipe.sound
     material: TrainingMaterial = load_material(selection, take, spec.sample_rate)
     where = say(
-        "{take} between {start} s and {end} s",
-        take=selection.id,
-        start=f"{span[0]:g}",
-        end=f"{span[1]:g}",
+        "{take} between {start} s and {end} s", take=selection.id, start=f"{span[0]:g}", end=f"{span[1]:g}"
     )
     if not len(material.samples) or is_silent(material):
         raise RequestError(
