@@ -26,7 +26,7 @@ from studio.ipc.events import (
 )
 from studio.ui import messages, undo
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
-from studio.ui.language import sentences
+from studio.ui.language import native, sentences
 from studio.ui.messages import counted
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -247,7 +247,7 @@ class Importer(QObject):
 
     def _what_to_know(self) -> str:
         """What was noted while reading, the first of it, and how many takes training cannot use."""
-        parts = [*self._notes[:1], self._unused_text()]
+        parts = [*map(native, self._notes[:1]), self._unused_text()]
         if len(self._notes) > 1:
             one, many = self.tr("1 more note is kept with it."), self.tr("{0} more notes are kept with them.")
             parts.append(counted(len(self._notes) - 1, one, many))

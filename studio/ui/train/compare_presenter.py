@@ -16,7 +16,7 @@ from studio.ipc.events import (
     NoteEvent,
 )
 from studio.project import Project
-from studio.ui.language import sentences
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.compare_view import CompareDialog, Comparison, Points, compared
@@ -87,7 +87,7 @@ class ComparePresenter(QObject):
                 text = self.tr("The simple guesses to beat are made: {0} %.")
                 self.dialog.show_busy(self._measured, text.format(round(100 * event.fraction)))
             case NoteEvent(text=str(text)) if text:
-                self._notes.append(text)
+                self._notes.append(native(text))
 
     def _on_done(self, done: CompareDone) -> None:
         if self.dialog is not None:
