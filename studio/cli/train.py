@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
-from studio.errors import RequestError, StudioError, counted, say
+from studio.errors import RequestError, StudioError, counted, say, together
 from studio.ipc.events import (
     ChosenEvent,
     CleaningEvent,
@@ -95,7 +95,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if resume is None and recipe.with_encoder and not (recipe.form or _asks_for_form(args)):
         from studio.features.encoders import whisper_remedy
 
-        out.note(f"Whisper, which knows speech, is not installed: this hears plain sound. {whisper_remedy()}")
+        plain = say("Whisper, which knows speech, is not installed: this hears plain sound.")
+        out.note(together(" ", plain, whisper_remedy()))
     # A person at a terminal has Ctrl+C; reading there would swallow what they type next.
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
