@@ -148,7 +148,7 @@ def find_output(name_or_index: str) -> int:
     if not match:
         known = ", ".join(dict.fromkeys(str(one["name"]) for one in listed))
         raise StudioError(
-            say("There is no sound output called {name_or_index}.", name_or_index=name_or_index),
+            say("There is no sound output called {name}.", name=name_or_index),
             say("Choose one of: {known}.", known=known),
         )
     return int(min(match, key=lambda one: float(one["default_low_output_latency"]))["index"])
@@ -186,7 +186,7 @@ def find_device(name_or_index: str | int | None, devices: Sequence[AudioDevice] 
     if not match:
         known = ", ".join(d.name for d in devices)
         raise StudioError(
-            say("There is no sound input called {name_or_index}.", name_or_index=name_or_index),
+            say("There is no sound input called {name}.", name=name_or_index),
             say("Choose one of: {known}.", known=known),
         )
     return match[0]

@@ -211,7 +211,7 @@ class _Parser(argparse.ArgumentParser):
         return f"{name} and {other} cannot be used together."
 
     def _refused(self, what: str) -> RequestError:
-        return RequestError(what, say("Run `{prog} --help` to see how it is written.", prog=self.prog))
+        return RequestError(what, say("Run `{program} --help` to see how it is written.", program=self.prog))
 
 
 def _name(action: argparse.Action) -> str:

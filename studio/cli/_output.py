@@ -38,7 +38,7 @@ def address(text: str) -> tuple[str, int]:
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
         raise RequestError(
             say("{text} is not an address.", text=text),
-            say("Write HOST:PORT, such as {example_target}.", example_target=EXAMPLE_TARGET),
+            say("Write HOST:PORT, such as {example}.", example=EXAMPLE_TARGET),
         )
     # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)

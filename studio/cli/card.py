@@ -27,7 +27,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     # Browsers show a page under any other ending as its source.
     if args.out.suffix.lower() not in (".html", ".htm"):
-        what = say("{out} does not end in .html.", out=args.out.name)
+        what = say("{name} does not end in .html.", name=args.out.name)
         raise RequestError(what, "Choose a name that ends in .html.")
     project = opened(args.project, out)
     takes = {take.id: take for take in project.takes}

@@ -292,7 +292,7 @@ def _addresses(args: argparse.Namespace) -> list[str]:
     if args.look_ahead is not None and not 0 <= args.look_ahead <= FARTHEST_MS:
         raise RequestError(
             say("{look_ahead} ms is no look-ahead.", look_ahead=args.look_ahead),
-            say("Choose 0 (fastest) to {farthest_ms} (finest).", farthest_ms=FARTHEST_MS),
+            say("Choose 0 (fastest) to {farthest} (finest).", farthest=FARTHEST_MS),
         )
     if args.seconds is not None and not 0 < args.seconds <= 7 * 24 * 3600:
         raise RequestError(

@@ -215,7 +215,7 @@ def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
-            say("{resume} was started with the recipe {folder}.", resume=resume.id, folder=kept.name),
+            say("{run} was started with the recipe {recipe}.", run=resume.id, recipe=kept.name),
             "Leave --recipe out to go on with it.",
         )
     return _settled(kept.with_overrides(args.set))

@@ -90,7 +90,7 @@ def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
 
     def change(selection: Selection) -> Selection:
         if selection.locked and split != "test":
-            what = say("{selection} is a locked test take.", selection=selection.id)
+            what = say("{take} is a locked test take.", take=selection.id)
             raise RequestError(what, "Unlock it first to use it for anything else.")
         return replace(selection, split=split)
 
@@ -151,10 +151,10 @@ def remove_label(dataset: Dataset, selection_id: str, label: Label) -> Dataset:
     def change(selection: Selection) -> Selection:
         if label not in selection.labels:
             what = say(
-                "{selection} has no label {text} at {t} s.",
-                selection=selection.id,
+                "{take} has no label {text} at {at} s.",
+                take=selection.id,
                 text=repr(label.text),
-                t=f"{label.t:.2f}",
+                at=f"{label.t:.2f}",
             )
             raise RequestError(what, "Choose a label that is there.")
         # Of two that are equal only one goes: each was set by a hand of its own.
@@ -285,7 +285,7 @@ def _known(dataset: Dataset, ids: set[str]) -> list[Selection]:
     for selection_id in sorted(ids):
         if selection_id not in by_id:
             raise RequestError(
-                say("There is no take {selection_id} in this project.", selection_id=selection_id),
+                say("There is no take {take} in this project.", take=selection_id),
                 "Choose one that is there.",
             )
     return [by_id[selection_id] for selection_id in ids]

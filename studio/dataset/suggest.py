@@ -116,7 +116,11 @@ def unused(dataset: Dataset, takes: Iterable[Take]) -> tuple[Suggestion, ...]:
     remedy = "Import sound and motion under one name to train on them; Review can use sound alone."
     return tuple(
         Suggestion(
-            s.id, "unused", 0.0, say("{s} is not used: training needs both sound and motion.", s=s.id), remedy
+            s.id,
+            "unused",
+            0.0,
+            say("{take} is not used: training needs both sound and motion.", take=s.id),
+            remedy,
         )
         for s in dataset.selections
         if not s.split and s.take in incomplete

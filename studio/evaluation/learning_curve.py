@@ -188,8 +188,8 @@ def measure_curve(
                 seconds=f"{seconds:.0f}",
             ),
             say(
-                "Record until there are {shortest_seconds} seconds or more.",
-                shortest_seconds=f"{_SHORTEST_SECONDS:.0f}",
+                "Record until there are {shortest} seconds or more.",
+                shortest=f"{_SHORTEST_SECONDS:.0f}",
             ),
         )
     points = []

@@ -118,13 +118,13 @@ def writers_named(text: str) -> list[ModuleType]:
         module = writers.get(name) or endings.get(name)
         if module is None:
             what = say("There is no format {name} to write.", name=name)
-            raise RequestError(what, say("Choose from: {writers}.", writers=", ".join(sorted(writers))))
+            raise RequestError(what, say("Choose from: {formats}.", formats=", ".join(sorted(writers))))
         # `vrma,VRMA` names one file.
         if module not in found:
             found.append(module)
     if not found:
         raise RequestError(
-            "No format was named.", say("Choose from: {writers}.", writers=", ".join(sorted(writers)))
+            "No format was named.", say("Choose from: {formats}.", formats=", ".join(sorted(writers)))
         )
     return found
 

@@ -100,8 +100,8 @@ class AudioSpec:
         if self.uses_encoder and self.sample_rate != 16000:
             raise RequestError(
                 say(
-                    "Speech encoders do not hear {sample_rate} samples a second.",
-                    sample_rate=self.sample_rate,
+                    "Speech encoders do not hear {rate} samples a second.",
+                    rate=self.sample_rate,
                 ),
                 "Leave sound.sample_rate at 16000.",
             )
@@ -124,18 +124,18 @@ class AudioSpec:
         if self.low_hz >= self.highest_hz:
             raise RequestError(
                 say(
-                    "Mel bands cannot reach from {low_hz} to {highest_hz} Hz.",
-                    low_hz=f"{self.low_hz:g}",
-                    highest_hz=f"{self.highest_hz:g}",
+                    "Mel bands cannot reach from {low} to {high} Hz.",
+                    low=f"{self.low_hz:g}",
+                    high=f"{self.highest_hz:g}",
                 ),
                 "Lower sound.low_hz.",
             )
         # Each value is in its limits, yet together they ask for gigabytes; a run may come from anybody.
         if self.window_samples > _LONGEST_WINDOW:
             what = say(
-                "A window of {window_ms} ms at {sample_rate} Hz is too long.",
-                window_ms=f"{self.window_ms:g}",
-                sample_rate=self.sample_rate,
+                "A window of {window} ms at {rate} Hz is too long.",
+                window=f"{self.window_ms:g}",
+                rate=self.sample_rate,
             )
             raise RequestError(what, "Lower sound.window_ms or sound.sample_rate.")
         if self.width * self.steps_per_frame > _MOST_A_FRAME or self.width * self.window > _MOST_A_WINDOW:

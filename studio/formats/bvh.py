@@ -94,7 +94,7 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     notes += [say("{name}: {guess}.", name=path.name, guess=guess) for guess in guesses]
     audio = audio or find_audio(path)
     if audio is None:
-        notes.append(say("No sound was found for {stem}.", stem=path.stem))
+        notes.append(say("No sound was found for {name}.", name=path.stem))
     guessed = any(_is_guess(bone, names[j]) and names[j] not in corrections for bone, j in bones.items())
     return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(names, bones), guessed)
 

@@ -97,7 +97,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     plain = path.with_name(path.name.removesuffix(WRITES) + SUFFIX) if path.name.endswith(WRITES) else path
     audio = audio or find_audio(path) or find_audio(plain)
     if audio is None:
-        notes.append(say("No sound was found for {stem}.", stem=plain.stem))
+        notes.append(say("No sound was found for {name}.", name=plain.stem))
     extra = {"timecode": codes[0]}
     return Imported(plain.stem, motion, audio, tuple(notes), extra)
 

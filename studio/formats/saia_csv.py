@@ -66,7 +66,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     motion = _from_zero(motion, path, notes)
     audio = audio or find_audio(path)
     if audio is None:
-        notes.append(say("No sound was found for {stem}.", stem=path.stem))
+        notes.append(say("No sound was found for {name}.", name=path.stem))
     else:
         _compare_lengths(motion, audio, notes)
     return Imported(path.stem, motion, audio, tuple(notes))
@@ -287,9 +287,9 @@ def _client_bones(
         halves = ", ".join(bone for bone in bones if bone not in turned)
         notes.append(
             say(
-                "{name}: bones without a whole rotation were left out: {halves}.",
+                "{name}: bones without a whole rotation were left out: {bones}.",
                 name=path.name,
-                halves=halves,
+                bones=halves,
             )
         )
     rest = Skeleton.humanoid(tuple(canonical_bone(bone) for bone in turned)).rest_positions
@@ -327,11 +327,11 @@ def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
             )
         notes.append(
             say(
-                "Blend shapes have {count} rows and bones {bones_count}; bones were read at the "
-                "times of the shapes, {end} s in all.",
+                "Blend shapes have {count} rows and bones {bones}; bones were read at the "
+                "times of the shapes, {seconds} s in all.",
                 count=len(shapes),
-                bones_count=len(bones),
-                end=f"{end - start:.2f}",
+                bones=len(bones),
+                seconds=f"{end - start:.2f}",
             )
         )
         # nextafter, since `between` leaves its end out and the last row belongs to both.
@@ -347,8 +347,8 @@ def _from_zero(motion: Motion, path: Path, notes: list[str]) -> Motion:
         return motion
     notes.append(
         say(
-            "The times of {stem} begin at {first} s; they were moved to begin at 0.",
-            stem=path.stem,
+            "The times of {name} begin at {first} s; they were moved to begin at 0.",
+            name=path.stem,
             first=f"{first:.2f}",
         )
     )
@@ -360,10 +360,10 @@ def _compare_lengths(motion: Motion, audio: Path, notes: list[str]) -> None:
     if abs(sound - end) > 0.5:
         notes.append(
             say(
-                "The sound of {stem} lasts {sound} s and its motion {end} s.",
-                stem=audio.stem,
+                "The sound of {name} lasts {sound} s and its motion {seconds} s.",
+                name=audio.stem,
                 sound=f"{sound:.2f}",
-                end=f"{end:.2f}",
+                seconds=f"{end:.2f}",
             )
         )
 

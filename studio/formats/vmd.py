@@ -217,7 +217,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
         positions, rotations,
     )  # fmt: skip
     audio = audio or find_audio(path)
-    notes += [] if audio else [say("No sound was found for {stem}.", stem=path.stem)]
+    notes += [] if audio else [say("No sound was found for {name}.", name=path.stem)]
     return Imported(path.stem, motion, audio, tuple(notes))
 
 

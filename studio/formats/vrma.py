@@ -56,7 +56,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     """
     motion, notes = animation.read(path)
     audio = audio or find_audio(path)
-    notes += [] if audio else [say("No sound was found for {stem}.", stem=path.stem)]
+    notes += [] if audio else [say("No sound was found for {name}.", name=path.stem)]
     return Imported(path.stem, motion, audio, tuple(notes))
 
 

@@ -406,6 +406,6 @@ def _milliseconds(text: str) -> tuple[int, ...]:
     if found and not 0 <= found[0] <= found[-1] <= LONGEST_MS:
         raise RequestError(
             say("{text} is not possible for network.look_aheads.", text=repr(text)),
-            say("Choose milliseconds from 0 to {longest_ms}, such as 0 100 200 500.", longest_ms=LONGEST_MS),
+            say("Choose milliseconds from 0 to {longest}, such as 0 100 200 500.", longest=LONGEST_MS),
         )
     return tuple(found)

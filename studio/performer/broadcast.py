@@ -372,7 +372,7 @@ def _check(port: int, fps: float, jitter_ms: float, loss: float, seconds: float 
         )
     if not 0.0 <= jitter_ms <= 1000.0:
         raise RequestError(
-            say("A jitter of {jitter_ms} ms cannot be made.", jitter_ms=f"{jitter_ms:g}"),
+            say("A jitter of {jitter} ms cannot be made.", jitter=f"{jitter_ms:g}"),
             "Choose 0 to 1000 ms.",
         )
     if seconds is not None and not 0.0 < seconds < math.inf:

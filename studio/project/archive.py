@@ -178,7 +178,7 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
     # Before any loop over them: a list of names must not keep anybody waiting.
     if len(file.infolist()) > MOST_FILES:
         raise RequestError(
-            say("{name} holds more than {most_files} files.", name=source.name, most_files=f"{MOST_FILES:,}"),
+            say("{name} holds more than {most} files.", name=source.name, most=f"{MOST_FILES:,}"),
             _OTHER,
         )
     for member in listed:
@@ -240,9 +240,9 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
     except (FileExistsError, NotADirectoryError) as error:
         # Names that differ in upper and lower case alone.
         what = say(
-            "{name} holds two files that this disk takes for one: {filename}.",
+            "{name} holds two files that this disk takes for one: {file}.",
             name=source.name,
-            filename=member.filename,
+            file=member.filename,
         )
         raise RequestError(what, "Unpack it where it was packed, and rename one of them.") from error
     except OSError as error:

@@ -185,7 +185,7 @@ class Project:
         if take_id not in self._takes:
             known = ", ".join(list(self._takes)[:8]) or say("none yet")
             raise RequestError(
-                say("There is no take {take_id} in {name}.", take_id=take_id, name=self.name),
+                say("There is no take {take} in {name}.", take=take_id, name=self.name),
                 say("Takes there: {known}.", known=known),
             )
         return self._takes[take_id]
@@ -384,7 +384,7 @@ class Project:
         if not run_id or Path(run_id).name != run_id or not folder.is_dir():
             known = ", ".join(run.id for run in self.runs) or say("none yet")
             raise RequestError(
-                say("There is no run {run_id} in {name}.", run_id=run_id, name=self.name),
+                say("There is no run {run} in {name}.", run=run_id, name=self.name),
                 say("Runs there: {known}.", known=known),
             )
         return Run.load(folder)

@@ -121,9 +121,9 @@ def _image(path: Path) -> Image.Image:
         return _opened(path, path.stat().st_mtime)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         what = say(
-            "The background {name} has more than {most_pixels} megapixels.",
+            "The background {name} has more than {most} megapixels.",
             name=path.name,
-            most_pixels=MOST_PIXELS // 1000000,
+            most=MOST_PIXELS // 1000000,
         )
         raise StudioError(what, "Make it smaller, or choose another PNG or JPEG.") from error
     except (OSError, ValueError, SyntaxError) as error:

@@ -137,9 +137,9 @@ def open_file(path: Path) -> soundfile.SoundFile | None:
     if not RATES[0] <= file.samplerate <= RATES[1]:
         with file:
             what = say(
-                "The sound file {name} claims a sample rate of {samplerate} Hz.",
+                "The sound file {name} claims a sample rate of {rate} Hz.",
                 name=path.name,
-                samplerate=file.samplerate,
+                rate=file.samplerate,
             )
             raise StudioError(what, "It is damaged; export or record it again.")
     if _is_to_be_trusted(file, path):

@@ -84,11 +84,11 @@ def proof_of(take: Take, report: Report) -> Proof:
     """What a check of a take says of its recording alone; how well it was performed is its grade."""
     info = take.info
     details = say(
-        "Read again from the disk: {frames} of motion, {audio_seconds} s of sound, clocks "
-        "{drift_ppm} ppm apart and corrected.",
+        "Read again from the disk: {frames} of motion, {seconds} s of sound, clocks "
+        "{drift} ppm apart and corrected.",
         frames=counted(info.frames, "frame"),
-        audio_seconds=f"{info.audio_seconds:.1f}",
-        drift_ppm=f"{info.drift_ppm:+.0f}",
+        seconds=f"{info.audio_seconds:.1f}",
+        drift=f"{info.drift_ppm:+.0f}",
     )
     for finding in report.findings:
         # Silence and stillness may be meant for a part of a take, but not for all of it.
@@ -272,8 +272,8 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         yield Finding("packets", "minor", what, "Check that only one program sends motion to this port.")
     if abs(info.drift_ppm) > 500:
         what = say(
-            "The clocks of sound and motion drift by {drift_ppm} parts in a million.",
-            drift_ppm=f"{info.drift_ppm:.0f}",
+            "The clocks of sound and motion drift by {drift} parts in a million.",
+            drift=f"{info.drift_ppm:.0f}",
         )
         severity = "major" if abs(info.drift_ppm) > 5000 else "note"
         yield Finding("drift", severity, what, "It was corrected; use one computer for both if it shows.")

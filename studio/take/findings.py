@@ -356,8 +356,8 @@ def sound_findings(stats: SoundStats) -> Iterator[Finding]:
         yield Finding("silence", "note", what, "Trim the silence, or leave it for a resting face.")
     if stats.sample_rate < 16000:
         what = say(
-            "The sound was recorded at {sample_rate} Hz, too low for clear consonants.",
-            sample_rate=stats.sample_rate,
+            "The sound was recorded at {rate} Hz, too low for clear consonants.",
+            rate=stats.sample_rate,
         )
         yield Finding("rate", "minor", what, "Record at 44100 or 48000 Hz.")
     if abs(stats.dc) > 0.02:

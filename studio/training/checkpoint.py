@@ -182,9 +182,9 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
             large = sum(t.numel() for t in probe.state_dict().values())
         if large > _MOST_PARAMETERS:
             what = say(
-                "The network {model} would have {large} billion weights.",
+                "The network {model} would have {billions} billion weights.",
                 model=recipe.model,
-                large=f"{large / 1000000000.0:.1f}",
+                billions=f"{large / 1000000000.0:.1f}",
             )
             raise RequestError(what, "Lower its sizes in the recipe's network settings.")
         return module.build(sizes if probe.knows_moods else replace(sizes, moods=0), **recipe.network)

@@ -74,7 +74,7 @@ def show_style(
     if len(style) > LONGEST_NAME or not style.isprintable():
         raise RequestError(
             "A style cannot be called that.",
-            say("Choose up to {longest_name} plain letters.", longest_name=LONGEST_NAME),
+            say("Choose up to {longest} plain letters.", longest=LONGEST_NAME),
         )
     on_progress(0.2)
     example = _example(project, selection, model, span)
@@ -164,8 +164,8 @@ def _stretch(project: Project, name: str, span: tuple[float, float]) -> Selectio
         raise RequestError(
             what,
             say(
-                "Choose at least {shortest_seconds} s; ten do better.",
-                shortest_seconds=f"{SHORTEST_SECONDS:.0f}",
+                "Choose at least {shortest} s; ten do better.",
+                shortest=f"{SHORTEST_SECONDS:.0f}",
             ),
         )
     return replace(used, in_point=start, out_point=end)
@@ -192,7 +192,7 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
         raise RequestError(what, "Choose a stretch in which the performer was captured.")
     example = make_example(selection.id, material.samples, grid, model.layout, spec, model.fps, None)
     if not example.mask.any():
-        what = say("{selection} has none of the channels that this run moves.", selection=selection.id)
+        what = say("{take} has none of the channels that this run moves.", take=selection.id)
         raise RequestError(what, "Choose a take captured like those it learnt from.")
     return example
 

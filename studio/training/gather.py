@@ -159,9 +159,9 @@ def _materials(
     if shared := leaking(project.dataset):
         notes.append(
             say(
-                "Parts of {shared} are learnt from and other parts are kept to check the learning: "
+                "Parts of {takes} are learnt from and other parts are kept to check the learning: "
                 "the figures look better than they are. Press Split automatically in Curate.",
-                shared=", ".join(shared),
+                takes=", ".join(shared),
             )
         )
     return train, val
@@ -192,9 +192,7 @@ def _usable(
         else:
             if is_silent(material):
                 notes.append(
-                    say(
-                        "{selection} is silent; nothing can be learnt from its sound.", selection=selection.id
-                    )
+                    say("{take} is silent; nothing can be learnt from its sound.", take=selection.id)
                 )
             found.append(material)
     return found
@@ -212,9 +210,9 @@ def is_silent(material: TrainingMaterial) -> bool:
 def _too_little(seconds: float) -> RequestError:
     return RequestError(
         say(
-            "The training takes hold only {seconds} s of sound with motion; {shortest_seconds} s are needed.",
+            "The training takes hold only {seconds} s of sound with motion; {shortest} s are needed.",
             seconds=f"{seconds:.1f}",
-            shortest_seconds=f"{SHORTEST_SECONDS:.0f}",
+            shortest=f"{SHORTEST_SECONDS:.0f}",
         ),
         "Record or import more, or mark more takes for training in Curate.",
     )
@@ -230,9 +228,9 @@ def _hold_back(
     at = end * (1 - HELD_BACK)
     notes.append(
         say(
-            "No take is marked for validation: the last {end} s of {selection} are held back for it.",
-            end=f"{end - at:.1f}",
-            selection=longest.selection.id,
+            "No take is marked for validation: the last {seconds} s of {take} are held back for it.",
+            seconds=f"{end - at:.1f}",
+            take=longest.selection.id,
         )
     )
     head = _part(longest, 0.0, at, "")

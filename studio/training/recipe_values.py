@@ -34,7 +34,7 @@ def full_key(key: str, known: Mapping[str, Scalar]) -> str:
     if ending:
         raise RequestError(
             say("The setting {key} is not clear.", key=key),
-            say("Name one of: {ending}.", ending=", ".join(ending)),
+            say("Name one of: {names}.", names=", ".join(ending)),
         )
     by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
     # Any three are more help than all fifty, so even far ones count as near.

@@ -62,7 +62,7 @@ def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -
         return 0
     if chosen in styles:
         return styles.index(chosen) + 1
-    what = say("{run} knows no style called {chosen}.", run=run, chosen=chosen)
+    what = say("{run} knows no style called {style}.", run=run, style=chosen)
     if not styles:
         raise RequestError(what, "It was trained without styles; leave --style out.")
     raise RequestError(what, say("Choose one of: {styles}.", styles=", ".join((AVERAGE, *styles))))

@@ -117,9 +117,9 @@ class RunFolder:
             # Epochs behind the saved weights are learnt again; their old lines would be there twice.
             done = folder._forget_after_state()
             notes = (
-                say("{resume} goes on after epoch {done}.", resume=resume.id, done=done)
+                say("{run} goes on after epoch {done}.", run=resume.id, done=done)
                 if done
-                else say("{resume} had not finished an epoch and begins anew.", resume=resume.id),
+                else say("{run} had not finished an epoch and begins anew.", run=resume.id),
             )
         with atomic.written(folder.path / RECIPE_FILE) as beside:
             beside.write_text(recipe.as_toml(), encoding="utf-8")
