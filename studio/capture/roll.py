@@ -153,7 +153,7 @@ class Roll:
             self.notes.append(
                 say(
                     "Sound was lost for {gap} ms at {at} s and is silent there.",
-                    gap=f"{gap * 1000.0:.0f}",
+                    gap=f"{gap * 1e3:.0f}",
                     at=f"{at:.1f}",
                 )
             )

@@ -123,7 +123,7 @@ def _image(path: Path) -> Image.Image:
         what = say(
             "The background {name} has more than {most} megapixels.",
             name=path.name,
-            most=MOST_PIXELS // 1000000,
+            most=MOST_PIXELS // 1_000_000,
         )
         raise StudioError(what, "Make it smaller, or choose another PNG or JPEG.") from error
     except (OSError, ValueError, SyntaxError) as error:

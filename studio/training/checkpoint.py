@@ -184,7 +184,7 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
             what = say(
                 "The network {model} would have {billions} billion weights.",
                 model=recipe.model,
-                billions=f"{large / 1000000000.0:.1f}",
+                billions=f"{large / 1e9:.1f}",
             )
             raise RequestError(what, "Lower its sizes in the recipe's network settings.")
         return module.build(sizes if probe.knows_moods else replace(sizes, moods=0), **recipe.network)
@@ -293,7 +293,7 @@ def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
     # Numerator and denominator: 29.97 as a float would drift by a frame in some hours.
     fps = Fraction(*map(int, facts["fps"]))
     if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
-        what = say("{fps} frames a second are not possible.", fps=f"{min(float(fps), 1000000000.0):g}")
+        what = say("{fps} frames a second are not possible.", fps=f"{min(float(fps), 1e9):g}")
         raise RequestError(
             what, say("Choose {slowest} to {fastest}.", slowest=f"{_SLOWEST:g}", fastest=_FASTEST)
         )

@@ -137,8 +137,8 @@ def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> Non
         what = say(
             "{name} needs {needed} MB, and there is room for {room} MB.",
             name=source.name,
-            needed=f"{needed / 1000000.0:,.0f}",
-            room=f"{room / 1000000.0:,.0f}",
+            needed=f"{needed / 1e6:,.0f}",
+            room=f"{room / 1e6:,.0f}",
         )
         raise StudioError(what, "Make room on the project's disk.")
     if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
