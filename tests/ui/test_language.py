@@ -15,13 +15,12 @@ from PySide6.QtCore import QLocale, QTranslator
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QTableView, QWidget
 
-from studio.errors import StudioError, capital, counted, port_taken, say, together
-from studio.ipc.events import ErrorEvent, decode, encode
+from studio.errors import capital, counted, port_taken, say, together
 from studio.ui import language, messages, theme
-from studio.ui.child_process import _as_error
 from studio.ui.language import native, sentences
 from studio.ui.main_window import MainWindow
 from studio.ui.messages import Toast
+from studio.ui.tasks import ChildTask
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,15 +102,17 @@ def test_braces_that_nothing_stands_for_are_english(speak) -> None:
     assert native(say("{name} is damaged.", name="a.wav")) == "a.wav is damaged."
 
 
-def test_a_child_s_error_is_translated_by_the_window(speak) -> None:
-    speak({"{name} is damaged.": "{name} ist beschädigt.", "Restore it.": "Hol es zurück."})
-    told = decode(encode(ErrorEvent(say("{name} is damaged.", name="a.wav"), "Restore it.")), "train")
-    assert isinstance(told, ErrorEvent)
-    error = _as_error(told)
-    assert isinstance(error, StudioError)
-    assert sentences(error.what, error.in_window) == "a.wav ist beschädigt. Hol es zurück."
+def test_a_child_s_error_is_translated_by_the_window(speak, qtbot) -> None:
+    speak({"There is no project at {folder}.": "In {folder} ist kein Projekt."})
+    task = ChildTask()
+    with qtbot.waitSignal(task.ended), qtbot.waitSignal(task.failed) as failed:
+        task.start(["check", "/nowhere at all"])
+    remedy = "[Choose a folder with a project.json, or create a project there.]"
+    error = failed.args[0]
+    assert sentences(error.what, error.in_window) == f"In /nowhere at all ist kein Projekt. {remedy}"
 
 
+@pytest.mark.slow
 def test_a_translated_file_is_spoken(qapp, tmp_path: Path, window) -> None:
     """The road of a translator: list the texts, translate, compile, and start the studio."""
     file, lrelease = tmp_path / "saia_de.ts", Path(PySide6.__file__).with_name("lrelease")
@@ -154,6 +155,7 @@ NAMES = re.compile(r"Toy - Saia Studio|\S*/\S*.*|Keep one for val\w*")
 """Addresses, paths, and what the test's own edit is called."""
 
 
+@pytest.mark.slow
 def test_every_text_of_the_window_is_translated(speak, session, qtbot, qapp) -> None:
     """Of each tab, as it opens: a text that is not said by `tr` or `native` stands outside of brackets."""
     speak()
