@@ -3,7 +3,7 @@
 Data flows one way, and the folders are its stations. Core folders are nouns (what flows); tabs and
 commands are verbs (what you do).
 
-    errors          StudioError(what happened, what to do)
+    errors          say("a sentence with {fields}"); StudioError(what happened, what to do)
     paths           where the studio's own files lie
     registry        one file = one entry (verbs, formats, models), listed without importing
     settings        preferences as fields: default, limits, unit, help

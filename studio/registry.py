@@ -6,7 +6,7 @@ import importlib
 import pkgutil
 from types import ModuleType
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 
 def names(package: ModuleType) -> tuple[str, ...]:
@@ -28,5 +28,8 @@ def load(package: ModuleType, name: str, kind: str) -> ModuleType:
     """
     if name not in names(package):
         known = ", ".join(names(package))
-        raise RequestError(f"There is no {kind} called {name}.", f"Choose one of: {known}.")
+        raise RequestError(
+            say("There is no {kind} called {name}.", kind=kind, name=name),
+            say("Choose one of: {known}.", known=known),
+        )
     return importlib.import_module(f"{package.__name__}.{name}")

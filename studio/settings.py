@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.vmc import MARIONETTE_PORT
 from studio.vmc.address import USUAL, Address
@@ -293,7 +293,8 @@ def value_of(name: str, text: str) -> Any:
 def unknown(name: str) -> RequestError:
     """What is said of a setting that is none, or that the program sets by itself."""
     return RequestError(
-        f"There is no setting called {name}.", f"Choose one of: {', '.join(Settings.shown())}."
+        say("There is no setting called {name}.", name=name),
+        say("Choose one of: {shown}.", shown=", ".join(Settings.shown())),
     )
 
 
@@ -307,27 +308,35 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     about = Settings.info()[name]
     if isinstance(default, tuple):
         if not isinstance(value, list | tuple) or not all(isinstance(one, str) for one in value):
-            raise _wrong(name, about, "a list of texts")
+            raise _wrong(name, about, say("a list of texts"))
         if about.form and not (value and all(map(about.is_valid, value))):
-            raise _wrong(name, about, f"written as {about.form}, with commas between several")
+            form = say("written as {form}, with commas between several", form=about.form)
+            raise _wrong(name, about, form)
         return tuple(value)
     if isinstance(default, str):
         if not isinstance(value, str) or (about.choices and value not in about.choices):
-            raise _wrong(name, about, f"one of {', '.join(about.choices)}" if about.choices else "a text")
+            choices = say("one of {choices}", choices=", ".join(about.choices))
+            raise _wrong(name, about, choices if about.choices else say("a text"))
         return value
     if isinstance(default, bool):
         if not isinstance(value, bool):
-            raise _wrong(name, about, "true or false")
+            raise _wrong(name, about, say("true or false"))
         return value
     # True is an int to Python, and no number to a person.
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong(name, about, "a number")
+        raise _wrong(name, about, say("a number"))
     low, high = about.low, about.high
     # NaN alone differs from itself; no limit would stop it.
     if value != value or (low is not None and value < low) or (high is not None and value > high):
-        raise _wrong(name, about, f"from {low:g} to {high:g} {about.unit}".rstrip())
+        limits = say("from {low} to {high}", low=f"{low:g}", high=f"{high:g}")
+        if about.unit:
+            limits = say("{limits} {unit}", limits=limits, unit=about.unit)
+        raise _wrong(name, about, limits)
     return type(default)(value)
 
 
 def _wrong(name: str, about: SettingInfo, allowed: str) -> RequestError:
-    return RequestError(f"{about.title or name} cannot have this value.", f"It must be {allowed}.")
+    return RequestError(
+        say("{title} cannot have this value.", title=about.title or name),
+        say("It must be {allowed}.", allowed=allowed),
+    )

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from studio.capture import journal_contents, recovery, roll
 from studio.capture.microphone import SoundBlock
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.paths import rescue_folder
 from studio.take.take import Take
@@ -146,8 +146,9 @@ class CutOff:
     @property
     def what(self) -> str:
         """What happened, for people."""
-        ended = "" if self.reason == "sound_lost" else f" Recording ended at {self.at:.1f} s."
-        return f"{self.cause}{ended}"
+        if self.reason == "sound_lost":
+            return self.cause
+        return say("{cause} Recording ended at {at} s.", cause=self.cause, at=f"{self.at:.1f}")
 
     @property
     def remedy(self) -> str:
@@ -156,7 +157,7 @@ class CutOff:
             return self.todo
         if self.folder is None:
             return "What came until then is being saved."
-        return f"What came until then is kept in {self.folder}. {self.todo}"
+        return say("What came until then is kept in {folder}. {todo}", folder=self.folder, todo=self.todo)
 
 
 def full(at: float) -> CutOff:
@@ -168,7 +169,7 @@ def failed(error: OSError, at: float) -> CutOff:
     """The files took no more."""
     if atomic.is_full(error):
         return full(at)
-    cause = f"The take could not be written on: {error.strerror or error}."
+    cause = say("The take could not be written on: {reason}.", reason=error.strerror or error)
     return CutOff("write_failed", cause, at, "Check the disk.")
 
 
@@ -176,18 +177,20 @@ def lost_folder(rolling: roll.Roll, watch: FolderWatch, at: float) -> CutOff:
     """Its folder is no longer there."""
     name, moved = rolling.folder.name, watch.moved_to()
     if moved is None:
-        cause = f"The folder or disk of {name} was removed."
+        cause = say("The folder or disk of {name} was removed.", name=name)
         return CutOff("folder_gone", cause, at, "Copy it into the takes folder of a project.")
     with_project = moved.parent.name == rolling.folder.parent.name
     todo = (
         "Open the project where it is now." if with_project else "Move it into the takes folder of a project."
     )
-    return CutOff("folder_moved", f"The folder of {name} was moved or renamed.", at, todo)
+    return CutOff("folder_moved", say("The folder of {name} was moved or renamed.", name=name), at, todo)
 
 
 def lost_sound(device: str, at: float) -> CutOff:
     """The microphone vanished, and was not back when the take ended."""
-    cause = f"The sound of {device} stopped at {at:.1f} s and did not come back."
+    cause = say(
+        "The sound of {device} stopped at {at} s and did not come back.", device=device, at=f"{at:.1f}"
+    )
     return CutOff("sound_lost", cause, at, "The take is silent from there on; check the cable.")
 
 
@@ -227,7 +230,9 @@ def saved(
             shutil.rmtree(place)
             _from_memory(place, rolling, *last)
     except OSError as error:
-        remedy = f"It could not be kept in {place} either: {error.strerror or error}."
+        remedy = say(
+            "It could not be kept in {place} either: {reason}.", place=place, reason=error.strerror or error
+        )
         raise StudioError(cut.what, remedy) from error
     return completed(place, cut)
 
@@ -247,16 +252,18 @@ def completed(folder: Path, cut: CutOff | None) -> tuple[Take, CutOff | None]:
         if not folder.exists():
             if cut is None:
                 raise
-            what = f"{cut.cause} Nothing of {folder.name} was recorded."
-            raise StudioError(what, _before_again(cut)) from error
+            nothing = say("{cause} Nothing of {folder} was recorded.", cause=cut.cause, folder=folder.name)
+            raise StudioError(nothing, _before_again(cut)) from error
         what = cut.what if cut is not None else error.what
-        lies = f"What was recorded lies in {folder}"
         # No project ever looks into the rescue folder, so nothing would turn it into a take by itself.
         if cut is not None and cut.reason == "folder_gone":
-            remedy = f"{lies}. {cut.todo}"
+            lies = say("What was recorded lies in {folder}. {todo}", folder=folder, todo=cut.todo)
         else:
-            remedy = f"{lies} and becomes a take the next time the project is opened."
-        raise StudioError(what, f"{remedy} {error.remedy}") from error
+            lies = say(
+                "What was recorded lies in {folder} and becomes a take the next time the project is opened.",
+                folder=folder,
+            )
+        raise StudioError(what, say("{lies} {remedy}", lies=lies, remedy=error.remedy)) from error
     return take, replace(cut, folder=folder) if cut is not None else None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from studio.capture.device_names import PERFORMER_TITLE
+from studio.errors import counted, say, some
 from studio.take.take import TakeInfo
 from studio.vmc.senders import NO_FLOOD, Flood
 from studio.vmc.watch import LATELY_S, MOST_FRAMES_PER_S
@@ -104,13 +105,23 @@ def losses(info: TakeInfo) -> tuple[str, ...]:
     )
     found = []
     if refused:
-        packets = _count(refused, "packet")
-        found.append(f"{packets} of another program, no motion, {_was(refused)} thrown away.")
+        found.append(
+            say(
+                "{n} packets of another program, no motion, were thrown away.",
+                "{n} packet of another program, no motion, was thrown away.",
+                n=f"{refused:,}",
+            )
+        )
     if lost:
-        found.append(f"This computer had no time for {_count(lost, 'packet')}.")
+        found.append(say("This computer had no time for {packets}.", packets=counted(lost, "packet")))
     if thinned:
         found.append(
-            f"{_count(thinned, 'frame')} {_was(thinned)} left out, beyond {MOST_FRAMES_PER_S} a second."
+            say(
+                "{n} frames were left out, beyond {most} a second.",
+                "{n} frame was left out, beyond {most} a second.",
+                n=f"{thinned:,}",
+                most=MOST_FRAMES_PER_S,
+            )
         )
     return tuple(found)
 
@@ -120,7 +131,7 @@ def _disk(s: InputStatus) -> list[Problem]:
         return []
     return [
         (
-            f"The disk has room for {max(int(s.seconds_left / 60), 0)} more minutes.",
+            say("The disk has room for {n} more minutes.", n=max(int(s.seconds_left / 60), 0)),
             "Delete what is no longer needed, or keep the project on another disk.",
         )
     ]
@@ -129,13 +140,20 @@ def _disk(s: InputStatus) -> list[Problem]:
 def _flood(s: InputStatus) -> list[Problem]:
     if s.port is None or not s.flood.per_s:
         return []
-    who = (
-        f"the program that sends from {s.flood.sender}" if s.flood.sender else "the programs that send there"
-    )
+    remedy = "Close the programs that send there, or receive motion on another port."
+    if s.flood.sender:
+        remedy = say(
+            "Close the program that sends from {sender}, or receive motion on another port.",
+            sender=s.flood.sender,
+        )
     return [
         (
-            f"Another program floods port {s.port}: {s.flood.per_s:,.0f} packets a second are thrown away.",
-            f"Close {who}, or receive motion on another port.",
+            say(
+                "Another program floods port {port}: {per_s} packets a second are thrown away.",
+                port=s.port,
+                per_s=f"{s.flood.per_s:,.0f}",
+            ),
+            remedy,
         )
     ]
 
@@ -148,7 +166,7 @@ def _no_motion(s: InputStatus) -> list[Problem]:
     if s.faceless and (s.frameless_for is None or s.frameless_for > 1):
         return [("The camera sees no face.", "Sit in front of it, in good light, and look into it.")]
     if s.frameless_for is None:
-        what = f"Packets arrive on port {s.port}, but there is no motion in them."
+        what = say("Packets arrive on port {port}, but there is no motion in them.", port=s.port)
         return [(what, "Choose VMC (OSC) as the protocol in the sender.")] if s.listening_for > 2 else []
     if s.frameless_for > 1:
         # Who ended it needs no word about that, but for a take that goes on without motion.
@@ -156,14 +174,16 @@ def _no_motion(s: InputStatus) -> list[Problem]:
             return []
         return [
             (
-                f"Motion stopped {s.frameless_for:.0f} s ago.",
+                say("Motion stopped {seconds} s ago.", seconds=f"{s.frameless_for:.0f}"),
                 "Check that the sender still runs and that its tracking is on.",
             )
         ]
     if s.frozen_for > 2:
         return [
             (
-                f"The motion is frozen: nothing has moved for {s.frozen_for:.0f} s.",
+                say(
+                    "The motion is frozen: nothing has moved for {seconds} s.", seconds=f"{s.frozen_for:.0f}"
+                ),
                 "Check the tracker's camera or batteries, or wake the tracking up in the sender.",
             )
         ]
@@ -172,8 +192,11 @@ def _no_motion(s: InputStatus) -> list[Problem]:
 
 def _nothing_comes(port: int) -> Problem:
     return (
-        f"No motion arrives on port {port}.",
-        f"Turn on VMC sending in your tracking program, to this computer's address and port {port}.",
+        say("No motion arrives on port {port}.", port=port),
+        say(
+            "Turn on VMC sending in your tracking program, to this computer's address and port {port}.",
+            port=port,
+        ),
     )
 
 
@@ -181,13 +204,19 @@ def _sound(s: InputStatus) -> list[Problem]:
     if s.device is None:
         return []
     if s.gone:
-        what = f"{s.device} is gone."
-        goes_on = "The motion is still being recorded; " if s.rolling and s.port is not None else ""
-        return [(what, f"{goes_on}plug it in again, then its sound goes on by itself.".capitalize())]
+        what = say("{device} is gone.", device=s.device)
+        remedy = "Plug it in again, then its sound goes on by itself."
+        if s.rolling and s.port is not None:
+            remedy = "The motion is still being recorded; plug it in again, then its sound goes on by itself."
+        return [(what, remedy)]
     if s.soundless_for > 1:
         return [
             (
-                f"No sound has come from {s.device} for {s.soundless_for:.0f} s.",
+                say(
+                    "No sound has come from {device} for {seconds} s.",
+                    device=s.device,
+                    seconds=f"{s.soundless_for:.0f}",
+                ),
                 "Check its plug and the sound settings; it is opened again by itself.",
             )
         ]
@@ -198,7 +227,7 @@ def _sound(s: InputStatus) -> list[Problem]:
     if s.overruns:
         found.append(
             (
-                f"Sound was lost {_times(s.overruns)}.",
+                say("Sound was lost {n} times.", "Sound was lost once.", n=s.overruns),
                 "Close heavy programs; the lost moments are kept silent.",
             )
         )
@@ -209,7 +238,12 @@ def _silent(s: InputStatus) -> list[Problem]:
     # A performer that is getting ready is silent, and has no level to turn up.
     if s.quiet_for <= 3 or s.device == PERFORMER_TITLE:
         return []
-    return [(f"No sound from {s.device}.", "Unmute it, turn its level up, or choose another device.")]
+    return [
+        (
+            say("No sound from {device}.", device=s.device),
+            "Unmute it, turn its level up, or choose another device.",
+        )
+    ]
 
 
 def _poor_motion(s: InputStatus) -> list[Problem]:
@@ -219,7 +253,10 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
     if s.packets_lost:
         found.append(
             (
-                f"This computer had no time for {_count(s.packets_lost, 'packet')} of motion.",
+                say(
+                    "This computer had no time for {packets} of motion.",
+                    packets=counted(s.packets_lost, "packet"),
+                ),
                 "Close heavy programs, or let the sender bundle its messages.",
             )
         )
@@ -229,14 +266,20 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
         # Nothing gets lost on the way inside one computer: the sender had no time to make them.
         found.append(
             (
-                f"Your tracker dropped {_count(s.frames_lost, 'frame')} in the last few seconds.",
+                say(
+                    "Your tracker dropped {frames} in the last few seconds.",
+                    frames=counted(s.frames_lost, "frame"),
+                ),
                 "Close demanding apps, or lower the tracker's frame rate.",
             )
         )
     elif many_lost:
         found.append(
             (
-                f"{_count(s.frames_lost, 'frame')} of the last seconds were lost on the way.",
+                say(
+                    "{frames} of the last seconds were lost on the way.",
+                    frames=counted(s.frames_lost, "frame"),
+                ),
                 "Use a cable instead of Wi-Fi, or lower the sender's frame rate.",
             )
         )
@@ -245,14 +288,21 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
     if s.frames_thinned and s.fps > MOST_FRAMES_PER_S:
         found.append(
             (
-                f"The sender makes {s.fps:.0f} frames a second; {MOST_FRAMES_PER_S} of them are kept.",
+                say(
+                    "The sender makes {fps} frames a second; {most} of them are kept.",
+                    fps=f"{s.fps:.0f}",
+                    most=MOST_FRAMES_PER_S,
+                ),
                 "Set its frame rate to 60: more makes no motion smoother.",
             )
         )
     found += _unreadable(s)
     if 0 < s.fps < _FEW_FPS and s.listening_for > 3:
         found.append(
-            (f"Only {s.fps:.0f} frames a second arrive.", "Raise the sender's frame rate to 30 or 60.")
+            (
+                say("Only {fps} frames a second arrive.", fps=f"{s.fps:.0f}"),
+                "Raise the sender's frame rate to 30 or 60.",
+            )
         )
     if s.bones and not s.shapes:
         found.append(
@@ -266,24 +316,14 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
 def _unreadable(s: InputStatus) -> list[Problem]:
     if s.packets_bad <= max(3, 0.01 * s.packets) or s.flood.per_s:
         return []
-    what = f"{_count(s.packets_bad, 'packet')} could not be read in full."
-    return [(what, f"Let only a VMC sender send to port {s.port}.")]
+    what = say("{packets} could not be read in full.", packets=counted(s.packets_bad, "packet"))
+    return [(what, say("Let only a VMC sender send to port {port}.", port=s.port))]
 
 
 def _named(missing: tuple[str, ...]) -> str:
-    names = ", ".join(missing[:3])
-    more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
-    bones = "1 bone has" if len(missing) == 1 else f"{len(missing)} bones have"
-    return f"{bones} stopped coming: {names}{more}."
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number:,} {what}s"
-
-
-def _was(number: int) -> str:
-    return "was" if number == 1 else "were"
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
+    return say(
+        "{n} bones have stopped coming: {names}.",
+        "{n} bone has stopped coming: {names}.",
+        n=len(missing),
+        names=some(missing, 3),
+    )

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import clock
-from studio.errors import StudioError, no_sound
+from studio.errors import StudioError, no_sound, say
 
 QUEUE_BLOCKS = 4000
 """Blocks kept for a pump that is held up: over 30 s at any usual block size."""
@@ -106,7 +106,7 @@ def input_devices(refresh: bool = False) -> tuple[AudioDevice, ...]:
         # Some host APIs name no default until something was played; then the first API's own is taken.
         chosen = chosen if chosen >= 0 else next((a["default_input_device"] for a in api), -1)
     except sd.PortAudioError as error:
-        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
+        raise no_sound(say("The sound system did not answer ({reason}).", reason=_reason(error))) from error
     found = [_device(entry, entry["index"] == chosen) for entry in listed if entry["max_input_channels"] > 0]
     return tuple(sorted(found, key=lambda d: not d.default))
 
@@ -122,7 +122,7 @@ def output_names() -> tuple[str, ...]:
         with opening:
             listed = sd.query_devices()
     except sd.PortAudioError as error:
-        raise no_sound(f"The sound system did not answer ({_reason(error)}).") from error
+        raise no_sound(say("The sound system did not answer ({reason}).", reason=_reason(error))) from error
     return tuple(dict.fromkeys(str(one["name"]) for one in listed if one["max_output_channels"] > 0))
 
 
@@ -147,7 +147,10 @@ def find_output(name_or_index: str) -> int:
     match = match or [one for one in listed if name_or_index.lower() in str(one["name"]).lower()]
     if not match:
         known = ", ".join(dict.fromkeys(str(one["name"]) for one in listed))
-        raise StudioError(f"There is no sound output called {name_or_index}.", f"Choose one of: {known}.")
+        raise StudioError(
+            say("There is no sound output called {name}.", name=name_or_index),
+            say("Choose one of: {known}.", known=known),
+        )
     return int(min(match, key=lambda one: float(one["default_low_output_latency"]))["index"])
 
 
@@ -182,7 +185,10 @@ def find_device(name_or_index: str | int | None, devices: Sequence[AudioDevice] 
         match = match or [d for d in devices if low in d.name.lower()]
     if not match:
         known = ", ".join(d.name for d in devices)
-        raise StudioError(f"There is no sound input called {name_or_index}.", f"Choose one of: {known}.")
+        raise StudioError(
+            say("There is no sound input called {name}.", name=name_or_index),
+            say("Choose one of: {known}.", known=known),
+        )
     return match[0]
 
 
@@ -268,7 +274,9 @@ class AudioInput:
         except (sd.PortAudioError, ValueError) as error:
             self.stop()
             raise StudioError(
-                f"{self.device.name} could not be opened ({_reason(error)}).",
+                say(
+                    "{device} could not be opened ({reason}).", device=self.device.name, reason=_reason(error)
+                ),
                 "Close other programs that use it, or choose another device.",
                 code="device_unavailable",
             ) from error

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from studio.capture.device_names import title_of
 from studio.capture.microphone import AudioInput
-from studio.errors import InputError
+from studio.errors import InputError, say
 from studio.sound.level import FLOOR_DBFS, dbfs
 from studio.sound.sound_file import Sound
 
@@ -110,5 +110,5 @@ class PhraseRecording:
 
 def nothing_heard(device: str) -> InputError:
     """What is said where nobody spoke into a microphone, by its name as the sound system has it."""
-    what = f"Nothing was heard from {title_of(device, 'the default microphone')}."
+    what = say("Nothing was heard from {device}.", device=title_of(device, say("the default microphone")))
     return InputError(what, "Check that it is switched on, or type a sentence.")

@@ -11,7 +11,7 @@ import numpy as np
 from studio import clock
 from studio.capture.device_names import PERFORMER_TITLE, performer_device
 from studio.capture.microphone import AudioDevice, AudioInput
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.sound.voice_line import BLOCK_SAMPLES, LINE_RATE, MOST_BYTES, LineBlock, decode_block
 
 SILENT_AFTER = 0.5
@@ -63,7 +63,7 @@ class PracticeVoice(AudioInput):
         except (OSError, OverflowError) as error:
             opened.close()
             raise StudioError(
-                f"The practice performer's voice cannot be received on port {self.port}.",
+                say("The practice performer's voice cannot be received on port {port}.", port=self.port),
                 "Close the other program that uses it, or choose another port for the voice.",
                 code="device_unavailable",
                 in_window="Stop the practice performer and start it again.",

@@ -16,7 +16,7 @@ from studio.capture.health import Problem
 from studio.capture.inputs import MotionInput, SoundInput
 from studio.capture.microphone import SoundBlock, SoundWatch
 from studio.capture.snapshot import RecorderState, Snapshot
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.files.atomic import safe_name
 from studio.motion import Motion
@@ -106,7 +106,7 @@ class Recorder:
             opened = self._motion is not None and (self._motion.ports, self._motion.host) == (ports, host)
             if opened or self._left:
                 return
-            self._refuse_while_rolling("The port cannot be changed")
+            self._refuse_while_rolling("The port cannot be changed while a take is being recorded.")
             self.close_motion()
             self._motion = MotionInput([(one, host) for one in ports])
             self._settle()
@@ -135,7 +135,7 @@ class Recorder:
         with self._lock:
             if self._left:
                 return
-            self._refuse_while_rolling("The microphone cannot be changed")
+            self._refuse_while_rolling("The microphone cannot be changed while a take is being recorded.")
             self.close_audio()
             self._sound = SoundInput(device, (sample_rate, channels))
             self._settle()
@@ -171,7 +171,8 @@ class Recorder:
                 found.close()
                 return
             if self._roll is not None:
-                self._roll.notes.append(f"{found.name} was back at {clock.now() - self._roll.start:.1f} s.")
+                at = f"{clock.now() - self._roll.start:.1f}"
+                self._roll.notes.append(say("{name} was back at {at} s.", name=found.name, at=at))
             self._sound = found
             self._silence_reported = False
             self._settle()
@@ -222,7 +223,7 @@ class Recorder:
             StudioError: one is rolling already, nothing is open, or its folder cannot be made.
         """
         with self._lock:
-            self._refuse_while_rolling("Another take cannot begin")
+            self._refuse_while_rolling("Another take cannot begin while a take is being recorded.")
             motion, sound = self._motion, self._sound
             if motion is None and sound is None:
                 raise StudioError(
@@ -300,7 +301,7 @@ class Recorder:
 
     def _refuse_while_rolling(self, what: str) -> None:
         if self._roll is not None:
-            raise StudioError(f"{what} while a take is being recorded.", "Stop the take first.")
+            raise StudioError(what, "Stop the take first.")
 
     def _settle(self) -> None:
         if self._roll is None:
@@ -352,7 +353,11 @@ class Recorder:
                 if self._fault is None:
                     _log.exception("the recorder stumbled")
                 self._fault = (
-                    f"Something unexpected happened while recording: {type(error).__name__}: {error}.",
+                    say(
+                        "Something unexpected happened while recording: {kind}: {error}.",
+                        kind=type(error).__name__,
+                        error=error,
+                    ),
                     "Recording goes on; please report this.",
                 )
 
@@ -408,7 +413,9 @@ class Recorder:
         if self._silence_reported or sound is None or not sound.audio.stalled or self._until is not None:
             return
         self._silence_reported = True
-        rolling.notes.append(f"{sound.name} stopped giving sound at {rolling.audio_seconds:.1f} s.")
+        rolling.notes.append(
+            say("{name} stopped giving sound at {at} s.", name=sound.name, at=f"{rolling.audio_seconds:.1f}")
+        )
 
     def _keep_safe(self, rolling: roll.Roll, now: float) -> None:
         """Look after the disk and hand everything to it; a take that it takes no more of ends here."""

@@ -19,7 +19,7 @@ import numpy as np
 from studio import clock
 from studio.capture import journal, journal_contents
 from studio.capture.roll import SOUND
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files.atomic import NewerVersionError, cannot_write, set_aside
 from studio.motion import filmed
 from studio.motion.channels import shape_set
@@ -67,7 +67,8 @@ def complete(folder: Path, *notes: str) -> Take:
         raise cannot_write(folder, error) from error
     remove(folder)
     raise StudioError(
-        f"Nothing came in while {folder.name} was recorded.", "Check the microphone and the sender."
+        say("Nothing came in while {folder} was recorded.", folder=folder.name),
+        "Check the microphone and the sender.",
     )
 
 
@@ -76,7 +77,9 @@ def _wait_for(held: IO[bytes], folder: Path) -> None:
     until = time.monotonic() + _PATIENCE_S
     while journal.is_busy(held):
         if time.monotonic() > until:
-            raise StudioError(f"{folder.name} is still being recorded.", "Stop the recording first.")
+            raise StudioError(
+                say("{folder} is still being recorded.", folder=folder.name), "Stop the recording first."
+            )
         time.sleep(0.02)
 
 
@@ -190,8 +193,8 @@ def set_unreadable_aside(folder: Path) -> StudioError:
         OSError: it cannot be renamed.
     """
     set_aside(folder / journal.FILE)
-    what = f"{folder.name} was damaged on the disk, and nothing of it could be read."
-    return StudioError(what, f"What is left of it is kept in {folder}.")
+    what = say("{folder} was damaged on the disk, and nothing of it could be read.", folder=folder.name)
+    return StudioError(what, say("What is left of it is kept in {folder}.", folder=folder))
 
 
 def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit) -> str:
@@ -201,18 +204,23 @@ def _damage_note(contents: journal_contents.JournalContents, fit: clock.ClockFit
     first = contents.damaged[0]
     # max gives NaN back where the second value is NaN, which is asked about below.
     moment = max(0.0, fit.to_audio(first.since))
-    where = f"near {moment:.1f} s" if math.isfinite(first.since) else "at its beginning"
+    where = say("near {moment} s", moment=f"{moment:.1f}")
+    if not math.isfinite(first.since):
+        where = say("at its beginning")
     if len(contents.damaged) > 1:
-        where = f"in {len(contents.damaged)} places, the first {where}"
-    lost = []
+        where = say("in {n} places, the first {where}", n=len(contents.damaged), where=where)
+    seconds, ends = f"{max(contents.seconds_missing, 0.1):.1f}", contents.damaged[-1].is_end
     if contents.rows_missing or contents.seconds_missing > 0.05:
-        lost.append(f"{max(contents.seconds_missing, 0.1):.1f} s of motion")
-    if contents.damaged[-1].is_end:
-        lost.append("its end")
-    exact = all(one.rows is not None for one in contents.damaged)
-    none = "nothing was lost" if exact else "no more than a moment was lost"
-    cost = f"{' and '.join(lost)} could not be read" if lost else none
-    return f"The recording was damaged on the disk {where}; {cost}."
+        cost = say("{seconds} s of motion could not be read", seconds=seconds)
+        if ends:
+            cost = say("{seconds} s of motion and its end could not be read", seconds=seconds)
+    elif ends:
+        cost = say("its end could not be read")
+    elif all(one.rows is not None for one in contents.damaged):
+        cost = say("nothing was lost")
+    else:
+        cost = say("no more than a moment was lost")
+    return say("The recording was damaged on the disk {where}; {cost}.", where=where, cost=cost)
 
 
 def is_take(folder: Path) -> bool:
@@ -413,6 +421,6 @@ def _recovered(folder: Path) -> Take | None:
         raise
     except Exception as error:
         # One odd recording must not keep anybody from the rest of the project.
-        what = f"Something unexpected happened: {type(error).__name__}: {error}."
-        raise StudioError(what, f"It is kept in {folder}; please report this.") from error
+        what = say("Something unexpected happened: {kind}: {error}.", kind=type(error).__name__, error=error)
+        raise StudioError(what, say("It is kept in {folder}; please report this.", folder=folder)) from error
     return recovered

@@ -12,7 +12,7 @@ import numpy as np
 
 from studio.capture import journal
 from studio.capture.microphone import SoundBlock
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files.atomic import cannot_write
 from studio.sound import wav_writer
 from studio.vmc.rows import RowBlock
@@ -61,7 +61,8 @@ class Roll:
                 self._wav = wav_writer.WavWriter(folder / SOUND, *sound)
         except FileExistsError as error:
             raise StudioError(
-                f"There is a take {folder.name} already.", "Choose another slate or number."
+                say("There is a take {folder} already.", folder=folder.name),
+                "Choose another slate or number.",
             ) from error
         except OSError as error:
             raise cannot_write(folder, error) from error
@@ -156,4 +157,10 @@ class Roll:
             missing -= chunk
         # A device that stutters all evening must not fill the take with sentences.
         if len(self.notes) < 50:
-            self.notes.append(f"Sound was lost for {gap * 1e3:.0f} ms at {at:.1f} s and is silent there.")
+            self.notes.append(
+                say(
+                    "Sound was lost for {gap} ms at {at} s and is silent there.",
+                    gap=f"{gap * 1e3:.0f}",
+                    at=f"{at:.1f}",
+                )
+            )

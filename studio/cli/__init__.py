@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from studio import __version__, launch
 from studio.cli._output import Output, put, run_command
-from studio.errors import RequestError
+from studio.errors import RequestError, say, together
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -211,7 +211,7 @@ class _Parser(argparse.ArgumentParser):
         return f"{name} and {other} cannot be used together."
 
     def _refused(self, what: str) -> RequestError:
-        return RequestError(what, f"Run `{self.prog} --help` to see how it is written.")
+        return RequestError(what, say("Run `{program} --help` to see how it is written.", program=self.prog))
 
 
 def _name(action: argparse.Action) -> str:
@@ -221,11 +221,11 @@ def _name(action: argparse.Action) -> str:
 
 def _open_window(args: list[str]) -> int:
     if args and not Path(args[0]).exists():
-        what = f"There is no command and no project called {args[0]}."
+        what = say("There is no command and no project called {name}.", name=args[0])
         # One guess: of several a person would have to read all.
         near = get_close_matches(args[0], VERBS, n=1)
-        meant = f"Did you mean `saia {near[0]}`? " if near else ""
-        raise RequestError(what, f"{meant}Run `saia --help` to see the commands.")
+        meant = say("Did you mean `saia {verb}`?", verb=near[0]) if near else ""
+        raise RequestError(what, together(" ", meant, say("Run `saia --help` to see the commands.")))
     if len(args) > 1:
         raise RequestError("The window opens one project at a time.", "Name one folder, in quotation marks.")
     # The only road from the command line to Qt.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, as_request
 from studio.cli._stdin import CancelRequests
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.export.clip import GenerationOptions
 from studio.export.options import VIEWS, RenderOptions
 from studio.export.queue import Entry, Queue, to_name
@@ -142,7 +142,9 @@ def _share_of(text: str) -> tuple[str, float]:
     try:
         return name, float(share)
     except ValueError:
-        raise RequestError(f"{text} is no share of a style.", "Write it as average:0.5.") from None
+        raise RequestError(
+            say("{text} is no share of a style.", text=text), "Write it as average:0.5."
+        ) from None
 
 
 def add_render_options(parser: argparse.ArgumentParser) -> None:
@@ -182,10 +184,12 @@ def render_options_of(args: argparse.Namespace) -> RenderOptions:
 
     wide, _, high = args.size.lower().partition("x")
     if not (wide.isdecimal() and high.isdecimal()):
-        raise RequestError(f"{args.size} is no size of a picture.", "Write it as 1280x720.")
+        raise RequestError(say("{size} is no size of a picture.", size=args.size), "Write it as 1280x720.")
     avatar = OWN if str(args.avatar).lower() == OWN.stem.lower() else args.avatar
     if avatar is not None and not avatar.is_file():
-        raise RequestError(f"There is no avatar at {avatar}.", "Check how the path is written.")
+        raise RequestError(
+            say("There is no avatar at {avatar}.", avatar=avatar), "Check how the path is written."
+        )
     # Numbers besides names: Review hands over the camera as it stands there.
     view = VIEWS.get(args.view) or _view(args.view)
     from studio.render.background import Background
@@ -198,8 +202,10 @@ def _view(text: str) -> tuple[float, float, float]:
     try:
         around, above, near = (float(part) for part in text.split(","))
     except ValueError:
-        what = f"There is no view called {text}."
-        raise RequestError(what, f"Choose one of {', '.join(VIEWS)}, or write AROUND,ABOVE,NEAR.") from None
+        what = say("There is no view called {text}.", text=text)
+        raise RequestError(
+            what, say("Choose one of {views}, or write AROUND,ABOVE,NEAR.", views=", ".join(VIEWS))
+        ) from None
     return around, above, near
 
 
@@ -262,8 +268,11 @@ def run_queue(entries: Sequence[Entry], out: Output, note: str = "") -> None:
             raise StudioError(first.what, first.remedy)
         # A full disk or a run without weights fails every file alike, and needs no name.
         alike = all(failure.what == first.what for failure in queue.failed)
-        details = first.what if alike else f"The first, {first.name}: {first.what}"
-        raise StudioError(f"None of the {len(entries)} files could be made. {details}", first.remedy)
+        details = first.what if alike else say("The first, {name}: {what}", name=first.name, what=first.what)
+        raise StudioError(
+            say("None of the {n} files could be made. {details}", n=len(entries), details=details),
+            first.remedy,
+        )
     parts = [f"{counted(len(queue.files), 'file')} written."]
     parts += [f"{len(queue.failed)} failed."] if queue.failed else []
     parts += [f"{len(queue.cancelled)} cancelled."] if queue.cancelled else []

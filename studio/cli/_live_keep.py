@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import leftovers
 from studio.ipc.events import KeptEvent
 
@@ -67,4 +67,6 @@ class KeptTakes:
         except StudioError as error:
             self._outcomes.append(error)
         except OSError as error:
-            self._outcomes.append(StudioError(f"The take could not be kept ({error}).", "Free some space."))
+            self._outcomes.append(
+                StudioError(say("The take could not be kept ({error}).", error=error), "Free some space.")
+            )

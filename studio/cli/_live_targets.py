@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from studio.cli._output import address
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.ipc.events import LiveTarget
 from studio.vmc.encode import NAME_SETS, SendOptions
 from studio.vmc.sender import Destination, PoseSource, TargetStatus, VmcTarget
@@ -68,7 +68,7 @@ class Targets:
             state, before = target.state, self._statuses.get(name, TargetStatus.SENDING)
             well = state.status is TargetStatus.SENDING
             if well and before in (TargetStatus.REFUSED, TargetStatus.ERROR):
-                said.append(StudioError(f"{name} hears again.", "Nothing to do."))
+                said.append(StudioError(say("{name} hears again.", name=name), "Nothing to do."))
             elif not well and before is TargetStatus.SENDING and state.problem is not None:
                 said.append(state.problem)
             # A target that has not sent yet has no status that could be lost.

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from studio.cli._output import Output, silence_stdout
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files.atomic import plain, write_json
 from studio.ipc.events import BaselinesEvent, EvaluateDone, LookAheadsEvent, MeasureProgressEvent
 from studio.project.run import EVALUATION_FILE
@@ -65,8 +65,13 @@ def say_learnt(chosen: Run, evaluation_set: EvaluationSet, out: Output) -> None:
     found = dict.fromkeys(s.take for s in measured if learnt & {s.take, s.id})
     if found:
         takes = ", ".join(found)
-        text = f"{chosen.id} learnt from all or part of {takes}; such figures say nothing about new sound."
-        out.note(text)
+        out.note(
+            say(
+                "{run} learnt from all or part of {takes}; such figures say nothing about new sound.",
+                run=chosen.id,
+                takes=takes,
+            )
+        )
 
 
 _PART = re.compile(r"\.\d+$")
@@ -131,8 +136,7 @@ def baseline_figures(
     out.pass_by(BaselinesEvent(), f"{_WORDS}: reading what {chosen.id} learnt from")
     material, _ = load_usable(named, RIDGE_SOUND)
     if not material:
-        text = "The takes the run was trained on are gone; there are no baselines to compare with."
-        out.note(text)
+        out.note(say("The takes the run was trained on are gone; there are no baselines to compare with."))
         return {}
     fps = Fraction(chosen.facts.fps or 30).limit_denominator(1001)
     progress = _ProgressReport(out, len(material) + len(Baselines.names) * len(evaluation_set.material))
@@ -236,10 +240,15 @@ def after_training(project: Project, finished: Run, out: Output, stop: Callable[
         silence_stdout()
     # The run is saved by now, so the exit code stays that of a training that ended well.
     except KeyboardInterrupt:
-        _left_out(f"The look-aheads of {finished.id} were not measured", project, finished, out)
+        what = say("The look-aheads of {run} were not measured", run=finished.id)
+        _left_out(what, project, finished, out)
     except Exception as error:
         why = error.what if isinstance(error, StudioError) else f"{type(error).__name__}: {error}"
-        what = f"The look-aheads of {finished.id} could not be measured ({why.rstrip('.: ')})"
+        what = say(
+            "The look-aheads of {run} could not be measured ({reason})",
+            run=finished.id,
+            reason=why.rstrip(".: "),
+        )
         _left_out(what, project, finished, out)
 
 
@@ -283,8 +292,7 @@ def _store_figures(
 def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
     """Say that the table is missing, and nothing else."""
     again = f'`saia evaluate "{project.folder}" {finished.id}`'
-    text = f"{what}; the run itself is complete. {again} measures them."
-    out.note(text)
+    out.note(say("{what}; the run itself is complete. {command} measures them.", what=what, command=again))
 
 
 READING = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sys
@@ -11,9 +10,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from studio.errors import FileThereError, RequestError, StudioError
+from studio.errors import FileThereError, RequestError, StudioError, say
 from studio.files.atomic import plain
-from studio.ipc.events import ChildEvent, DoneEvent, ErrorEvent, NoteEvent, ProgressEvent
+from studio.ipc.events import (
+    FOR_WINDOW,
+    ChildEvent,
+    DoneEvent,
+    ErrorEvent,
+    NoteEvent,
+    ProgressEvent,
+    encode,
+)
 from studio.vmc import MARIONETTE_PORT
 
 EXAMPLE_TARGET = f"127.0.0.1:{MARIONETTE_PORT}"
@@ -29,7 +36,10 @@ def address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     # isdigit alone takes digits of other scripts, which int reads and sockets do not.
     if not host or not (port.isascii() and port.isdigit()) or not 1 <= int(port) <= 65535:
-        raise RequestError(f"{text} is not an address.", f"Write HOST:PORT, such as {EXAMPLE_TARGET}.")
+        raise RequestError(
+            say("{text} is not an address.", text=text),
+            say("Write HOST:PORT, such as {example}.", example=EXAMPLE_TARGET),
+        )
     # IPv6 addresses stand in brackets before a port.
     return host.strip("[]"), int(port)
 
@@ -54,7 +64,7 @@ class Output:
         """
         if self.as_json:
             # UTF-8 as it is: escaped Japanese names are unreadable in a log.
-            put(json.dumps({"event": event.NAME, **plain(event)}, ensure_ascii=False))
+            put(encode(event, plain, templates=FOR_WINDOW in os.environ))
         elif text:
             self._wipe()
             put(text)
@@ -144,7 +154,7 @@ def run_command(work: Callable[[], int], out: Output) -> int:
         silence_stdout()
         return 1
     except Exception as error:
-        what = f"Something unexpected happened: {type(error).__name__}: {error}."
+        what = say("Something unexpected happened: {kind}: {error}.", kind=type(error).__name__, error=error)
         out.error(ErrorEvent(what, "Please report it with the log.", log=_write_log()), hint=True)
         return 1
 
@@ -187,7 +197,9 @@ def put(text: str, end: str = "\n") -> None:
         raise
     except OSError as error:
         silence_stdout()
-        what = f"The output could not be written: {error.strerror or type(error).__name__}."
+        what = say(
+            "The output could not be written: {reason}.", reason=error.strerror or type(error).__name__
+        )
         raise StudioError(what, "Free some space where it goes, or send it somewhere else.") from error
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from studio import settings
 from studio.cli._output import Output, as_request
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import cache
 from studio.files.lock import LOCK_FILE
 from studio.ipc.events import BonesEvent, NotRecoveredEvent, ProblemEvent, RecoveredEvent
@@ -111,9 +111,11 @@ def check_sound(path: Path) -> str:
 
     # Said by itself: libraries call a folder an unknown format.
     if path.is_dir():
-        raise RequestError(f"{path} is a folder.", "Name a sound file.")
+        raise RequestError(say("{path} is a folder.", path=path), "Name a sound file.")
     if not path.exists():
-        raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+        raise RequestError(
+            say("There is no sound file at {path}.", path=path), "Check how the path is written."
+        )
     with as_request():
         return sound_info(path).note
 

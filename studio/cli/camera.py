@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import EXAMPLE_TARGET, Output, address, as_request
 from studio.cli._stdin import LiveCommands, stop_requests, stop_signals
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.ipc import commands
 from studio.ipc.events import (
     CameraDone,
@@ -228,7 +228,9 @@ def _device(text: str) -> str:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and 0 < int(width) <= 8192 and 0 < int(height) <= 8192):
-        raise RequestError(f"{text} is no size of a picture.", "Write WIDTHxHEIGHT, such as 640x480.")
+        raise RequestError(
+            say("{text} is no size of a picture.", text=text), "Write WIDTHxHEIGHT, such as 640x480."
+        )
     return int(width), int(height)
 
 
@@ -241,7 +243,11 @@ def _gains(texts: list[str]) -> dict[str, float]:
         try:
             gains[canonical_shape(name)] = float(factor)
         except ValueError as error:
-            raise RequestError(f"{text} is no gain.", "Write SHAPE=FACTOR, such as JawOpen=1.3.") from error
+            raise RequestError(
+                say("{text} is no gain.", text=text), "Write SHAPE=FACTOR, such as JawOpen=1.3."
+            ) from error
         if canonical_shape(name) not in ARKIT_SHAPES or not 0 <= gains[canonical_shape(name)] <= 5:
-            raise RequestError(f"{text} is no gain.", "Name one of ARKit's shapes and a factor from 0 to 5.")
+            raise RequestError(
+                say("{text} is no gain.", text=text), "Name one of ARKit's shapes and a factor from 0 to 5."
+            )
     return gains

@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from studio.cli._output import Output
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.ipc.events import CardDone, CheckedEvent, ReadEvent
 
 EXAMPLE = "saia card MyProject -o MyProject.html"
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     # Browsers show a page under any other ending as its source.
     if args.out.suffix.lower() not in (".html", ".htm"):
-        what = f"{args.out.name} does not end in .html."
+        what = say("{name} does not end in .html.", name=args.out.name)
         raise RequestError(what, "Choose a name that ends in .html.")
     project = opened(args.project, out)
     takes = {take.id: take for take in project.takes}

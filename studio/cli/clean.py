@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.ipc.events import CleanDone, TakeEvent, TakeProgressEvent
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class _Report:
 
 def _sound_of(take: Take) -> Path:
     if take.audio_path is None:
-        raise RequestError(f"{take.id} has no sound.", "Choose a take with sound.")
+        raise RequestError(say("{take} has no sound.", take=take.id), "Choose a take with sound.")
     return take.audio_path
 
 
@@ -87,6 +87,8 @@ def _ids(project: Project, names: list[str]) -> list[str]:
         if not mine:
             # Says which takes there are.
             project.take(name)
-            raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
+            raise RequestError(
+                say("{name} is not selected for anything.", name=name), "Add it to the dataset first."
+            )
         ids |= dict.fromkeys(mine)
     return list(ids)

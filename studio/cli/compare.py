@@ -17,6 +17,7 @@ from studio.cli._measure import (
 )
 from studio.cli._output import Output
 from studio.cli._project import trim_cache
+from studio.errors import say
 from studio.evaluation.evaluation_set import choose_evaluation_set
 from studio.evaluation.verdict import better_of
 from studio.ipc.events import CompareDone, MeasuredEvent
@@ -71,5 +72,9 @@ def _say_different_training(chosen: list[Run], out: Output) -> None:
     """A note where the runs did not learn from the same takes."""
     learnt = {one.facts.train for one in chosen}
     if len(learnt) > 1:
-        text = f"The runs learnt from different takes; the baselines are fitted to those of {chosen[0].id}."
-        out.note(text)
+        out.note(
+            say(
+                "The runs learnt from different takes; the baselines are fitted to those of {run}.",
+                run=chosen[0].id,
+            )
+        )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.ipc.events import CutDone, TakeEvent, TakeProgressEvent
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def _selections(project: Project, names: list[str]) -> list[Selection]:
         if not mine:
             # Says which takes there are.
             project.take(name)
-            raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
+            raise RequestError(
+                say("{name} is not selected for anything.", name=name), "Add it to the dataset first."
+            )
         chosen |= {s.id: s for s in mine}
     return list(chosen.values())
 
@@ -79,7 +81,7 @@ def _spans(
     assert isinstance(cut, Cut)
     take = project.take(selection.take)
     if take.audio_path is None:
-        raise RequestError(f"{take.id} has no sound.", "Choose a take with sound.")
+        raise RequestError(say("{take} has no sound.", take=take.id), "Choose a take with sound.")
 
     def on_progress(fraction: float) -> None:
         out.emit(TakeProgressEvent(fraction, take=take.id))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from studio import __version__, launch, virtual_devices
 from studio.cli._output import Output
+from studio.errors import counted, port_taken, say, together
 from studio.ipc.events import DoctorDone, SystemCheckEvent
 from studio.vmc import MARIONETTE_PORT
 
@@ -87,105 +88,124 @@ def line(check: SystemCheckEvent) -> str:
 
 def check_system() -> SystemCheckEvent:
     """The studio, Python and the operating system; always well."""
-    system = f"{platform.system()} {platform.release()}, {platform.machine()}, {os.cpu_count()} cores"
-    return SystemCheckEvent(
-        "system", True, f"Saia Studio {__version__}, Python {platform.python_version()}, {system}."
+    system = f"{platform.system()} {platform.release()}, {platform.machine()}"
+    words = say(
+        "Saia Studio {version}, Python {python}, {system}, {n} cores.",
+        version=__version__,
+        python=platform.python_version(),
+        system=system,
+        n=os.cpu_count() or 1,
     )
+    return SystemCheckEvent("system", True, words)
 
 
 def check_sound_in() -> SystemCheckEvent:
     """Whether there is a microphone to record from."""
-    return _check_sound("sound in", "max_input_channels", "microphone", "Connect a microphone")
+    nothing = say("There is no microphone."), say("Connect a microphone and allow the studio to use it.")
+    return _check_sound(
+        "sound in", "max_input_channels", lambda found: counted(found, "microphone"), *nothing
+    )
 
 
 def check_sound_out() -> SystemCheckEvent:
     """Whether there is something to hear takes with."""
+    nothing = (
+        say("There is no loudspeaker."),
+        say("Connect a loudspeaker or headphones and allow the studio to use it."),
+    )
     return _check_sound(
-        "sound out", "max_output_channels", "loudspeaker", "Connect a loudspeaker or headphones"
+        "sound out", "max_output_channels", lambda found: counted(found, "loudspeaker"), *nothing
     )
 
 
-def _check_sound(name: str, channels: str, noun: str, remedy: str) -> SystemCheckEvent:
+def _check_sound(
+    name: str, channels: str, number_of: Callable[[int], str], none: str, remedy: str
+) -> SystemCheckEvent:
     try:
         import sounddevice
     except OSError:
         # Sounddevice's way of saying that PortAudio is not installed.
         return SystemCheckEvent(
-            name, False, "The sound library PortAudio is missing.", "Install the package libportaudio2."
+            name,
+            False,
+            say("The sound library PortAudio is missing."),
+            say("Install the package libportaudio2."),
         )
     try:
         found = [str(device["name"]) for device in sounddevice.query_devices() if device[channels] > 0]
     except sounddevice.PortAudioError as error:
-        return SystemCheckEvent(
-            name, False, f"The sound system does not answer: {error}.", "Restart the sound system."
-        )
+        what = say("The sound system does not answer: {error}.", error=error)
+        return SystemCheckEvent(name, False, what, say("Restart the sound system."))
     if not found:
-        return SystemCheckEvent(
-            name, False, f"There is no {noun}.", f"{remedy} and allow the studio to use it."
-        )
+        return SystemCheckEvent(name, False, none, remedy)
     # A studio with many interfaces lists dozens.
     listed = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
-    return SystemCheckEvent(name, True, f"{len(found)} {noun}{'' if len(found) == 1 else 's'}: {listed}.")
+    what = say("{devices}: {names}.", devices=number_of(len(found)), names=listed)
+    return SystemCheckEvent(name, True, what)
 
 
 def check_screen() -> SystemCheckEvent:
     """Whether a window can be shown."""
     if virtual_devices.has_screen():
-        return SystemCheckEvent("screen", True, "A window can be shown.")
+        return SystemCheckEvent("screen", True, say("A window can be shown."))
     if virtual_devices.screen_available():
-        return SystemCheckEvent(
-            "screen", True, "There is no screen; a virtual one can be used (saia tour does)."
-        )
-    return SystemCheckEvent("screen", False, "There is no screen.", "Start the studio in a desktop session.")
+        what = say("There is no screen; a virtual one can be used (saia tour does).")
+        return SystemCheckEvent("screen", True, what)
+    remedy = say("Start the studio in a desktop session.")
+    return SystemCheckEvent("screen", False, say("There is no screen."), remedy)
 
 
 def check_opengl(probe: str = OPENGL_PROBE) -> SystemCheckEvent:
     """Whether the stick figure can be drawn, tried in a process of its own: a bad driver crashes."""
     ok, answer = _probe(probe)
     if not ok:
-        remedy = "Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri."
-        return SystemCheckEvent("OpenGL", False, f"Drawing in 3D failed: {answer}.", remedy)
+        remedy = say("Update the graphics driver, or install libgl1, libegl1 and libgl1-mesa-dri.")
+        what = say("Drawing in 3D failed: {reason}.", reason=answer)
+        return SystemCheckEvent("OpenGL", False, what, remedy)
     version, _, renderer = answer.partition(" | ")
-    slow = " (software, so a little slower)" if "llvmpipe" in renderer.lower() else ""
-    return SystemCheckEvent("OpenGL", True, f"OpenGL {version} on {renderer}{slow}.")
+    what = say("OpenGL {version} on {renderer}.", version=version, renderer=renderer)
+    if "llvmpipe" in renderer.lower():
+        what = say(
+            "OpenGL {version} on {renderer} (software, so a little slower).",
+            version=version,
+            renderer=renderer,
+        )
+    return SystemCheckEvent("OpenGL", True, what)
 
 
 def check_port(port: int) -> SystemCheckEvent:
     """Whether motion could be received on a UDP port."""
     if not 0 < port < 65536:
-        return SystemCheckEvent(
-            "motion", False, f"Port {port} does not exist.", "Choose a port from 1 to 65535."
-        )
+        what = say("Port {port} does not exist.", port=port)
+        return SystemCheckEvent("motion", False, what, say("Choose a port from 1 to 65535."))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             # Bound for a moment, as the receiver would: whether a port is free cannot be asked otherwise.
             probe.bind(("127.0.0.1", port))
         except OSError:
-            from studio.errors import port_taken
-
             taken = port_taken(port)
             return SystemCheckEvent("motion", False, taken.what, taken.remedy)
-    return SystemCheckEvent("motion", True, f"Port {port} is free for motion.")
+    return SystemCheckEvent("motion", True, say("Port {port} is free for motion.", port=port))
 
 
 def check_torch(probe: str = TORCH_PROBE, timeout_s: float = PROBE_TIMEOUT) -> SystemCheckEvent:
     """Whether networks can be trained, and on what."""
     ok, answer = _probe(probe, timeout_s)
     if not ok:
-        return SystemCheckEvent(
-            "PyTorch", False, f"PyTorch does not work: {answer}.", "Run the set-up again (make setup)."
-        )
+        what = say("PyTorch does not work: {reason}.", reason=answer)
+        return SystemCheckEvent("PyTorch", False, what, say("Run the set-up again (make setup)."))
     version, threads, gpu = (part.strip() for part in answer.split("|"))
-    where = gpu or f"the CPU with {threads} threads"
-    return SystemCheckEvent("PyTorch", True, f"PyTorch {version}, training on {where}.")
+    where = gpu or say("the CPU with {threads} threads", threads=threads)
+    what = say("PyTorch {version}, training on {device}.", version=version, device=where)
+    return SystemCheckEvent("PyTorch", True, what)
 
 
 def check_voice() -> SystemCheckEvent:
     """Whether the practice performer can speak any sentence; without espeak-ng it speaks bundled ones."""
     if launch.program("espeak-ng"):
-        return SystemCheckEvent("voice", True, "espeak-ng speaks for the practice performer.")
+        return SystemCheckEvent("voice", True, say("espeak-ng speaks for the practice performer."))
     return SystemCheckEvent(
-        "voice", True, "espeak-ng is not installed, so the practice performer uses its bundled speech."
+        "voice", True, say("espeak-ng is not installed, so the practice performer uses its bundled speech.")
     )
 
 
@@ -194,9 +214,9 @@ def check_speech() -> SystemCheckEvent:
     from studio.features.encoders import has_whisper, whisper_remedy
 
     if has_whisper():
-        return SystemCheckEvent("speech", True, "The speech encoder Whisper is installed.")
-    words = "The speech encoder Whisper is not installed; Balanced and Best hear plain sound without it."
-    return SystemCheckEvent("speech", True, f"{words} {whisper_remedy()}")
+        return SystemCheckEvent("speech", True, say("The speech encoder Whisper is installed."))
+    words = say("The speech encoder Whisper is not installed; Balanced and Best hear plain sound without it.")
+    return SystemCheckEvent("speech", True, together(" ", words, whisper_remedy()))
 
 
 def check_camera() -> SystemCheckEvent:
@@ -205,10 +225,11 @@ def check_camera() -> SystemCheckEvent:
 
     missing = face_model.missing()
     if missing is None:
-        return SystemCheckEvent("camera", True, "Webcams and videos can be tracked; the face model is here.")
+        here = say("Webcams and videos can be tracked; the face model is here.")
+        return SystemCheckEvent("camera", True, here)
     # Said and no fault: any other tracker does without.
-    words = f"{missing.what} Only webcams and videos need it. {missing.remedy}"
-    return SystemCheckEvent("camera", True, words)
+    need = say("Only webcams and videos need it.")
+    return SystemCheckEvent("camera", True, together(" ", missing.what, need, missing.remedy))
 
 
 def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:
@@ -217,10 +238,10 @@ def check_disk(least_bytes: int = LEAST_FREE_BYTES) -> SystemCheckEvent:
 
     # The current folder's disk: no project is named, and most are made where people stand.
     free = shutil.disk_usage(Path.cwd()).free
-    room = f"{size_text(free)} are free on this disk"
     if free < least_bytes:
-        return SystemCheckEvent("disk", False, f"Only {room}.", "Free some space before recording.")
-    return SystemCheckEvent("disk", True, f"{room}.")
+        what = say("Only {size} are free on this disk.", size=size_text(free))
+        return SystemCheckEvent("disk", False, what, say("Free some space before recording."))
+    return SystemCheckEvent("disk", True, say("{size} are free on this disk.", size=size_text(free)))
 
 
 def _probe(code: str, timeout_s: float = PROBE_TIMEOUT) -> tuple[bool, str]:
@@ -236,7 +257,7 @@ def _probe(code: str, timeout_s: float = PROBE_TIMEOUT) -> tuple[bool, str]:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return False, f"it did not answer within {timeout_s:.0f} s"
+        return False, say("it did not answer within {seconds} s", seconds=f"{timeout_s:.0f}")
     if done.returncode == 0:
         return True, (done.stdout.strip().splitlines() or [""])[-1]
     last = (done.stderr.strip().splitlines() or [f"it crashed with code {done.returncode}"])[-1]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output, as_request
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.ipc.events import ImportDone, NoteEvent, ProblemEvent, TakeEvent, TrackingEvent
 
 if TYPE_CHECKING:
@@ -126,7 +126,9 @@ def _video_reading(args: argparse.Namespace, of: int, out: Output) -> VideoReadi
     from studio.tracking.video import VideoOptions
 
     if args.face < 0:
-        raise RequestError(f"{args.face} is no face.", "Count faces from the left, beginning with 1.")
+        raise RequestError(
+            say("{face} is no face.", face=args.face), "Count faces from the left, beginning with 1."
+        )
     began: dict[Path, tuple[float, float]] = {}
     shown_at = 0.0
 
@@ -154,7 +156,7 @@ def _box(text: str | None) -> tuple[float, float, float, float] | None:
     except ValueError:
         x = y = w = h = -1.0
     if not (0 <= x < 1 and 0 <= y < 1 and 0.02 <= w <= 1 - x + 1e-6 and 0.02 <= h <= 1 - y + 1e-6):
-        what = f"{text} is no box in the picture."
+        what = say("{text} is no box in the picture.", text=text)
         raise RequestError(what, "Write left, top, width and height in percent, such as 75,0,25,30.")
     return x, y, w, h
 
@@ -192,11 +194,15 @@ def _kept_audio(audio: Path, folder: Path) -> tuple[Path, str]:
     with as_request():
         info = sound_info(audio)
         if info.duration <= 0:
-            raise RequestError(f"The sound file {audio.name} is empty.", "Choose another file.")
+            raise RequestError(
+                say("The sound file {audio} is empty.", audio=audio.name), "Choose another file."
+            )
         if audio.suffix.lower() in (".wav", ".flac") and _is_whole(audio, info):
             return audio, info.note
         if info.channels > 8:
-            raise RequestError(f"{audio.name} has more than 8 channels.", "Mix it down to stereo first.")
+            raise RequestError(
+                say("{audio} has more than 8 channels.", audio=audio.name), "Mix it down to stereo first."
+            )
         decoded = folder / "audio.flac"
         copy_decoded(audio, decoded, "PCM_24")
     # A FLAC comes here only where it does not decode to its end.

@@ -14,7 +14,7 @@ from studio.cli._live_targets import Targets
 from studio.cli._output import Output, address
 from studio.cli._project import check_sound
 from studio.cli._stdin import LiveCommands
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.ipc.commands import Command, read_live
 from studio.ipc.events import (
     ChannelsEvent,
@@ -199,7 +199,10 @@ class _Stage:
 
     def _look_ahead(self, text: str) -> None:
         if not (text.isascii() and text.isdigit()):
-            raise RequestError(f"{text or 'Nothing'} is no look-ahead.", "Write milliseconds, such as 100.")
+            raise RequestError(
+                say("{text} is no look-ahead.", text=text or say("Nothing")),
+                "Write milliseconds, such as 100.",
+            )
         look_ahead = self._live.set_look_ahead(int(text))
         event = LookAheadEvent(look_ahead.look_ahead_ms, look_ahead.reach_ms)
         self._out.emit(event, f"It hears {max(look_ahead.reach_ms, 0):.0f} ms ahead now.")
@@ -283,13 +286,19 @@ class _Stage:
 def _addresses(args: argparse.Namespace) -> list[str]:
     """Where to send at first, checked before anything is opened."""
     if not 1.0 <= args.fps <= 240.0:
-        raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+        raise RequestError(
+            say("{fps} frames per second is not possible.", fps=f"{args.fps:g}"), "Choose 1 to 240."
+        )
     if args.look_ahead is not None and not 0 <= args.look_ahead <= FARTHEST_MS:
         raise RequestError(
-            f"{args.look_ahead} ms is no look-ahead.", f"Choose 0 (fastest) to {FARTHEST_MS} (finest)."
+            say("{look_ahead} ms is no look-ahead.", look_ahead=args.look_ahead),
+            say("Choose 0 (fastest) to {farthest} (finest).", farthest=FARTHEST_MS),
         )
     if args.seconds is not None and not 0 < args.seconds <= 7 * 24 * 3600:
-        raise RequestError(f"{args.seconds:g} s is no length of a performance.", "Give seconds above 0.")
+        raise RequestError(
+            say("{seconds} s is no length of a performance.", seconds=f"{args.seconds:g}"),
+            "Give seconds above 0.",
+        )
     if args.to == [NOWHERE]:
         return []
     requested = args.to or [settings.load().targets[0].where]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from studio.cli._output import EXAMPLE_TARGET, Output, address
 from studio.cli._stdin import stop_requests
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.ipc.events import LineEvent, PerformerDone, PerformerStartedEvent, ProblemEvent, TakeEvent
 from studio.sound import LINE_PORT
 
@@ -61,7 +61,7 @@ def _perform(args: argparse.Namespace, out: Output) -> None:
 
     host, port = address(args.to)
     if args.seed < 0:
-        raise RequestError(f"{args.seed} is not a seed.", "Choose 0 or a number above it.")
+        raise RequestError(say("{seed} is not a seed.", seed=args.seed), "Choose 0 or a number above it.")
     # The performance calls from its own thread; printing there could make frames late.
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
     broadcast = Broadcast(

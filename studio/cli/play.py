@@ -11,7 +11,7 @@ from studio import settings
 from studio.cli._export import add_tune, tuning_of
 from studio.cli._output import Output, address, as_request
 from studio.cli._project import check_sound, recover_takes
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.ipc.events import NoticeEvent, PlayDone, PlayStateEvent
 
 if TYPE_CHECKING:
@@ -53,7 +53,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from studio.playback.player import Player
 
     if not 1.0 <= args.fps <= 240.0:
-        raise RequestError(f"{args.fps:g} frames per second is not possible.", "Choose 1 to 240.")
+        raise RequestError(
+            say("{fps} frames per second is not possible.", fps=f"{args.fps:g}"), "Choose 1 to 240."
+        )
     # Read before anything is opened: a typing error costs no second of waiting.
     addresses = [address(text) for text in args.to or [settings.load().targets[0].where]]
     if args.audio is not None:
@@ -140,12 +142,14 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
     from studio.take.motion_file import load_motion
 
     if not path.exists():
-        raise RequestError(f"There is no motion at {path}.", "Check how the path is written.")
+        raise RequestError(say("There is no motion at {path}.", path=path), "Check how the path is written.")
     if path.is_dir():
         take = load_take(path)
         motion = load_motion(take)
         if motion is None:
-            raise RequestError(f"The take {take.id} holds no motion.", "Choose a take with motion.")
+            raise RequestError(
+                say("The take {take} holds no motion.", take=take.id), "Choose a take with motion."
+            )
         return motion, audio or take.audio_path
     reader = formats.reader_for(path)
     if reader is not None:
@@ -153,5 +157,7 @@ def _load(path: Path, audio: Path | None) -> tuple[Motion, Path | None]:
         if found.motion is not None:
             return found.motion, audio or found.audio
     endings = sorted({module.SUFFIX for module in formats.readers().values()} - {".wav", ".mp4"})
-    known = f"Choose a take's folder, or a file that ends in one of: {', '.join(endings)}."
-    raise RequestError(f"{path.name} is no motion the studio can read.", known)
+    known = say(
+        "Choose a take's folder, or a file that ends in one of: {endings}.", endings=", ".join(endings)
+    )
+    raise RequestError(say("{name} is no motion the studio can read.", name=path.name), known)

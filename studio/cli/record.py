@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
 from studio.cli._stdin import stop_requests
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.ipc.events import ProblemEvent, RecordDone, RecordStateEvent, RollingEvent
 from studio.vmc import MARIONETTE_PORT
 
@@ -67,7 +67,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if not args.slate.strip():
         raise RequestError("A take needs a name.", "Give one with --slate, such as --slate Hello.")
     if args.seconds is not None and not 0 < args.seconds <= 24 * 3600:
-        raise RequestError(f"{args.seconds:g} is no length of a take.", "Give seconds from 0 to 86400.")
+        raise RequestError(
+            say("{seconds} is no length of a take.", seconds=f"{args.seconds:g}"),
+            "Give seconds from 0 to 86400.",
+        )
     if port is None and args.device == "none":
         raise RequestError("There is nothing to record.", "Give a port or a microphone.")
     from studio.capture.recorder import Recorder
@@ -89,7 +92,7 @@ def _port(text: str) -> int | None:
     if text.lower() == "none":
         return None
     if not text.isdigit() or int(text) > 65535:
-        raise RequestError(f"{text} is not a port.", "Give a number up to 65535, or none.")
+        raise RequestError(say("{text} is not a port.", text=text), "Give a number up to 65535, or none.")
     return int(text)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.cli._output import Output
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.ipc.events import SplitDone
 
 if TYPE_CHECKING:
@@ -69,10 +69,12 @@ def _with_splits(dataset: Dataset, project: Project, wanted: dict[str, list[str]
         for one in ids:
             # The order of options must not decide where a take ends up.
             if placed.setdefault(one, split) != split:
-                raise RequestError(f"{one} was named for two splits.", "Name each take once.")
+                raise RequestError(say("{one} was named for two splits.", one=one), "Name each take once.")
             if dataset[one].locked and split != "test":
-                what = f"{one} is kept as a test take, so that nothing learns from it by mistake."
-                raise RequestError(what, f"Add --unlock {one} to use it otherwise.")
+                what = say(
+                    "{one} is kept as a test take, so that nothing learns from it by mistake.", one=one
+                )
+                raise RequestError(what, say("Add --unlock {one} to use it otherwise.", one=one))
         dataset = edits.set_split(dataset, ids, split)
     return dataset
 
@@ -83,5 +85,7 @@ def _ids(project: Project, name: str) -> list[str]:
     if not ids:
         # Says which takes there are.
         project.take(name)
-        raise RequestError(f"{name} was taken out of the project's choices.", "Undo that in Curate first.")
+        raise RequestError(
+            say("{name} was taken out of the project's choices.", name=name), "Undo that in Curate first."
+        )
     return ids

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from studio import launch, virtual_devices
 from studio.cli._output import Output
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.ipc.events import TourDone, TourStepEvent, VirtualDeviceEvent
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     folder = args.out.absolute()
     if folder.is_file():
-        raise RequestError(f"{folder.name} is a file.", "Name a folder with --out.")
+        raise RequestError(say("{folder} is a file.", folder=folder.name), "Name a folder with --out.")
     with _screen(out), _sound(out):
         # Qt must not load before there is a screen, nor PortAudio before there is a sound device.
         from studio.ui.tour import Tour

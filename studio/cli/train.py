@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from studio.cli._output import Output, silence_stdout
 from studio.cli._project import trim_cache
 from studio.cli._stdin import StopRequest, ends_clean
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say, together
 from studio.ipc.events import (
     ChosenEvent,
     CleaningEvent,
@@ -95,7 +95,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if resume is None and recipe.with_encoder and not (recipe.form or _asks_for_form(args)):
         from studio.features.encoders import whisper_remedy
 
-        out.note(f"Whisper, which knows speech, is not installed: this hears plain sound. {whisper_remedy()}")
+        plain = say("Whisper, which knows speech, is not installed: this hears plain sound.")
+        out.note(together(" ", plain, whisper_remedy()))
     # A person at a terminal has Ctrl+C; reading there would swallow what they type next.
     stop = StopRequest(read=out.as_json or not sys.stdin.isatty(), watched=out.as_json)
     out.pass_by(PreparingEvent(), "Reading the takes ...")
@@ -214,7 +215,8 @@ def _recipe(args: argparse.Namespace, resume: Run | None) -> Recipe:
     kept = recipes.read_recipe(resume.folder / "recipe.toml")
     if args.recipe and args.recipe != kept.name:
         raise RequestError(
-            f"{resume.id} was started with the recipe {kept.name}.", "Leave --recipe out to go on with it."
+            say("{run} was started with the recipe {recipe}.", run=resume.id, recipe=kept.name),
+            "Leave --recipe out to go on with it.",
         )
     return _settled(kept.with_overrides(args.set))
 

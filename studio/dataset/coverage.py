@@ -16,20 +16,22 @@ from numpy.typing import NDArray
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial
 from studio.dataset.prompts import EMOTIONS, TIER, kind_of
+from studio.errors import say
 from studio.motion import Motion
 from studio.motion.lag import RATE, speech_level
 from studio.take.findings import measure_sound
 from studio.take.motion_file import load_motion
 from studio.take.take import Take
 
-QUESTIONS, SMILES = "questions", "smiles"
-LOUD, QUIET, SILENCE = "loud speech", "quiet speech", "silence"
+QUESTIONS, SMILES = say("questions"), say("smiles")
+LOUD, QUIET, SILENCE = say("loud speech"), say("quiet speech"), say("silence")
 ENOUGH = {SILENCE: 0.05, LOUD: 0.03, QUIET: 0.03, SMILES: 0.03, QUESTIONS: 0.03}
 """Share of what is learnt from that a kind should have, from the one whose lack is most seen: an avatar that
 never saw silence chews in it. Set by hand: a twentieth is three seconds of a minute."""
 _SENTENCES = {
-    "question": QUESTIONS, "exclamation": "exclamations", "statement": "statements", "laugh": "laughter",
-    "greeting": "greetings", "reaction": "reactions", "goodbye": "goodbyes", "breath": "breaths",
+    "question": QUESTIONS, "exclamation": say("exclamations"), "statement": say("statements"),
+    "laugh": say("laughter"), "greeting": say("greetings"), "reaction": say("reactions"),
+    "goodbye": say("goodbyes"), "breath": say("breaths"),
 }  # fmt: skip
 _SPOKEN_SO = (*EMOTIONS, "loud", "quiet")
 """Kinds of prompts that are ways to speak."""
@@ -94,9 +96,13 @@ def _words(tier: str, text: str) -> str:
     """The kind that a label says, "" where it says none."""
     if tier == TIER:
         kind = kind_of(text)
-        return QUESTIONS if kind == "question" else f"{kind} speech" if kind in _SPOKEN_SO else ""
+        return QUESTIONS if kind == "question" else _speech(kind) if kind in _SPOKEN_SO else ""
     known = _SENTENCES.get(text.lower(), text.lower())
-    return known if tier == "sentence" else f"{known} speech" if tier == "emotion" else ""
+    return known if tier == "sentence" else _speech(known) if tier == "emotion" else ""
+
+
+def _speech(kind: str) -> str:
+    return say("{kind} speech", kind=kind)
 
 
 # -- while recording -------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from studio.dataset.dataset import SPLITS, Dataset, Label, Selection
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 if TYPE_CHECKING:
     from studio.motion.lag import Alignment
@@ -84,11 +84,13 @@ def set_split(dataset: Dataset, ids: Iterable[str], split: str) -> Dataset:
         RequestError: no such split, or a locked test take would leave the test split.
     """
     if split not in SPLITS:
-        raise RequestError(f"There is no split called {split}.", "Choose train, val or test.")
+        raise RequestError(
+            say("There is no split called {split}.", split=split), "Choose train, val or test."
+        )
 
     def change(selection: Selection) -> Selection:
         if selection.locked and split != "test":
-            what = f"{selection.id} is a locked test take."
+            what = say("{take} is a locked test take.", take=selection.id)
             raise RequestError(what, "Unlock it first to use it for anything else.")
         return replace(selection, split=split)
 
@@ -148,7 +150,12 @@ def remove_label(dataset: Dataset, selection_id: str, label: Label) -> Dataset:
 
     def change(selection: Selection) -> Selection:
         if label not in selection.labels:
-            what = f"{selection.id} has no label {label.text!r} at {label.t:.2f} s."
+            what = say(
+                "{take} has no label {text} at {at} s.",
+                take=selection.id,
+                text=repr(label.text),
+                at=f"{label.t:.2f}",
+            )
             raise RequestError(what, "Choose a label that is there.")
         # Of two that are equal only one goes: each was set by a hand of its own.
         labels = list(selection.labels)
@@ -278,6 +285,7 @@ def _known(dataset: Dataset, ids: set[str]) -> list[Selection]:
     for selection_id in sorted(ids):
         if selection_id not in by_id:
             raise RequestError(
-                f"There is no take {selection_id} in this project.", "Choose one that is there."
+                say("There is no take {take} in this project.", take=selection_id),
+                "Choose one that is there.",
             )
     return [by_id[selection_id] for selection_id in ids]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from studio.dataset.dataset import Label
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.paths import resource
 
@@ -51,7 +51,7 @@ def read_labels(path: Path, tier: str = "sentence") -> tuple[Label, ...]:
     else:
         found = _read_audacity(path, _text(path), tier)
     if not found:
-        raise StudioError(f"There are no labels in {path.name}.", _SAVE_AGAIN)
+        raise StudioError(say("There are no labels in {name}.", name=path.name), _SAVE_AGAIN)
     return tuple(sorted(found, key=lambda label: (label.t, label.duration)))
 
 
@@ -87,20 +87,24 @@ def outside(labels: Iterable[Label], start: float, end: float) -> int:
 
 
 def _unknown(path: Path) -> RequestError:
-    what = f"The studio cannot read {path.name} as a label file."
+    what = say("The studio cannot read {name} as a label file.", name=path.name)
     return RequestError(what, "Choose a name that ends in .txt (Audacity), .TextGrid (Praat) or .eaf (ELAN).")
 
 
 def _bytes(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_BYTES:
-            raise StudioError(f"{path.name} is too large to be a label file.", _SAVE_AGAIN)
+            raise StudioError(say("{name} is too large to be a label file.", name=path.name), _SAVE_AGAIN)
         data = path.read_bytes()
     except OSError as error:
-        what = f"{path.name} could not be read: {error.strerror or type(error).__name__}."
+        what = say(
+            "{name} could not be read: {reason}.",
+            name=path.name,
+            reason=error.strerror or type(error).__name__,
+        )
         raise StudioError(what, "Choose a file that is there.") from error
     if not data.strip():
-        raise StudioError(f"{path.name} is empty.", _SAVE_AGAIN)
+        raise StudioError(say("{name} is empty.", name=path.name), _SAVE_AGAIN)
     return data
 
 
@@ -114,7 +118,7 @@ def _text(path: Path) -> str:
             continue
         if "\0" not in text:
             return text
-    raise StudioError(f"{path.name} has an unknown text encoding.", _SAVE_AGAIN)
+    raise StudioError(say("{name} has an unknown text encoding.", name=path.name), _SAVE_AGAIN)
 
 
 # -- Audacity ----------------------------------------------------------------------------------
@@ -133,7 +137,12 @@ def _read_audacity(path: Path, text: str, tier: str) -> list[Label]:
             if not (math.isfinite(start) and math.isfinite(end)):
                 raise ValueError(line)
         except ValueError as error:
-            what = f"Line {number} of {path.name} is not a label: {line[:40]!r}."
+            what = say(
+                "Line {number} of {name} is not a label: {line}.",
+                number=number,
+                name=path.name,
+                line=repr(line[:40]),
+            )
             raise StudioError(what, _SAVE_AGAIN) from error
         start, end = max(min(start, end), 0.0), max(start, end, 0.0)
         name, words = _named(cells[2].strip() if len(cells) > 2 else "", tier)
@@ -165,7 +174,9 @@ def _read_elan(path: Path) -> list[Label]:
     try:
         entries = eaf_entries(path)
     except ValueError as error:
-        raise StudioError(f"{path.name} is no ELAN document, or damaged.", _SAVE_AGAIN) from error
+        raise StudioError(
+            say("{name} is no ELAN document, or damaged.", name=path.name), _SAVE_AGAIN
+        ) from error
     return [label_of(*entry) for entry in entries]
 
 
@@ -188,13 +199,13 @@ def _read_textgrid(path: Path, text: str) -> list[Label]:
     from praatio.utilities import errors, textgrid_io
 
     if "ooTextFile" not in text[:200] and not text.lstrip().startswith("{"):
-        raise StudioError(f"{path.name} is not a TextGrid.", _SAVE_AGAIN)
+        raise StudioError(say("{name} is not a TextGrid.", name=path.name), _SAVE_AGAIN)
     try:
         content = textgrid_io.parseTextgridStr(text)
         found = [_label(tier["name"], entry) for tier in content["tiers"] for entry in tier["entries"]]
     except (errors.PraatioException, *_SENSELESS) as error:
         # praatio's parser trusts its input: a file cut short ends in any of these.
-        raise StudioError(f"{path.name} is damaged or was cut short.", _SAVE_AGAIN) from error
+        raise StudioError(say("{name} is damaged or was cut short.", name=path.name), _SAVE_AGAIN) from error
     return found
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.dataset.dataset import Label
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.paths import resource
 
 TIER = "prompt"
@@ -169,5 +169,5 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        what = f"The teleprompter's texts {path.name} cannot be read."
+        what = say("The teleprompter's texts {name} cannot be read.", name=path.name)
         raise StudioError(what, "Install Saia Studio again, or choose another language.") from error

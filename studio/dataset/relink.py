@@ -15,7 +15,7 @@ from pathlib import Path
 
 from studio.dataset.dataset import Dataset
 from studio.dataset.history import is_inside
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, cache, leftovers
 from studio.sound.peaks import CACHE_NAME
 from studio.sound.sound_file import sound_info
@@ -161,7 +161,10 @@ def _move(source: Path, target: Path) -> bool:
 def _files(folder: Path) -> Iterator[Path]:
     """Everything below a folder in order; hidden folders are passed over."""
     if not folder.is_dir():
-        raise StudioError(f"There is no folder {folder.name}.", "Choose the folder the files were moved to.")
+        raise StudioError(
+            say("There is no folder {folder}.", folder=folder.name),
+            "Choose the folder the files were moved to.",
+        )
     for place, folders, names in os.walk(folder):
         # In place, which is how os.walk learns not to enter hidden folders such as our own trash.
         folders[:] = sorted(name for name in folders if not name.startswith("."))

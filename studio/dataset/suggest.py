@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Dataset, Selection
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 
 if TYPE_CHECKING:
@@ -115,7 +115,13 @@ def unused(dataset: Dataset, takes: Iterable[Take]) -> tuple[Suggestion, ...]:
     incomplete = {take.id for take in takes if not take.trains}
     remedy = "Import sound and motion under one name to train on them; Review can use sound alone."
     return tuple(
-        Suggestion(s.id, "unused", 0.0, f"{s.id} is not used: training needs both sound and motion.", remedy)
+        Suggestion(
+            s.id,
+            "unused",
+            0.0,
+            say("{take} is not used: training needs both sound and motion.", take=s.id),
+            remedy,
+        )
         for s in dataset.selections
         if not s.split and s.take in incomplete
     )
@@ -184,7 +190,9 @@ def _leaks(dataset: Dataset) -> Iterator[Suggestion]:
     apart = set(leaking(dataset))
     for selection in dataset.selections:
         if selection.take in apart and selection.split in ("val", "test"):
-            what = f"It tests the training, but other parts of {selection.take} are trained on."
+            what = say(
+                "It tests the training, but other parts of {take} are trained on.", take=selection.take
+            )
             remedy = "Use all parts of a take for the same, or press Split automatically."
             yield Suggestion(selection.id, "leak", 0.8, what, remedy)
 
@@ -207,7 +215,9 @@ def _of_report(selection: Selection, report: Report, duration: float) -> Iterato
     told = any(finding.kind in ("mouth", "offset") for finding in report.findings)
     unsure = report.correlation is not None and report.confidence < UNSURE
     if unsure and not told and selection.offset == 0.0:
-        what = f"Mouth and voice may be out of sync ({report.confidence:.0%})."
+        what = say(
+            "Mouth and voice may be out of sync ({confidence}).", confidence=f"{report.confidence:.0%}"
+        )
         weight = 0.2 + 0.2 * (1.0 - report.confidence / UNSURE)
         remedy = "Listen to it, and nudge the motion if it is late or early."
         yield Suggestion(selection.id, "unsure", weight, what, remedy)
@@ -217,7 +227,11 @@ def _of_error(selection: Selection, worst: WorstSpan, duration: float, run: str)
     span = (worst.start, worst.end)
     if _is_used(selection, span, duration):
         weight = min(0.4 + 0.05 * worst.ratio + 0.2 * _share(selection, span, duration), 0.95)
-        what = f"{run or 'The run'} is {worst.ratio:.1f} times as far off here as usual."
+        what = say(
+            "{run} is {ratio} times as far off here as usual.",
+            run=run or say("The run"),
+            ratio=f"{worst.ratio:.1f}",
+        )
         remedy = "Check whether the captured motion is right; if not, leave the span out."
         yield Suggestion(selection.id, "error", weight, what, remedy, span)
 

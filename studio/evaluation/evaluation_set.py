@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.dataset.material import TrainingMaterial
-from studio.errors import RequestError, counted
+from studio.errors import RequestError, counted, say
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, Floats
 from studio.features.examples import Example, cached_rows, make_example
@@ -68,7 +68,9 @@ def choose_evaluation_set(
         for name in takes:
             if not any(name in (s.id, s.take) for s, _ in named):
                 project.take(name)
-                raise RequestError(f"{name} is not selected for anything.", "Add it to the dataset first.")
+                raise RequestError(
+                    say("{name} is not selected for anything.", name=name), "Add it to the dataset first."
+                )
         # What was named may be of several splits; the table then says so instead of guessing.
         splits = {s.split for s, _ in named}
         label = splits.pop() if len(splits) == 1 else "mixed"
@@ -83,11 +85,10 @@ def choose_evaluation_set(
     for found in notes:
         note(found)
     if not material:
-        where = f"the split {split}" if not takes else "the takes named"
-        raise RequestError(
-            f"No take in {where} has both sound and motion.",
-            "Mark takes as test in Curate, or name some with --takes.",
-        )
+        what = say("No take in the split {split} has both sound and motion.", split=split)
+        if takes:
+            what = say("No take in the takes named has both sound and motion.")
+        raise RequestError(what, "Mark takes as test in Curate, or name some with --takes.")
     return EvaluationSet(material, label)
 
 

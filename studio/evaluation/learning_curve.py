@@ -21,7 +21,7 @@ import msgspec
 
 from studio.dataset import coverage
 from studio.dataset.dataset import Dataset, Selection
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers
 from studio.project import Project
 
@@ -183,8 +183,14 @@ def measure_curve(
     seconds = sum(one.selection.seconds(one.selection.in_point + one.duration) for one in material)
     if seconds < _SHORTEST_SECONDS:
         raise RequestError(
-            f"{seconds:.0f} seconds to learn from are too few to tell what more would bring.",
-            f"Record until there are {_SHORTEST_SECONDS:.0f} seconds or more.",
+            say(
+                "{seconds} seconds to learn from are too few to tell what more would bring.",
+                seconds=f"{seconds:.0f}",
+            ),
+            say(
+                "Record until there are {shortest} seconds or more.",
+                shortest=f"{_SHORTEST_SECONDS:.0f}",
+            ),
         )
     points = []
     for index, share in enumerate(SHARES):

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, Text, capital, say, together
 from studio.evaluation.learning_curve import LearningCurve, follows, number_of
 from studio.files import atomic
 from studio.metrics.scores import STILL_RATIO
@@ -43,7 +43,8 @@ WORSE = 1.15
 Figures = Mapping[str, float | None]
 Kinds = Mapping[str, Mapping[str, float]]
 """Seconds by kind of each selection, by its id, as dataset.coverage.kinds_of gives them."""
-_ORDER = ("poor", "fair", "good")
+_ORDER = (say("poor"), say("fair"), say("good"))
+_YOU = say("you")
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 
 
@@ -85,7 +86,7 @@ class RunVerdict:
     @property
     def text(self) -> str:
         """How good it is and what would help."""
-        return " ".join(part for part in (self.quality, self.help) if part)
+        return together(" ", self.quality, self.help)
 
 
 def verdict(run: Run, curve: LearningCurve | None = None, kinds: Kinds | None = None) -> RunVerdict:
@@ -150,20 +151,24 @@ def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
     if r is None and motion is None:
         return "", "", ""
     if motion is not None and motion < STILL_RATIO:
-        return "poor", "barely moves", f"Barely moves: {motion:.0%} as much as you do."
+        return (
+            "poor",
+            say("barely moves"),
+            say("Barely moves: {share} as much as you do.", share=f"{motion:.0%}"),
+        )
     mouth = number_of(figures.get("pearson_mouth")) is not None
-    how, follow_grade = _follow_words(r, "your mouth" if mouth else "you")
+    how, follow_grade = _follow_words(r, say("your mouth") if mouth else say("you"))
     much, motion_grade = _motion_words(motion)
-    first = ", ".join(part for part in (how, much) if part)
+    first = capital(say("{clauses}.", clauses=together(", ", how, much)))
     weak = _weakness(measured)
     grade = min(follow_grade, motion_grade, "fair" if weak else "good", key=_ORDER.index)
-    short = grade
+    short = say(grade)
     if much and motion_grade != "good":
-        short = f"{short}, {much}"
-    return grade, short, f"{first[:1].upper()}{first[1:]}." + (f" {weak}" if weak else "")
+        short = say("{grade}, {much}", grade=short, much=much)
+    return grade, short, together(" ", first, weak)
 
 
-def in_words(r: float | None, motion: float | None, whom: str = "you") -> str:
+def in_words(r: float | None, motion: float | None, whom: str = _YOU) -> str:
     """How motion on screen stands to what was captured, in a few words.
 
     Args:
@@ -172,30 +177,32 @@ def in_words(r: float | None, motion: float | None, whom: str = "you") -> str:
         whom: what it follows.
     """
     if motion is not None and motion < STILL_RATIO:
-        return "barely moves"
-    return ", ".join(part for part in (_follow_words(r, whom)[0], _motion_words(motion)[0]) if part)
+        return say("barely moves")
+    return together(", ", _follow_words(r, whom)[0], _motion_words(motion)[0])
 
 
 def _follow_words(r: float | None, whom: str) -> tuple[str, str]:
     if r is None:
         return "", "fair"
     if r >= CLOSELY:
-        return f"follows {whom} closely", "good"
+        return say("follows {whom} closely", whom=whom), "good"
     if r >= WELL:
-        return f"follows {whom} well", "good"
-    return (f"follows {whom} roughly", "fair") if r >= ROUGHLY else (f"hardly follows {whom}", "poor")
+        return say("follows {whom} well", whom=whom), "good"
+    if r >= ROUGHLY:
+        return say("follows {whom} roughly", whom=whom), "fair"
+    return say("hardly follows {whom}", whom=whom), "poor"
 
 
 def _motion_words(motion: float | None) -> tuple[str, str]:
     if motion is None:
         return "", "good"
     if motion < MUCH_LESS:
-        return "moves much less than you", "fair"
+        return say("moves much less than you"), "fair"
     if motion < LESS:
-        return "moves a little less than you", "good"
+        return say("moves a little less than you"), "good"
     if motion <= MORE:
-        return "moves as much as you", "good"
-    return ("moves a little more than you", "good") if motion <= SHAKY else ("trembles", "poor")
+        return say("moves as much as you"), "good"
+    return (say("moves a little more than you"), "good") if motion <= SHAKY else (say("trembles"), "poor")
 
 
 def _weakness(measured: MeasuredRun) -> str:
@@ -222,44 +229,56 @@ def _help(measured: MeasuredRun, report: RunReport, curve: LearningCurve | None,
         return "Train longer, and check in Curate that sound and motion line up."
     if curve is not None and curve.next_gain is not None:
         return _by_curve(curve, kind)
-    of = f" of {kind}" if kind else ""
     if minutes is not None and minutes < USUAL_MINUTES:
         # Not measured, and so not promised.
-        more = max(min(minutes, USUAL_MINUTES - minutes), 0.5)
-        sure = "would help most" if minutes < SHORT_MINUTES else "would probably help most"
-        return f"{_minutes(more)}{of} {sure}."
-    return f"More {kind} would probably help most." if kind else ""
+        more = _minutes(max(min(minutes, USUAL_MINUTES - minutes), 0.5), kind)
+        if minutes < SHORT_MINUTES:
+            return say("{more} would help most.", more=more)
+        return say("{more} would probably help most.", more=more)
+    return say("More {kind} would probably help most.", kind=say(kind)) if kind else ""
 
 
 def _by_curve(curve: LearningCurve, kind: str) -> str:
     if curve.is_enough:
-        rest = f" {kind[:1].upper()}{kind[1:]} would help most." if kind else ""
-        return f"You have enough takes of this kind: more of the same would hardly help.{rest}"
+        rest = capital(say("{more} would help most.", more=say(kind))) if kind else ""
+        return together(
+            " ", say("You have enough takes of this kind: more of the same would hardly help."), rest
+        )
     enough = (curve.enough_seconds or 0.0) / 60.0
     more = max(enough - curve.seconds / 60.0, 0.5)
-    of = f" of {kind}" if kind else ""
-    asked = _minutes(min(more, curve.seconds / 60.0))
-    return f"{asked}{of} would help most; some {_minutes_in_all(enough)} are enough."
+    return say(
+        "{more} would help most; some {enough} are enough.",
+        more=_minutes(min(more, curve.seconds / 60.0), kind),
+        enough=_minutes_in_all(enough),
+    )
 
 
 def curve_text(curve: LearningCurve) -> str:
     """What a learning curve says, in two sentences."""
     gain = curve.next_gain
-    shown = ", ".join(
-        f"{point.follow:.2f} from {_length(point.seconds)}"
-        for point in curve.points
-        if point.follow is not None
+    shown = together(
+        ", ",
+        *(
+            say("{follow} from {length}", follow=f"{point.follow:.2f}", length=_length(point.seconds))
+            for point in curve.points
+            if point.follow is not None
+        ),
     )
     if gain is None:
         return "The learning curve could not be measured: nothing in the held-back takes moves."
     if curve.is_enough:
-        first = "Enough: more takes of the same kind would hardly help."
+        first = say("Enough: more takes of the same kind would hardly help.")
     else:
-        enough = _minutes_in_all((curve.enough_seconds or 0.0) / 60.0)
-        gains = f"twice as much would bring about {gain:.2f}"
-        first = f"More takes would help: {gains}, and some {enough} are enough."
-    lacking = f" There is little {' and '.join(curve.missing[:2])} in your takes." if curve.missing else ""
-    return f"{first}{lacking} How well it follows: {shown}."
+        first = say(
+            "More takes would help: twice as much would bring about {gain}, and some {enough} are enough.",
+            gain=f"{gain:.2f}",
+            enough=_minutes_in_all((curve.enough_seconds or 0.0) / 60.0),
+        )
+    lacking = ""
+    if curve.missing:
+        kinds = _listed([say(kind) for kind in curve.missing[:2]])
+        lacking = say("There is little {kinds} in your takes.", kinds=kinds)
+    return together(" ", first, lacking, say("How well it follows: {shown}.", shown=shown))
 
 
 def _kind(measured: MeasuredRun, curve: LearningCurve | None, kinds: Kinds) -> str:
@@ -280,15 +299,20 @@ def _kind(measured: MeasuredRun, curve: LearningCurve | None, kinds: Kinds) -> s
 
 
 def _basis(measured: MeasuredRun) -> str:
-    takes = ", ".join(measured.takes[:3]) + ("…" if len(measured.takes) > 3 else "")
-    on = takes or {"test": "the test takes", "val": "the validation takes"}.get(measured.split, "its takes")
+    on = ", ".join(measured.takes[:3]) + ("…" if len(measured.takes) > 3 else "")
+    if not on:
+        splits = {"test": say("the test takes"), "val": say("the validation takes")}
+        on = splits.get(measured.split, say("its takes"))
     if measured.split == "test":
-        return f"Measured on {on}, which it never learnt from."
+        return say("Measured on {on}, which it never learnt from.", on=on)
     if measured.split == "val":
-        return f"Measured on {on}. The best version was chosen by it too: new speech may go a little worse."
+        return say(
+            "Measured on {on}. The best version was chosen by it too: new speech may go a little worse.",
+            on=on,
+        )
     if measured.split == "train":
-        return f"Measured on {on}, which it learnt from: that says nothing about new sound."
-    return f"Measured on {on}."
+        return say("Measured on {on}, which it learnt from: that says nothing about new sound.", on=on)
+    return say("Measured on {on}.", on=on)
 
 
 # -- which of several ------------------------------------------------------------------------------
@@ -310,28 +334,39 @@ def better_of(
     known.sort(key=lambda one: (_is_dead(one[1]), number_of(one[1].get("rmse"))))
     (best, a), (other, b) = known[0], known[1]
     if _is_dead(b) and not _is_dead(a):
-        word = "barely moves" if (number_of(b.get("motion_ratio")) or 0.0) < STILL_RATIO else "trembles"
-        return f"{best} is better: {other} {word}."
+        if (number_of(b.get("motion_ratio")) or 0.0) < STILL_RATIO:
+            return say("{best} is better: {other} barely moves.", best=best, other=other)
+        return say("{best} is better: {other} trembles.", best=best, other=other)
     takes = per_take or {}
     leads = _leads(a, b, takes.get(best, {}), takes.get(other, {}))
     mine, others = ([words for words, lead in leads if lead == side] for side in (1, -1))
     if mine and others:
-        return f"About equal: {best} {_listed(mine)}, but {other} {_listed(others)}."
+        return say(
+            "About equal: {best} {why}, but {other} {other_why}.",
+            best=best,
+            why=_listed(mine),
+            other=other,
+            other_why=_listed(others),
+        )
     if not mine and not others:
-        return f"{best} and {other} are about equal: the differences are no larger than chance."
+        return say(
+            "{best} and {other} are about equal: the differences are no larger than chance.",
+            best=best,
+            other=other,
+        )
     better, worse, why = (best, other, mine) if mine else (other, best, others)
-    return f"{better} is better than {worse}: it {_listed(why)}."
+    return say("{better} is better than {worse}: it {why}.", better=better, worse=worse, why=_listed(why))
 
 
 def _leads(
     a: Figures, b: Figures, on_a: Mapping[str, Figures], on_b: Mapping[str, Figures]
 ) -> list[tuple[str, int]]:
     """What tells a from b: what the better one does, and 1 where that is a, -1 where it is b."""
-    found = []
+    found: list[tuple[str, int]] = []
     for words, least, how in (
-        ("comes closer to your motion", SAME_ERROR, _closer),
-        ("follows your mouth better", SAME_FOLLOW, _follows_better),
-        ("moves more like you", SAME_MOTION, _moves_better),
+        (say("comes closer to your motion"), SAME_ERROR, _closer),
+        (say("follows your mouth better"), SAME_FOLLOW, _follows_better),
+        (say("moves more like you"), SAME_MOTION, _moves_better),
     ):
         lead = how(a, b)
         if lead is None or abs(lead) <= least:
@@ -369,24 +404,27 @@ def _is_dead(figures: Figures) -> bool:
 
 
 def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    if len(words) == 1:
+        return words[0]
+    return say("{words} and {last}", words=together(", ", *words[:-1]), last=words[-1])
 
 
-def _minutes(minutes: float) -> str:
-    """ "Four more minutes"."""
-    if minutes < 0.75:
-        return "Half a minute more"
+def _minutes(minutes: float, kind: str) -> str:
+    """ "Four more minutes of loud speech"."""
     whole = round(minutes)
-    if whole == 1:
-        return "One more minute"
     word = _NUMBERS[whole].capitalize() if whole < len(_NUMBERS) else str(whole)
-    return f"{word} more minutes"
+    english = "One more minute" if whole == 1 else f"{word} more minutes"
+    more = Text(english, "{n} more minutes", {"n": str(whole)}, whole)
+    if minutes < 0.75:
+        more = say("Half a minute more")
+    return say("{minutes} of {kind}", minutes=more, kind=say(kind)) if kind else more
 
 
 def _minutes_in_all(minutes: float) -> str:
     whole = max(round(minutes), 1)
     word = _NUMBERS[whole] if whole < len(_NUMBERS) else str(whole)
-    return f"{word} minute{'s' if whole != 1 else ''} in all"
+    english = f"{word} minute{'s' if whole != 1 else ''} in all"
+    return Text(english, "{n} minutes in all", {"n": str(whole)}, whole)
 
 
 def _length(seconds: float) -> str:

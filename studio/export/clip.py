@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.export.range import cut_sound
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class Generator:
     def __init__(self, run: Run, options: GenerationOptions) -> None:
         # Here, not with the first sound: a queue would fail file by file.
         if not run.has_weights:
-            what = f"{run.id} has no trained weights yet."
+            what = say("{run} has no trained weights yet.", run=run.id)
             raise RequestError(what, "Train it first, or choose another run.")
         self.run, self.options = run, options
 
@@ -167,7 +167,9 @@ def sound_files(paths: Iterable[Path]) -> list[Path]:
         elif path.exists():
             found.append(path)
         else:
-            raise RequestError(f"There is no sound file at {path}.", "Check how the path is written.")
+            raise RequestError(
+                say("There is no sound file at {path}.", path=path), "Check how the path is written."
+            )
     return list(dict.fromkeys(found))
 
 
@@ -180,11 +182,11 @@ def _sounds_in(folder: Path) -> list[Path]:
             if path.suffix.lower() in SOUND_SUFFIXES and not path.name.startswith(".") and path.is_file()
         )
     except OSError as error:
-        what = f"The folder {folder} cannot be read."
+        what = say("The folder {folder} cannot be read.", folder=folder)
         raise RequestError(what, "Choose another folder, or allow reading in it.") from error
     if not inside:
         raise RequestError(
-            f"There is no sound in the folder {folder.resolve().name}.",
+            say("There is no sound in the folder {folder}.", folder=folder.resolve().name),
             "Choose a folder with WAV, MP3 or other sounds.",
         )
     return inside

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from studio.errors import FileThereError, RequestError
+from studio.errors import FileThereError, RequestError, say
 
 if TYPE_CHECKING:
     from studio.project import Project
@@ -117,13 +117,15 @@ def writers_named(text: str) -> list[ModuleType]:
     for name in filter(None, (part.strip().lower().lstrip(".") for part in text.split(","))):
         module = writers.get(name) or endings.get(name)
         if module is None:
-            what = f"There is no format {name} to write."
-            raise RequestError(what, f"Choose from: {', '.join(sorted(writers))}.")
+            what = say("There is no format {name} to write.", name=name)
+            raise RequestError(what, say("Choose from: {formats}.", formats=", ".join(sorted(writers))))
         # `vrma,VRMA` names one file.
         if module not in found:
             found.append(module)
     if not found:
-        raise RequestError("No format was named.", f"Choose from: {', '.join(sorted(writers))}.")
+        raise RequestError(
+            "No format was named.", say("Choose from: {formats}.", formats=", ".join(sorted(writers)))
+        )
     return found
 
 
@@ -145,20 +147,25 @@ def check_writable(files: Iterable[Path], force: bool, project: Project | None =
     """
     for file in files:
         if file.is_dir():
-            raise RequestError(f"{file} is a folder.", "Name a file to write with -o.")
+            raise RequestError(say("{file} is a folder.", file=file), "Name a file to write with -o.")
         # Missing folders are made later, so the nearest one that exists decides.
         place = next(folder for folder in file.absolute().parents if folder.exists())
         if not place.is_dir():
-            raise wrong_folder(f"{place} is a file, not a folder.")
+            raise wrong_folder(say("{place} is a file, not a folder.", place=place))
         if not os.access(place, os.W_OK):
-            raise wrong_folder(f"The folder {place} cannot be written.")
+            raise wrong_folder(say("The folder {place} cannot be written.", place=place))
         own = (project.takes_folder, project.runs_folder) if project else ()
         # Resolved: a link into the takes folder would let an export alter a recording.
         if any(file.resolve().is_relative_to(folder.resolve()) for folder in own):
-            what = f"{file.name} would lie among the project's own takes and runs, which are never altered."
+            what = say(
+                "{file} would lie among the project's own takes and runs, which are never altered.",
+                file=file.name,
+            )
             raise wrong_folder(what)
         if file.exists() and not force:
             remedy = "Choose another name with -o, or add --force to write over it."
             # In the window a field holds the name, and no option.
             in_window = "Choose another name, or add --force to write over it."
-            raise FileThereError(f"{file} is there already.", remedy, file.name, in_window=in_window)
+            raise FileThereError(
+                say("{file} is there already.", file=file), remedy, file.name, in_window=in_window
+            )

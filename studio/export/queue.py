@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from studio.errors import Cancelled, RequestError, StudioError
+from studio.errors import Cancelled, RequestError, StudioError, say
 from studio.export.clip import ExportClip, ExportSource, Report
 from studio.export.options import RenderOptions, check_writable, wrong_folder
 from studio.export.range import ExportRange
@@ -111,7 +111,9 @@ class Queue:
         except StudioError as error:
             self._fail(index, entry, Failure(entry.name, error.what, error.remedy, error))
         except Exception as error:  # noqa: BLE001 - one bad file must not cost a person the ninety others
-            what = f"Something unexpected happened: {type(error).__name__}: {error}."
+            what = say(
+                "Something unexpected happened: {kind}: {error}.", kind=type(error).__name__, error=error
+            )
             self._fail(
                 index, entry, Failure(entry.name, what, "Please report it; the other files continue.", error)
             )
@@ -245,7 +247,7 @@ def entries_of(
     from studio import formats
 
     if folder.exists() and not folder.is_dir():
-        raise wrong_folder(f"{folder} is a file, not a folder.")
+        raise wrong_folder(say("{folder} is a file, not a folder.", folder=folder))
     entries: list[Entry] = []
     cache = ClipCache()
     for source, name in zip(sources, distinct([source.name for source in sources]), strict=True):
@@ -300,7 +302,10 @@ def write_clip(
 
     motion = clip.motion
     if motion is None and module.SUFFIX != ".wav":
-        raise RequestError(f"{name} has no motion to export.", f"Generate it first: RUN:{name}.")
+        raise RequestError(
+            say("{name} has no motion to export.", name=name),
+            say("Generate it first: RUN:{name}.", name=name),
+        )
     draws = getattr(module, "DRAWS", False)
     if draws:
         # A film has frames of its own, and a still none.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.motion import Motion
 from studio.motion.motion import only_part
 
@@ -60,12 +60,18 @@ class ExportRange:
         if self.cuts:
             motion = motion.cut(self.start, np.inf if self.end is None else self.end)
             if not len(motion):
-                what = f"{name} has no motion from {self.start:g} s on."
-                raise RequestError(what, f"Choose a span within its {motion.duration:.1f} s.")
+                what = say("{name} has no motion from {start} s on.", name=name, start=f"{self.start:g}")
+                raise RequestError(
+                    what, say("Choose a span within its {duration} s.", duration=f"{motion.duration:.1f}")
+                )
         if self.part == "face" and not motion.shape_names:
-            raise RequestError(f"{name} has no face to export.", "Choose the body, or all of it.")
+            raise RequestError(
+                say("{name} has no face to export.", name=name), "Choose the body, or all of it."
+            )
         if self.part == "body" and not motion.bone_names:
-            raise RequestError(f"{name} has no body to export.", "Choose the face, or all of it.")
+            raise RequestError(
+                say("{name} has no body to export.", name=name), "Choose the face, or all of it."
+            )
         motion = only_part(motion, self.part)
         return motion.resampled(self.fps) if self.fps and len(motion) else motion
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 Floats = NDArray[np.float32]
 
@@ -71,19 +71,27 @@ class AudioSpec:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise RequestError(
-                f"There is no sound feature called {self.kind}.",
-                f"Use {', '.join(KINDS[:-1])} or {KINDS[-1]}.",
+                say("There is no sound feature called {kind}.", kind=self.kind),
+                say("Use {kinds} or {last}.", kinds=", ".join(KINDS[:-1]), last=KINDS[-1]),
             )
         for name, (low, high) in _LIMITS.items():
             value = getattr(self, name)
             kinds = (int, float) if name in ("window_ms", "low_hz", "high_hz") else (int,)
             # Python counts True as the number 1; a recipe that says bands = true is a mistake.
             if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
-                raise RequestError(f"{value!r} is not possible for sound.{name}.", f"Choose {low} to {high}.")
+                raise RequestError(
+                    say("{value} is not possible for sound.{name}.", value=repr(value), name=name),
+                    say("Choose {low} to {high}.", low=low, high=high),
+                )
         for name in ("encoder", "encoder_digest"):
             if not isinstance(getattr(self, name), str):
                 raise RequestError(
-                    f"{getattr(self, name)!r} is not possible for sound.{name}.", "Give a name."
+                    say(
+                        "{value} is not possible for sound.{name}.",
+                        value=repr(getattr(self, name)),
+                        name=name,
+                    ),
+                    "Give a name.",
                 )
         self._must_fit()
 
@@ -91,28 +99,50 @@ class AudioSpec:
         """RequestError for values that are possible each, but not together."""
         if self.uses_encoder and self.sample_rate != 16000:
             raise RequestError(
-                f"Speech encoders do not hear {self.sample_rate} samples a second.",
+                say(
+                    "Speech encoders do not hear {rate} samples a second.",
+                    rate=self.sample_rate,
+                ),
                 "Leave sound.sample_rate at 16000.",
             )
         if self.encoder in (WHISPER, WHISPER_LIVE) and self.encoder_width not in (0, WHISPER_WIDTH):
-            what = f"Whisper's tokens are {WHISPER_WIDTH} numbers wide, not {self.encoder_width}."
+            what = say(
+                "Whisper's tokens are {width} numbers wide, not {asked}.",
+                width=WHISPER_WIDTH,
+                asked=self.encoder_width,
+            )
             raise RequestError(what, "Leave sound.encoder_width out.")
         if self.kind == "mfcc" and self.coefficients > self.bands:
             raise RequestError(
-                f"{self.coefficients} MFCC cannot come from {self.bands} mel bands.",
+                say(
+                    "{coefficients} MFCC cannot come from {bands} mel bands.",
+                    coefficients=self.coefficients,
+                    bands=self.bands,
+                ),
                 "Raise sound.bands or lower sound.coefficients.",
             )
         if self.low_hz >= self.highest_hz:
             raise RequestError(
-                f"Mel bands cannot reach from {self.low_hz:g} to {self.highest_hz:g} Hz.",
+                say(
+                    "Mel bands cannot reach from {low} to {high} Hz.",
+                    low=f"{self.low_hz:g}",
+                    high=f"{self.highest_hz:g}",
+                ),
                 "Lower sound.low_hz.",
             )
         # Each value is in its limits, yet together they ask for gigabytes; a run may come from anybody.
         if self.window_samples > _LONGEST_WINDOW:
-            what = f"A window of {self.window_ms:g} ms at {self.sample_rate} Hz is too long."
+            what = say(
+                "A window of {window} ms at {rate} Hz is too long.",
+                window=f"{self.window_ms:g}",
+                rate=self.sample_rate,
+            )
             raise RequestError(what, "Lower sound.window_ms or sound.sample_rate.")
         if self.width * self.steps_per_frame > _MOST_A_FRAME or self.width * self.window > _MOST_A_WINDOW:
-            what = f"{self.width} numbers a row are too many for sound.steps_per_frame and sound.window."
+            what = say(
+                "{width} numbers a row are too many for sound.steps_per_frame and sound.window.",
+                width=self.width,
+            )
             raise RequestError(what, "Lower one of the three.")
 
     @property

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.encoders import Installed, home_of, register
 from studio.files.atomic import cannot_write, size_text
 from studio.files.download import BROKEN, TIMEOUT_S, Offered, OnProgress, download, host
@@ -43,7 +43,7 @@ def fetch(name: str, on_progress: OnProgress = lambda here, there: None) -> Inst
             sends something else than it offers.
     """
     if not _NAME.fullmatch(name):
-        what = f"{name} is neither a folder nor the name of an encoder."
+        what = say("{name} is neither a folder nor the name of an encoder.", name=name)
         raise RequestError(what, "Give a folder, or a name such as facebook/wav2vec2-base-960h.")
     offered = _offers(name)
     home = home_of(name)
@@ -68,7 +68,7 @@ def _offers(name: str) -> list[Offered]:
     config = _look(name, NEEDED)
     weights = next((found for one in WEIGHTS if (found := _look(name, one)) is not None), None)
     if config is None or weights is None:
-        what = f"The hub has no open encoder called {name}."
+        what = say("The hub has no open encoder called {name}.", name=name)
         raise RequestError(what, "Check the name on huggingface.co; it needs a config.json and weights.")
     welcome = _look(name, WELCOME)
     return [config, *([welcome] if welcome else []), weights]
@@ -92,7 +92,9 @@ def _look(name: str, file: str) -> Offered | None:
     if status in (401, 403, 404):
         return None
     if status >= 400:
-        raise StudioError(f"{host(url)} answers with error {status}.", "Try again later.")
+        raise StudioError(
+            say("{host} answers with error {status}.", host=host(url), status=status), "Try again later."
+        )
     checksum = _SHA256.fullmatch(headers.get("X-Linked-ETag") or headers.get("ETag") or "")
     size = headers.get("X-Linked-Size") or headers.get("Content-Length") or "0"
     return Offered(file, place, int(size) if size.isdigit() else 0, checksum.group(1) if checksum else "")
@@ -115,12 +117,17 @@ def _head(url: str) -> tuple[int, Any]:
 def _must_fit(home: Path, offered: list[Offered]) -> None:
     needed, free = sum(file.size for file in offered), shutil.disk_usage(home).free
     if needed > free:
-        what = f"{size_text(needed)} do not fit on the disk of {home}, where {size_text(free)} are free."
+        what = say(
+            "{needed} do not fit on the disk of {home}, where {free} are free.",
+            needed=size_text(needed),
+            home=home,
+            free=size_text(free),
+        )
         raise StudioError(what, "Free some space, or name another folder in SAIA_ENCODERS.")
 
 
 def _offline(url: str) -> StudioError:
     return StudioError(
-        f"{host(url)} cannot be reached.",
+        say("{host} cannot be reached.", host=host(url)),
         "Connect to the internet and run it again, or give a folder that holds the encoder.",
     )

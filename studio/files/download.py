@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import IO
 from urllib.parse import urlsplit
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 
 TIMEOUT_S = 30.0
 BROKEN = (urllib.error.URLError, http.client.HTTPException, OSError)
@@ -68,7 +68,7 @@ def download(file: Offered, home: Path, on_progress: Callable[[int], None]) -> N
         raise _broke_off(file)
     if (file.size and part.stat().st_size > file.size) or (file.sha256 and digest_of(part) != file.sha256):
         part.unlink()
-        what = f"What arrived as {file.name} is not what {host(file.url)} offers."
+        what = say("What arrived as {file} is not what {host} offers.", file=file.name, host=host(file.url))
         raise StudioError(what, "Run it again: it starts anew.")
     part.replace(target)
 
@@ -112,5 +112,7 @@ def host(url: str) -> str:
 
 
 def _broke_off(file: Offered) -> StudioError:
-    what = f"The connection to {host(file.url)} was lost while downloading {file.name}."
+    what = say(
+        "The connection to {host} was lost while downloading {file}.", host=host(file.url), file=file.name
+    )
     return StudioError(what, "Run it again: it goes on where it was.", code=BROKE_OFF)

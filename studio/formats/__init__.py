@@ -43,7 +43,7 @@ from pathlib import Path
 from types import ModuleType
 
 from studio import registry
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.motion import Motion
 from studio.motion.avatar import Avatar
 
@@ -112,8 +112,8 @@ def writer_for(path: Path) -> ModuleType:
     fitting = [suffix for suffix in found if path.name.lower().endswith(suffix)]
     if not fitting:
         known = ", ".join(sorted(found))
-        what = f"The studio cannot write files like {path.name}."
-        raise RequestError(what, f"Choose a name that ends in one of: {known}.")
+        what = say("The studio cannot write files like {name}.", name=path.name)
+        raise RequestError(what, say("Choose a name that ends in one of: {known}.", known=known))
     return found[max(fitting, key=len)]
 
 

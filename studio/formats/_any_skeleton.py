@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.errors import say
 from studio.formats._bvh_text import Bvh
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.avatar import MIRROR, MIRROR_TURN
@@ -17,8 +18,11 @@ Array = NDArray[np.floating]
 _LEG_M = 0.81
 # Metres of thigh and shin together, from a child's to a giant's.
 _PLAUSIBLE = (0.33, 1.6)
-_UNITS = {"centimetres": 0.01, "metres": 1.0}
-_RARE_UNITS = {"inches": 0.0254, "CMU's units (5.6 cm)": 0.056444, "millimetres": 0.001, "feet": 0.3048}
+_UNITS = {say("centimetres"): 0.01, say("metres"): 1.0}
+_RARE_UNITS = {
+    say("inches"): 0.0254, say("CMU's units (5.6 cm)"): 0.056444, say("millimetres"): 0.001,
+    say("feet"): 0.3048,
+}  # fmt: skip
 # Limbs nearer to the T-pose than this rest in it.
 _T_POSE_DEGREES = 15.0
 
@@ -43,10 +47,10 @@ def to_humanoid(bvh: Bvh, bones: dict[str, int], skeleton: Skeleton) -> tuple[Mo
     # A file with Unity's names is ours or alike: small avatars are small, not in inches.
     named_alike = all(bvh.joints[j].name.lower() == bone.lower() for bone, j in bones.items())
     scale, unit = _by_height(p, rest) if named_alike else _scale(p, rest)
-    notes = [f"read in {unit}"] * (unit != "centimetres") + notes
+    notes = [say("read in {unit}", unit=say(unit))] * (unit != "centimetres") + notes
     lowered = _corrections(rest)
     if lowered:
-        notes.append("its rest pose was taken for a T-pose")
+        notes.append(say("its rest pose was taken for a T-pose"))
     for j, name in enumerate(names):
         if name in lowered:
             q[:, j] = rotation.multiply(q[:, j], np.broadcast_to(lowered[name], q[:, j].shape))
@@ -74,9 +78,9 @@ def _upright(p: Array, q: Array, rest: dict[str, Array]) -> tuple[Array, Array, 
     up = (p[:, head] - p[:, names.index("Hips")]).mean(axis=0)
     if not np.allclose(axes[1], [0, 1, 0]) and int(np.argmax(np.abs(up))) == 1:
         # The rest pose lies down but the motion stands it up: the world is right as it is.
-        return p, rotation.multiply(q, back), rest, ["its rest pose was stood upright"]
+        return p, rotation.multiply(q, back), rest, [say("its rest pose was stood upright")]
     turned = rotation.multiply(np.broadcast_to(turn, q.shape), rotation.multiply(q, back))
-    return p @ axes.T, turned, rest, ["turned to stand upright and look ahead"]
+    return p @ axes.T, turned, rest, [say("turned to stand upright and look ahead")]
 
 
 _TOPS = ("Head", "Neck", "UpperChest", "Chest", "Spine")
@@ -122,14 +126,14 @@ def _scale(p: Array, rest: dict[str, Array]) -> tuple[float, str]:
             if _PLAUSIBLE[0] <= leg * _RARE_UNITS[name] <= _PLAUSIBLE[1]:
                 return _RARE_UNITS[name], name
             # No unit fits: a figure of human size is what people expect to see.
-            return _LEG_M / leg, "a unit of its own, made human size"
+            return _LEG_M / leg, say("a unit of its own, made human size")
     return _by_height(p, rest)
 
 
 def _by_height(p: Array, rest: dict[str, Array]) -> tuple[float, str]:
     """Centimetres where the hips are more than ten units high, else metres."""
     height = abs(float(p[0, list(rest).index("Hips"), 1]))
-    return (0.01, "centimetres") if height > 10 else (1.0, "metres")
+    return (0.01, say("centimetres")) if height > 10 else (1.0, say("metres"))
 
 
 def _corrections(rest: dict[str, Array]) -> dict[str, Array]:

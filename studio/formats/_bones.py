@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.motion.channels import ALL_BONES
 
@@ -192,7 +192,7 @@ class UnknownSkeleton(StudioError):  # noqa: N818 (named for what it is, like it
 
     def __init__(self, name: str, joints: tuple[tuple[str, str], ...]) -> None:
         super().__init__(
-            f"The joints of {name} are not named as a humanoid's (Hips, Spine, Head, ...).",
+            say("The joints of {name} are not named as a humanoid's (Hips, Spine, Head, ...).", name=name),
             "Export it with Unity's, VRM's or Mixamo's bone names, or say which joint is which bone.",
         )
         self.joints = joints
@@ -252,9 +252,13 @@ def check_table(table: Table) -> None:
         if not bone:
             continue
         if bone.lower() not in known:
-            raise RequestError(f"There is no bone called {bone}.", "Use Unity's names, such as LeftUpperArm.")
+            raise RequestError(
+                say("There is no bone called {bone}.", bone=bone), "Use Unity's names, such as LeftUpperArm."
+            )
         if bone.lower() in seen:
-            what = f"{seen[bone.lower()]} and {joint} cannot both be {bone}."
+            what = say(
+                "{seen} and {joint} cannot both be {bone}.", seen=seen[bone.lower()], joint=joint, bone=bone
+            )
             raise RequestError(what, "Give each bone to one joint.")
         seen[bone.lower()] = joint
 
@@ -271,7 +275,9 @@ def load_tables(project_folder: Path) -> BoneTables:
     except FileNotFoundError:
         return BoneTables()
     except OSError as error:
-        raise StudioError(f"{path} cannot be read.", "Check the folder's permissions.") from error
+        raise StudioError(
+            say("{path} cannot be read.", path=path), "Check the folder's permissions."
+        ) from error
     atomic.check_version(path, content, FORMAT_VERSION)
     skeletons = content.get("skeletons")
     if not isinstance(skeletons, dict):
@@ -308,10 +314,13 @@ def read_table(path: Path) -> Table:
     try:
         table = _table(atomic.read_json(path), path)
     except OSError as error:
-        raise RequestError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+        raise RequestError(
+            say("{name} cannot be read.", name=path.name),
+            say("Check the file in {folder}.", folder=path.parent),
+        ) from error
     except StudioError as error:
         remedy = 'Write it as {"joint": "Bone"}, such as {"Bip01 Spine": "Spine"}.'
-        raise RequestError(f"{path.name} is no table of bones.", remedy) from error
+        raise RequestError(say("{name} is no table of bones.", name=path.name), remedy) from error
     check_table(table)
     canonical = {bone.lower(): bone for bone in ALL_BONES}
     return {joint: canonical.get(bone.lower(), "") for joint, bone in table.items()}

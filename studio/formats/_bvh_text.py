@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.motion import rotation
 
 Array = NDArray[np.float64]
@@ -107,7 +107,7 @@ def read(path: Path) -> Bvh:
     width = sum(len(joint.channels) for joint in joints)
     frames = _numbers(data[found.end() :], width, path)
     if len(frames) < int(found[1]):
-        what = f"{path.name} ends after {len(frames)} of {int(found[1])} frames."
+        what = say("{name} ends after {n} of {all} frames.", name=path.name, n=len(frames), all=int(found[1]))
         raise StudioError(what, _AGAIN)
     return Bvh(tuple(joints), frame_time, frames[: int(found[1])], b"," in found[2])
 
@@ -122,19 +122,24 @@ def _head(path: Path) -> tuple[list[Joint], re.Match[bytes], bytes]:
     try:
         data = _as_ascii(path.read_bytes())
     except OSError as error:
-        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+        raise StudioError(
+            say("{name} cannot be read.", name=path.name),
+            say("Check the file in {folder}.", folder=path.parent),
+        ) from error
     found = re.search(rb"MOTION\s+Frames:\s*(\d{1,18})\s+Frame Time:\s*([0-9.,eE+-]+)[^\n]*\n?", data)
     if found and b"," in found[2]:
         # Of the same length, so that `found` still fits.
         data = re.sub(rb"(?<=\d),(?=\d)", b".", data)
     if not data.lstrip().upper().startswith(b"HIERARCHY"):
-        raise StudioError(f"{path.name} is not a BVH file.", "Choose a file that begins with HIERARCHY.")
+        raise StudioError(
+            say("{name} is not a BVH file.", name=path.name), "Choose a file that begins with HIERARCHY."
+        )
     if not found:
         raise StudioError(_without_frames(data, path.name), _AGAIN)
     try:
         joints = _joints(_decoded(data[: found.start()]).lstrip())
     except (ValueError, IndexError) as error:
-        raise StudioError(f"The skeleton in {path.name} is damaged.", _AGAIN) from error
+        raise StudioError(say("The skeleton in {name} is damaged.", name=path.name), _AGAIN) from error
     return joints, found, data
 
 
@@ -142,8 +147,12 @@ def _without_frames(data: bytes, name: str) -> str:
     """What is wrong with a BVH file whose frames are not announced as they should be."""
     for number, line in enumerate(data.splitlines(), 1):
         if line.strip().upper() == b"MOTION":
-            return f"{name} is damaged: after MOTION in line {number}, Frames or Frame Time is missing."
-    return f"{name} is damaged: it ends without its frames (there is no line MOTION)."
+            return say(
+                "{name} is damaged: after MOTION in line {number}, Frames or Frame Time is missing.",
+                name=name,
+                number=number,
+            )
+    return say("{name} is damaged: it ends without its frames (there is no line MOTION).", name=name)
 
 
 def _as_ascii(data: bytes) -> bytes:
@@ -169,7 +178,11 @@ def _frame_time(found: re.Match[bytes], path: Path) -> float:
     except ValueError:
         frame_time = 0.0
     if not 1e-5 < frame_time <= _SLOWEST:
-        what = f"{path.name} has a frame time of {found[2].decode(errors='replace')} s."
+        what = say(
+            "{name} has a frame time of {seconds} s.",
+            name=path.name,
+            seconds=found[2].decode(errors="replace"),
+        )
         raise StudioError(what, _AGAIN)
     return frame_time
 
@@ -195,11 +208,13 @@ def _numbers(data: bytes, width: int, path: Path) -> Array:
             convert_options=arrow_csv.ConvertOptions(column_types=types),
         )
     except pa.ArrowException as error:
-        raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN) from error
+        raise StudioError(
+            say("A frame in {name} is damaged or cut short.", name=path.name), _AGAIN
+        ) from error
     frames = np.column_stack([column.to_numpy() for column in table.columns])
     # Nor is what is no number.
     if not (np.abs(frames) <= _FARTHEST).all():
-        raise StudioError(f"A frame in {path.name} is damaged or cut short.", _AGAIN)
+        raise StudioError(say("A frame in {name} is damaged or cut short.", name=path.name), _AGAIN)
     return frames
 
 

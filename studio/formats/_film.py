@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.formats._table import check_suffix
 from studio.formats._writing import not_read_back, painter_of
@@ -77,7 +77,7 @@ def write_film(
     check_suffix(path, kind.suffix)
     drawing = drawing or Drawing()
     if drawing.background.is_clear and not kind.clear:
-        what = f"A film that ends in {kind.suffix} cannot be transparent."
+        what = say("A film that ends in {suffix} cannot be transparent.", suffix=kind.suffix)
         raise RequestError(what, "Write a .webm film or a PNG sequence, or choose another background.")
     fps, count, seconds = frames_of(path, motion, audio, drawing)
     with painter_of(motion, drawing) as painter, atomic.written(path) as beside:
@@ -101,7 +101,9 @@ def frames_of(
         RequestError: there is nothing to draw, or not at this rate.
     """
     if not len(motion):
-        raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to draw for {name}.", name=path.name), "Choose a take with motion."
+        )
     fps = frame_rate(drawing.fps or (60.0 if motion.fps > 45 else 30.0))
     seconds = sound_info(audio).duration if audio is not None else 0.0
     return fps, max(math.ceil(max(seconds, float(motion.times[-1])) * fps - 1e-6), 1), seconds
@@ -110,7 +112,9 @@ def frames_of(
 def frame_rate(fps: float) -> Fraction:
     """A rate as films store it; RequestError where it is not possible."""
     if not 1 <= fps <= 120:
-        raise RequestError(f"A video at {fps:g} frames a second is not possible.", "Choose 1 to 120.")
+        raise RequestError(
+            say("A video at {fps} frames a second is not possible.", fps=f"{fps:g}"), "Choose 1 to 120."
+        )
     return Fraction(fps).limit_denominator(1001)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from studio import formats
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say, together
 from studio.formats import Imported
 from studio.formats._bones import BoneTables
 from studio.formats._table import sanitized_note, why_unknown
@@ -75,14 +75,17 @@ def find_candidates(paths: Iterable[Path]) -> tuple[ImportCandidate, ...]:
         elif path.is_file():
             files.append(path)
         else:
-            raise RequestError(f"There is nothing at {path}.", "Check the path and try again.")
+            raise RequestError(say("There is nothing at {path}.", path=path), "Check the path and try again.")
     sources = tuple(_sources(list(dict.fromkeys(file.absolute() for file in files))))
     if not sources and len(paths) == 1 and paths[0].suffix.lower() == ".csv":
         why = why_unknown(paths[0])
         raise RequestError(why.what, why.remedy)
     if not sources:
         named = ", ".join(path.name for path in paths)
-        raise RequestError(f"Nothing in {named} can be imported.", f"The studio reads {_kinds()}.")
+        raise RequestError(
+            say("Nothing in {named} can be imported.", named=named),
+            say("The studio reads {kinds}.", kinds=_kinds()),
+        )
     return sources
 
 
@@ -119,9 +122,11 @@ def _partner(file: Path, sounds: list[Path], motions: list[Path]) -> tuple[Path 
         return named[0], ""
     here = [s for s in sounds if s.parent == file.parent]
     if not in_layout and len(here) == 1 and [m for m in motions if m.parent == file.parent] == [file]:
-        return here[
-            0
-        ], f"{here[0].name} was taken as the sound of {file.name}: they are alone in their folder."
+        return here[0], say(
+            "{sound} was taken as the sound of {file}: they are alone in their folder.",
+            sound=here[0].name,
+            file=file.name,
+        )
     return None, ""
 
 
@@ -147,7 +152,7 @@ def _is_hidden(path: Path, root: Path) -> bool:
 
 
 def _kinds() -> str:
-    return ", ".join(module.TITLE for module in formats.readers().values())
+    return together(", ", *(say(module.TITLE) for module in formats.readers().values()))
 
 
 def read_all(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Glb:
         return view
 
     def _unreadable(self) -> StudioError:
-        what = f"{self.path.name} stores its numbers in a way the studio cannot read."
+        what = say("{name} stores its numbers in a way the studio cannot read.", name=self.path.name)
         return StudioError(what, "Save it as one GLB file without extra buffers.")
 
     def _values(self, accessor: dict[str, Any]) -> NDArray[Any]:
@@ -197,15 +197,22 @@ def read(path: Path) -> Glb:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise StudioError(f"{path.name} is larger than 1 GB.", "Split the motion into shorter files.")
+            raise StudioError(
+                say("{name} is larger than 1 GB.", name=path.name), "Split the motion into shorter files."
+            )
         content = path.read_bytes()
     except OSError as error:
-        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+        raise StudioError(
+            say("{name} cannot be read.", name=path.name),
+            say("Check the file in {folder}.", folder=path.parent),
+        ) from error
     if len(content) < _HEADER.size + _CHUNK.size or not content.startswith(b"glTF"):
-        raise StudioError(f"{path.name} holds no avatar.", "Choose a .vrm or .glb file.")
+        raise StudioError(say("{name} holds no avatar.", name=path.name), "Choose a .vrm or .glb file.")
     _, version, length = _HEADER.unpack_from(content)
     if version != 2:
-        raise StudioError(f"{path.name} is glTF {version}; the studio reads glTF 2.", _AGAIN)
+        raise StudioError(
+            say("{name} is glTF {version}; the studio reads glTF 2.", name=path.name, version=version), _AGAIN
+        )
     size, kind = _CHUNK.unpack_from(content, _HEADER.size)
     start = _HEADER.size + _CHUNK.size
     if length > len(content) or start + size > len(content):
@@ -241,9 +248,9 @@ def entry(document: dict[str, Any], name: str, index: Any) -> dict[str, Any]:
 
 def damaged(path: Path) -> StudioError:
     """What to say of a file that cannot be understood."""
-    return StudioError(f"{path.name} is damaged.", _AGAIN)
+    return StudioError(say("{name} is damaged.", name=path.name), _AGAIN)
 
 
 def cut_short(path: Path) -> StudioError:
     """What to say of a file that ends too early."""
-    return StudioError(f"{path.name} is cut short or damaged.", _AGAIN)
+    return StudioError(say("{name} is cut short or damaged.", name=path.name), _AGAIN)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError, counted
+from studio.errors import StudioError, counted, say
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -70,12 +70,15 @@ def read_table(path: Path, text_columns: Sequence[str] = (), empty_row: int = 0)
         StudioError: it is missing, empty, holds no table, or a cell is no number.
     """
     if not path.is_file():
-        raise StudioError(f"{path.name} is missing.", f"Put it back into {path.parent}.")
+        raise StudioError(
+            say("{name} is missing.", name=path.name), say("Put it back into {folder}.", folder=path.parent)
+        )
     start, encoding = _first_lines(path)
     lines = start.splitlines()
     if not start.strip() or len(lines) < 2 or not lines[1].strip():
         raise StudioError(
-            f"{path.name} holds no rows.", "Choose a file with a header line and numbers below."
+            say("{name} holds no rows.", name=path.name),
+            "Choose a file with a header line and numbers below.",
         )
     separator = _separator(start)
     names = _split(lines[0], separator)
@@ -98,7 +101,9 @@ def _must_decode(path: Path, encoding: str) -> None:
                 decoder.decode(part)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError as error:
-            raise StudioError(f"{path.name} is damaged: not all of it is text.", _SAVE_AGAIN) from error
+            raise StudioError(
+                say("{name} is damaged: not all of it is text.", name=path.name), _SAVE_AGAIN
+            ) from error
 
 
 class _Form:
@@ -111,9 +116,17 @@ class _Form:
     def notes(self) -> tuple[str, ...]:
         notes = []
         if self.decimal_comma or self.doubled:
-            notes.append(f"{self.path.name} is written with decimal commas; they were read as such.")
+            notes.append(
+                say("{name} is written with decimal commas; they were read as such.", name=self.path.name)
+            )
         if _ENCODINGS[self.encoding]:
-            notes.append(f"{self.path.name} is encoded in {_ENCODINGS[self.encoding]}.")
+            notes.append(
+                say(
+                    "{name} is encoded in {encoding}.",
+                    name=self.path.name,
+                    encoding=_ENCODINGS[self.encoding],
+                )
+            )
         return tuple(notes)
 
 
@@ -141,7 +154,14 @@ def _read(form: _Form, text_columns: set[str], empty_row: int) -> Table:
         raise _no_rows(form.path)
     notes = form.notes()
     if skipped:
-        notes = (*notes, f"{form.path.name}: {counted(len(skipped), 'row')} without values left out.")
+        notes = (
+            *notes,
+            say(
+                "{name}: {rows} without values left out.",
+                name=form.path.name,
+                rows=counted(len(skipped), "row"),
+            ),
+        )
     texts = {
         n: [str(text) for text in columns[i].to_pylist()] for i, n in enumerate(form.names) if is_text[i]
     }
@@ -187,7 +207,9 @@ def _arrow_table(
 
 
 def _no_rows(path: Path) -> StudioError:
-    return StudioError(f"{path.name} holds no rows.", "Choose a file with a header line and numbers below.")
+    return StudioError(
+        say("{name} holds no rows.", name=path.name), "Choose a file with a header line and numbers below."
+    )
 
 
 def _joined(table: pa.Table) -> list[Any]:
@@ -208,8 +230,15 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
     text, name = str(error), form.path.name
     if found := re.search(r"Expected (\d+) columns, got (\d+)", text):
         row = re.search(r"Row #(\d+)", text)
-        where = f"Row {row[1]} of {name}" if row else f"A row of {name}"
-        what = f"{where} has {found[2]} values where the header names {len(form.names)} columns."
+        where = say("A row of {name}", name=name)
+        if row:
+            where = say("Row {row} of {name}", row=row[1], name=name)
+        what = say(
+            "{where} has {values} values where the header names {columns} columns.",
+            where=where,
+            values=found[2],
+            columns=len(form.names),
+        )
         if form.separator == "," and int(found[2]) > int(found[1]):
             return StudioError(what, "If it has decimal commas, save it with semicolons or decimal points.")
         return StudioError(what, "Fix the row, or export the file again.")
@@ -217,13 +246,19 @@ def _sentence(form: _Form, error: Exception) -> StudioError:
         r"column #(\d+): (?:Row #(\d+): )?CSV conversion error .*invalid value '(.*)'", text
     ):
         column = form.names[min(int(found[1]), len(form.names) - 1)]
-        row_text = f", row {found[2]}" if found[2] else ""
-        value = found[3][:30]
+        place = say("column {column}", column=column)
+        if found[2]:
+            place = say("column {column}, row {row}", column=column, row=found[2])
         return StudioError(
-            f"{name} has {value!r} where a number should be, in column {column}{row_text}.",
+            say(
+                "{name} has {value} where a number should be, in {place}.",
+                name=name,
+                value=repr(found[3][:30]),
+                place=place,
+            ),
             "Fix the value, or export the file again.",
         )
-    return StudioError(f"{name} cannot be read as a table.", _SAVE_AGAIN)
+    return StudioError(say("{name} cannot be read as a table.", name=name), _SAVE_AGAIN)
 
 
 def _first_lines(path: Path) -> tuple[str, str]:
@@ -237,7 +272,7 @@ def _first_lines(path: Path) -> tuple[str, str]:
         if len(zeros) > 8 and zeros.count(0) > 0.8 * len(zeros):
             return start[: len(start) // 2 * 2].decode(encoding, errors="replace"), encoding
     if b"\0" in start:
-        raise StudioError(f"{path.name} is not a text file.", _SAVE_AGAIN)
+        raise StudioError(say("{name} is not a text file.", name=path.name), _SAVE_AGAIN)
     for encoding in ("utf-8", "cp932"):
         decoder = codecs.getincrementaldecoder(encoding)()
         try:
@@ -245,7 +280,7 @@ def _first_lines(path: Path) -> tuple[str, str]:
         except UnicodeDecodeError:
             continue
         return text.removeprefix("\ufeff"), encoding
-    raise StudioError(f"{path.name} has an unknown text encoding.", _SAVE_AGAIN)
+    raise StudioError(say("{name} has an unknown text encoding.", name=path.name), _SAVE_AGAIN)
 
 
 def _separator(text: str) -> str:
@@ -281,14 +316,17 @@ def why_unknown(path: Path) -> StudioError:
         _first_lines(path)
     except StudioError as error:
         return error
-    what = f"{path.name} is not a recording: its first column is neither Time nor Timecode."
+    what = say("{name} is not a recording: its first column is neither Time nor Timecode.", name=path.name)
     return StudioError(what, "Choose a SAIA or Live Link Face CSV, or name the first column Time.")
 
 
 def check_suffix(path: Path, suffix: str) -> None:
     """Refuse to write under a name that says something else."""
     if not path.name.lower().endswith(suffix) or len(path.name) == len(suffix):
-        raise StudioError(f"{path.name} does not end in {suffix}.", f"Choose a name that ends in {suffix}.")
+        raise StudioError(
+            say("{name} does not end in {suffix}.", name=path.name, suffix=suffix),
+            say("Choose a name that ends in {suffix}.", suffix=suffix),
+        )
 
 
 def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.floating]]) -> None:
@@ -313,4 +351,8 @@ def write_table(path: Path, names: Sequence[str], values: Sequence[NDArray[np.fl
 
 def sanitized_note(path: Path, frames: int) -> str:
     """What to say of frames whose values could not be."""
-    return f"{path.name}: {counted(frames, 'frame')} with values that are not numbers repaired or left out."
+    return say(
+        "{name}: {frames} with values that are not numbers repaired or left out.",
+        name=path.name,
+        frames=counted(frames, "frame"),
+    )

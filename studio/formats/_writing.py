@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.motion import Motion, Skeleton, rotation
 from studio.motion.channels import ALL_BONES
@@ -77,7 +77,9 @@ def reading_back(name: str) -> Iterator[None]:
 
 def not_read_back(name: str) -> StudioError:
     """What to say of a file that reads otherwise than it was written."""
-    return StudioError(f"{name} did not read back as it was written.", "Export it again to another disk.")
+    return StudioError(
+        say("{name} did not read back as it was written.", name=name), "Export it again to another disk."
+    )
 
 
 def painter_of(motion: Motion, drawing: Drawing, finer: float = FINER) -> Painter:

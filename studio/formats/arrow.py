@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from studio.errors import say
 from studio.formats import Imported
 from studio.formats._table import check_suffix, sanitized_note
 from studio.formats._writing import checked
@@ -23,7 +24,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     """A motion file and the sound of the same name beside it."""
     motion, bad = sanitized(read_motion(path))
     audio = audio or find_audio(path)
-    notes = [] if audio else [f"No sound was found for {path.stem}."]
+    notes: list[str] = [] if audio else [say("No sound was found for {name}.", name=path.stem)]
     if bad:
         notes.append(sanitized_note(path, bad))
     return Imported(path.stem, motion, audio, tuple(notes))

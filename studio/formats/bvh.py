@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say, together
 from studio.formats import Imported, _bvh_text
 from studio.formats._any_skeleton import to_humanoid
 from studio.formats._bones import BoneTables, UnknownSkeleton, corrected, humanoid_names, pairs
@@ -54,7 +54,7 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     check_suffix(path, SUFFIX)
     body = grounded_body(motion)
     if body is None:
-        what = f"There is no body motion to write to {path.name}."
+        what = say("There is no body motion to write to {name}.", name=path.name)
         raise RequestError(what, "Export it as SAIA CSV instead.")
     fps = motion.fps or DEFAULT_FPS
     even = on_grid(body, fps)
@@ -82,7 +82,7 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
     """
     bvh = _bvh_text.read(path)
     if not len(bvh.frames):
-        raise StudioError(f"{path.name} holds no frames.", "Choose a file with motion.")
+        raise StudioError(say("{name} holds no frames.", name=path.name), "Choose a file with motion.")
     names = [joint.name for joint in bvh.joints]
     # What a person said wins over every guess.
     corrections = tables.of(names) if tables else {}
@@ -91,10 +91,10 @@ def read(path: Path, audio: Path | None = None, tables: BoneTables | None = None
         raise UnknownSkeleton(path.name, pairs(names, bones))
     notes = _name_notes(bvh, bones, path, frozenset(corrections))
     motion, guesses = to_humanoid(bvh, bones, _skeleton(bvh))
-    notes += [f"{path.name}: {guess}." for guess in guesses]
+    notes += [say("{name}: {guess}.", name=path.name, guess=guess) for guess in guesses]
     audio = audio or find_audio(path)
     if audio is None:
-        notes.append(f"No sound was found for {path.stem}.")
+        notes.append(say("No sound was found for {name}.", name=path.stem))
     guessed = any(_is_guess(bone, names[j]) and names[j] not in corrections for bone, j in bones.items())
     return Imported(path.stem, motion, audio, tuple(notes), {}, pairs(names, bones), guessed)
 
@@ -201,21 +201,34 @@ def _is_guess(bone: str, joint: str) -> bool:
 
 def _name_notes(bvh: Bvh, bones: dict[str, int], path: Path, corrections: frozenset[str]) -> list[str]:
     """Which joints were taken for which bones, and which for none."""
-    notes = []
+    notes: list[str] = []
     other = [joint.name for j, joint in enumerate(bvh.joints) if j not in bones.values()]
     if other:
         notes.append(
-            f"{path.name}: {counted(len(other), 'joint')} folded into the others, such as {other[0]}."
+            say(
+                "{name}: {joints} folded into the others, such as {joint}.",
+                name=path.name,
+                joints=counted(len(other), "joint"),
+                joint=other[0],
+            )
         )
     names = {bone: bvh.joints[j].name for bone, j in bones.items()}
     guessed = {b: name for b, name in names.items() if _is_guess(b, name) and name not in corrections}
     if guessed:
-        pairs = ", ".join(f"{name} as {bone}" for bone, name in list(guessed.items())[:4])
-        more = " and others" if len(guessed) > 4 else ""
-        notes.append(f"{path.name}: joints were taken for bones by name: {pairs}{more}.")
+        pairs = [say("{joint} as {bone}", joint=name, bone=bone) for bone, name in guessed.items()][:4]
+        known = together(", ", *pairs)
+        if len(guessed) > 4:
+            known = say("{pairs} and others", pairs=known)
+        notes.append(
+            say("{name}: joints were taken for bones by name: {pairs}.", name=path.name, pairs=known)
+        )
     if bvh.decimal_commas:
-        notes.append(f"{path.name} is written with decimal commas; they were read as such.")
+        notes.append(say("{name} is written with decimal commas; they were read as such.", name=path.name))
     if corrections:
-        what = f"{counted(len(corrections), 'joint')} taken as the project's table of bones says."
-        notes.append(f"{path.name}: {what}")
+        what = say(
+            "{name}: {joints} taken as the project's table of bones says.",
+            name=path.name,
+            joints=counted(len(corrections), "joint"),
+        )
+        notes.append(what)
     return notes

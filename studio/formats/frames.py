@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.files import atomic, leftovers
 from studio.formats._film import frames_of
 from studio.formats._table import check_suffix
@@ -87,7 +87,9 @@ def _check_folder(path: Path) -> None:
         return
     known = re.compile(re.escape(path.name.removesuffix(SUFFIX)) + r"_\d{5,}\.png")
     if not path.is_dir() or any(known.fullmatch(one.name) is None for one in path.iterdir()):
-        raise RequestError(f"{path.name} holds other files.", "Move them away, or choose another name.")
+        raise RequestError(
+            say("{name} holds other files.", name=path.name), "Move them away, or choose another name."
+        )
 
 
 def _put(path: Path, picture: Pixels) -> None:

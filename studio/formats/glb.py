@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.formats import _glb
 from studio.formats._glb import Glb, Numbers, entry
 from studio.formats._table import check_suffix
@@ -210,7 +210,9 @@ def write(
     """
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.bone_names or motion.shape_names):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     even = on_grid(motion, motion.fps or DEFAULT_FPS)
     moved_body = _retargeted(avatar, even)
     positions, turns = _moved(moved_body, even, None if avatar is not None else 1.0)

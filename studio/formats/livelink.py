@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.formats import Imported
 from studio.formats._table import check_suffix, header, read_table
 from studio.formats._writing import checked, on_grid
@@ -60,11 +60,19 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     # Frames in which the phone saw no face have a timecode and the count 0, and nothing more.
     codes = next(iter(table.texts.values()), None)
     if codes is None:
-        raise StudioError(f"{path.name} has no Timecode column.", "Export it again from Live Link Face.")
+        raise StudioError(
+            say("{name} has no Timecode column.", name=path.name), "Export it again from Live Link Face."
+        )
     notes = list(table.notes)
     values, empty = forward_filled(table.values)
     if empty:
-        notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
+        notes.append(
+            say(
+                "{name} has {cells}; the value above was taken.",
+                name=path.name,
+                cells=counted(empty, "empty cell"),
+            )
+        )
     times, rows = _times(codes, path, notes)
     columns = {name.lower(): i for i, name in enumerate(table.names)}
     turns = {bone: _turn(values[rows], columns, low) for bone, low in _TURNS.items()}
@@ -72,7 +80,9 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     angles = {low + angle for low in _TURNS.values() for angle in _ANGLES}
     shapes = [i for i, n in enumerate(table.names) if n.lower() not in angles | {"blendshapecount"}]
     if not shapes:
-        raise StudioError(f"{path.name} has no face shapes.", "Export it again from Live Link Face.")
+        raise StudioError(
+            say("{name} has no face shapes.", name=path.name), "Export it again from Live Link Face."
+        )
     if found:
         notes.append("The turns of head and eyes were read as radians.")
     motion = Motion.build(
@@ -87,7 +97,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     plain = path.with_name(path.name.removesuffix(WRITES) + SUFFIX) if path.name.endswith(WRITES) else path
     audio = audio or find_audio(path) or find_audio(plain)
     if audio is None:
-        notes.append(f"No sound was found for {plain.stem}.")
+        notes.append(say("No sound was found for {name}.", name=plain.stem))
     extra = {"timecode": codes[0]}
     return Imported(plain.stem, motion, audio, tuple(notes), extra)
 
@@ -105,7 +115,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, WRITES)
     if not len(motion) or not motion.shape_names:
-        raise RequestError(f"There is no face to write to {path.name}.", "Export the body as BVH instead.")
+        raise RequestError(
+            say("There is no face to write to {name}.", name=path.name), "Export the body as BVH instead."
+        )
     even = on_grid(motion)
     weights, angles = arkit_weights(even), _angles(even)
     names = [*ARKIT_SHAPES, *(bone + angle.capitalize() for bone in _TURNS for angle in _ANGLES)]
@@ -169,14 +181,22 @@ def _times(codes: list[str], path: Path, notes: list[str]) -> tuple[NDArray[np.f
     seconds = seconds + _DAY * np.concatenate([[0], np.cumsum(late & early)])
     rows = credible(seconds)
     if len(rows) < len(seconds):
-        notes.append(f"{path.name}: {counted(len(seconds) - len(rows), 'row')} with a wrong time left out.")
+        notes.append(
+            say(
+                "{name}: {rows} with a wrong time left out.",
+                name=path.name,
+                rows=counted(len(seconds) - len(rows), "row"),
+            )
+        )
     return seconds[rows] - seconds[rows[0]], rows
 
 
 def _seconds(code: str, row: int, path: Path) -> float:
     found = _TIMECODE.fullmatch(code.strip())
     if found is None:
-        what = f"{path.name} has the timecode {code[:20]!r} in row {row}."
+        what = say(
+            "{name} has the timecode {code} in row {row}.", name=path.name, code=repr(code[:20]), row=row
+        )
         raise StudioError(what, "It should look like 10:13:39:01.936; export the file again.")
     hours, minutes, seconds, frames = (int(found[i]) for i in range(1, 5))
     frame = frames + float(found[5] or 0)

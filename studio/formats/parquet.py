@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked
 from studio.motion import Motion
@@ -32,7 +32,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
 
     check_suffix(path, SUFFIX)
     if not len(motion):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     columns = [("Time", motion.times), *zip(motion.shape_names, motion.shapes.T, strict=True)]
     for j, bone in enumerate(motion.bone_names):
         columns += [(bone + axis, motion.positions[:, j, i]) for i, axis in enumerate(_PLACE)]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked, painter_of
 from studio.motion import Motion
@@ -37,7 +37,9 @@ def write(
     check_suffix(path, SUFFIX)
     drawing = drawing or Drawing()
     if not len(motion):
-        raise RequestError(f"There is no motion to draw for {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to draw for {name}.", name=path.name), "Choose a take with motion."
+        )
     first, last = float(motion.times[0]), float(motion.times[-1])
     at = (first + last) / 2 if drawing.at is None else min(max(drawing.at, first), last)
     with painter_of(motion, drawing, FINEST) as painter:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.files import atomic
 from studio.formats import Imported, _writing
 from studio.formats._table import Table, check_suffix, header, read_table, write_table
@@ -66,7 +66,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     motion = _from_zero(motion, path, notes)
     audio = audio or find_audio(path)
     if audio is None:
-        notes.append(f"No sound was found for {path.stem}.")
+        notes.append(say("No sound was found for {name}.", name=path.stem))
     else:
         _compare_lengths(motion, audio, notes)
     return Imported(path.stem, motion, audio, tuple(notes))
@@ -91,7 +91,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.shape_names or motion.bone_names):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     shapes_path, bones_path, sound_path = targets(path)
     files: list[Path] = []
     shapes = bones = None
@@ -155,44 +157,65 @@ def _times_and_values(table: Table, path: Path, notes: list[str]) -> tuple[Array
     lower = [name.lower() for name in table.names]
     if "time" not in lower:
         raise StudioError(
-            f"{path.name} has no Time column.", "Export it again with the time in the first column."
+            say("{name} has no Time column.", name=path.name),
+            "Export it again with the time in the first column.",
         )
     at = lower.index("time")
     names = [name for i, name in enumerate(table.names) if i != at]
     if len(set(names)) != len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise StudioError(f"{path.name} has two columns called {twice}.", "Rename or remove one of them.")
+        raise StudioError(
+            say("{name} has two columns called {twice}.", name=path.name, twice=twice),
+            "Rename or remove one of them.",
+        )
     values, empty = forward_filled(table.values[:, 1:] if at == 0 else np.delete(table.values, at, axis=1))
     if empty:
-        notes.append(f"{path.name} has {counted(empty, 'empty cell')}; the value above was taken.")
+        notes.append(
+            say(
+                "{name} has {cells}; the value above was taken.",
+                name=path.name,
+                cells=counted(empty, "empty cell"),
+            )
+        )
     times = table.values[:, at]
     rows = credible(times)
     dropped = len(times) - len(rows)
     # More than half wrong is no damage but a column that holds something else.
     if dropped * 2 > len(times):
         raise StudioError(
-            f"The times in {path.name} do not rise.", "Export it again with the time in seconds."
+            say("The times in {name} do not rise.", name=path.name),
+            "Export it again with the time in seconds.",
         )
     if dropped:
-        notes.append(f"{path.name}: {counted(dropped, 'row')} with a wrong time left out.")
+        notes.append(
+            say("{name}: {rows} with a wrong time left out.", name=path.name, rows=counted(dropped, "row"))
+        )
         times, values = times[rows], values[rows]
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     # Nobody records a frame every two seconds, but a step of 16 or 33 ms is usual.
     if step > 2.0:
         times = times / 1000.0
-        notes.append(f"The times in {path.name} look like milliseconds and were read as such.")
+        notes.append(say("The times in {name} look like milliseconds and were read as such.", name=path.name))
     return times, names, values
 
 
 def _read_shapes(path: Path, notes: list[str]) -> Motion:
     times, names, values = _times_and_values(read_table(path), path, notes)
     if not names:
-        raise StudioError(f"{path.name} has no blend shapes.", "Choose a file with columns beside Time.")
+        raise StudioError(
+            say("{name} has no blend shapes.", name=path.name), "Choose a file with columns beside Time."
+        )
     top = float(values.max(initial=0.0))
     # Weights go to 1, and a little over with some trackers; percent go to 100.
     if 2.0 < top <= 100.5:
         values = values / 100.0
-        notes.append(f"The values in {path.name} reach {top:.0f}; they were taken as percent.")
+        notes.append(
+            say(
+                "The values in {name} reach {top}; they were taken as percent.",
+                name=path.name,
+                top=f"{top:.0f}",
+            )
+        )
     return Motion.build(times, tuple(names), values)
 
 
@@ -203,12 +226,16 @@ def _read_bones(path: Path, notes: list[str]) -> Motion:
     if len(known) < len(names):
         other = next(name for name, part in zip(names, parts, strict=True) if not part)
         lost = counted(len(names) - len(known), "column")
-        notes.append(f"{path.name}: {lost} left out, such as {other}: no bones.")
+        notes.append(
+            say("{name}: {lost} left out, such as {other}: no bones.", name=path.name, lost=lost, other=other)
+        )
     found = [(part[1], part[2].title() + part[3].upper()) for part in parts if part]
     values = values if len(known) == len(names) else values[:, known]
     bones = tuple(dict.fromkeys(bone for bone, _ in found))
     if not bones:
-        raise StudioError(f"{path.name} has no bones.", "Choose a file with columns such as HeadRotX.")
+        raise StudioError(
+            say("{name} has no bones.", name=path.name), "Choose a file with columns such as HeadRotX."
+        )
     # The mark of the notebook's files: two bones' PosX side by side.
     if len(found) > 1 and found[0][1] == found[1][1] == "PosX":
         return _notebook_bones(path, times, bones, values, notes)
@@ -224,11 +251,19 @@ def _notebook_bones(
 ) -> Motion:
     """Bone-major values whatever the headers say."""
     if values.shape[1] != 7 * len(bones):
-        count = 7 * len(bones)
-        what = f"{path.name} names {len(bones)} bones but has {values.shape[1]} columns instead of {count}."
+        what = say(
+            "{name} names {bones} bones but has {columns} columns instead of {count}.",
+            name=path.name,
+            bones=len(bones),
+            columns=values.shape[1],
+            count=7 * len(bones),
+        )
         raise StudioError(what, "Export it again from SAIA.")
     notes.append(
-        f"{path.name} has the notebook's headers, which do not fit its values; it was read bone by bone."
+        say(
+            "{name} has the notebook's headers, which do not fit its values; it was read bone by bone.",
+            name=path.name,
+        )
     )
     cube = values.reshape(len(times), len(bones), 7)
     return _bones(times, bones, cube[..., :3], cube[..., 3:])
@@ -245,11 +280,18 @@ def _client_bones(
     turned = tuple(bone for bone in bones if all((bone, part) in columns for part in _PARTS[3:]))
     if not turned:
         raise StudioError(
-            f"No bone in {path.name} has all of RotX, RotY, RotZ and RotW.", "Export it again with rotations."
+            say("No bone in {name} has all of RotX, RotY, RotZ and RotW.", name=path.name),
+            "Export it again with rotations.",
         )
     if len(turned) < len(bones):
         halves = ", ".join(bone for bone in bones if bone not in turned)
-        notes.append(f"{path.name}: bones without a whole rotation were left out: {halves}.")
+        notes.append(
+            say(
+                "{name}: bones without a whole rotation were left out: {bones}.",
+                name=path.name,
+                bones=halves,
+            )
+        )
     rest = Skeleton.humanoid(tuple(canonical_bone(bone) for bone in turned)).rest_positions
     positions = np.tile(rest, (len(times), 1, 1))
     placed = [j for j, bone in enumerate(turned) if all((bone, part) in columns for part in _PARTS[:3])]
@@ -257,7 +299,13 @@ def _client_bones(
         positions[:, j] = values[:, [columns[turned[j], part] for part in _PARTS[:3]]]
     if len(placed) < len(turned):
         lost = counted(len(turned) - len(placed), "bone")
-        notes.append(f"{path.name}: {lost} without a position put where the built-in skeleton has it.")
+        notes.append(
+            say(
+                "{name}: {lost} without a position put where the built-in skeleton has it.",
+                name=path.name,
+                lost=lost,
+            )
+        )
     order = [columns[bone, part] for bone in turned for part in _PARTS[3:]]
     return _bones(times, turned, positions, values[:, order].reshape(len(times), -1, 4))
 
@@ -278,8 +326,13 @@ def _together(shapes: Motion, bones: Motion, notes: list[str]) -> Motion:
                 "The times of blend shapes and bones do not overlap.", "Choose files of the same recording."
             )
         notes.append(
-            f"Blend shapes have {len(shapes)} rows and bones {len(bones)}; "
-            f"bones were read at the times of the shapes, {end - start:.2f} s in all."
+            say(
+                "Blend shapes have {count} rows and bones {bones}; bones were read at the "
+                "times of the shapes, {seconds} s in all.",
+                count=len(shapes),
+                bones=len(bones),
+                seconds=f"{end - start:.2f}",
+            )
         )
         # nextafter, since `between` leaves its end out and the last row belongs to both.
         shapes = shapes.between(start, np.nextafter(end, np.inf))
@@ -292,14 +345,27 @@ def _from_zero(motion: Motion, path: Path, notes: list[str]) -> Motion:
     # A take may begin late, and its sound with it; an hour is a clock that was never set to zero.
     if -0.5 <= first <= 60.0:
         return motion
-    notes.append(f"The times of {path.stem} begin at {first:.2f} s; they were moved to begin at 0.")
+    notes.append(
+        say(
+            "The times of {name} begin at {first} s; they were moved to begin at 0.",
+            name=path.stem,
+            first=f"{first:.2f}",
+        )
+    )
     return motion.shifted(-first)
 
 
 def _compare_lengths(motion: Motion, audio: Path, notes: list[str]) -> None:
     sound, end = sound_info(audio).duration, float(motion.times[-1])
     if abs(sound - end) > 0.5:
-        notes.append(f"The sound of {audio.stem} lasts {sound:.2f} s and its motion {end:.2f} s.")
+        notes.append(
+            say(
+                "The sound of {name} lasts {sound} s and its motion {seconds} s.",
+                name=audio.stem,
+                sound=f"{sound:.2f}",
+                seconds=f"{end:.2f}",
+            )
+        )
 
 
 def _shape_order(names: tuple[str, ...]) -> list[int]:

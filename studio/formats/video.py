@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.formats import Imported
 from studio.sound.sound_file import sound_info
 from studio.tracking import face_model
@@ -54,19 +54,28 @@ def read(path: Path, audio: Path | None = None, video: VideoReading | None = Non
     if video.sound_only or missing is not None:
         if silent is not None:
             raise missing or silent
-        note = f"Only the sound of {path.name} was imported. {missing}" if missing is not None else ""
-        return Imported(path.stem, None, audio, (note,) if note else ())
+        if missing is None:
+            return Imported(path.stem, None, audio, ())
+        note = say(
+            "Only the sound of {name} was imported. {what} {remedy}",
+            name=path.name,
+            what=missing.what,
+            remedy=missing.remedy,
+        )
+        return Imported(path.stem, None, audio, (note,))
     found = track_video(
         path, face_model.model_file(), video.options, lambda progress: video.on_progress(path, progress)
     )
     notes = found.notes
     if found.motion is None:
-        what = f"No face was seen in {path.name}"
         if silent is not None:
-            raise StudioError(f"{what}, and it has no sound.", "Choose a video with a face in good light.")
-        notes = (f"{what}; only its sound was imported.",)
+            raise StudioError(
+                say("No face was seen in {name}, and it has no sound.", name=path.name),
+                "Choose a video with a face in good light.",
+            )
+        notes = (say("No face was seen in {name}; only its sound was imported.", name=path.name),)
     elif silent is not None:
-        notes = (*notes, f"{path.name} has no sound; only its motion was imported.")
+        notes = (*notes, say("{name} has no sound; only its motion was imported.", name=path.name))
     return Imported(
         path.stem,
         found.motion,
@@ -82,6 +91,6 @@ def _why_silent(audio: Path) -> StudioError | None:
     try:
         if sound_info(audio).duration > 0:
             return None
-        return StudioError(f"The sound of {audio.name} is empty.", "Choose another file.")
+        return StudioError(say("The sound of {audio} is empty.", audio=audio.name), "Choose another file.")
     except StudioError as error:
         return error

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError, counted
+from studio.errors import RequestError, StudioError, counted, say
 from studio.formats import Imported
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked, grounded_body, on_grid
@@ -196,10 +196,19 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     # IK targets and hair physics are most of a file's bones, and MMD makes them itself.
     if len(tracks) > len(known):
         other = next(name for name in tracks if name not in known)
-        notes.append(f"{path.name}: {counted(len(tracks) - len(known), 'bone')} left out, such as {other}.")
+        notes.append(
+            say(
+                "{name}: {bones} left out, such as {other}.",
+                name=path.name,
+                bones=counted(len(tracks) - len(known), "bone"),
+                other=other,
+            )
+        )
     weights = {_shape(_name(raw)): _morph_track(part, frames) for raw, part in _by_name(morphs)}
     if not known and not weights:
-        raise StudioError(f"{path.name} contains no face shapes or bones that the studio knows.", _AGAIN)
+        raise StudioError(
+            say("{name} contains no face shapes or bones that the studio knows.", name=path.name), _AGAIN
+        )
     names, positions, rotations = to_humanoid(known, frames + 1)
     if names:
         notes.append("Arms were taken to rest 35° below level, and moves between keys as straight.")
@@ -208,7 +217,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
         positions, rotations,
     )  # fmt: skip
     audio = audio or find_audio(path)
-    notes += [] if audio else [f"No sound was found for {path.stem}."]
+    notes += [] if audio else [say("No sound was found for {name}.", name=path.stem)]
     return Imported(path.stem, motion, audio, tuple(notes))
 
 
@@ -221,8 +230,14 @@ def _nearby(
     near = tuple(part[part["frame"] <= last] for part in (bones, morphs))
     gone = len(bones) + len(morphs) - sum(map(len, near))
     if gone:
-        far = counted(gone, "key")
-        notes.append(f"{path.name}: {far} left out, at {at[-1] / FPS:.0f} s, far behind all others.")
+        notes.append(
+            say(
+                "{name}: {keys} left out, at {at} s, far behind all others.",
+                name=path.name,
+                keys=counted(gone, "key"),
+                at=f"{at[-1] / FPS:.0f}",
+            )
+        )
     return near[0], near[1]
 
 
@@ -230,12 +245,18 @@ def _check_size(path: Path, bones: NDArray[Any], morphs: NDArray[Any], frames: i
     """StudioError where the keys are to fill more than a file of this size has to say."""
     if frames > _LAST_FRAME:
         raise StudioError(
-            f"{path.name} claims to last {frames / FPS:.0f} s.", "It is damaged; export it again."
+            say("{name} claims to last {seconds} s.", name=path.name, seconds=f"{frames / FPS:.0f}"),
+            "It is damaged; export it again.",
         )
     faces, turned = len(np.unique(morphs["name"])), {_name(bytes(raw)) for raw in np.unique(bones["name"])}
     cells = (frames + 1) * (len(turned & NAMES) + faces / _MORPHS_A_BONE)
     if cells > _MOST_CELLS + _MOST_CELLS_A_KEY * (len(bones) + len(morphs)):
-        what = f"{path.name} claims {len(turned) + faces} tracks of {frames / FPS:.0f} s."
+        what = say(
+            "{name} claims {n} tracks of {seconds} s.",
+            name=path.name,
+            n=len(turned) + faces,
+            seconds=f"{frames / FPS:.0f}",
+        )
         raise StudioError(what, "Split it into shorter files.")
 
 
@@ -252,14 +273,17 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.bone_names or motion.shape_names):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     even = on_grid(motion, FPS)
     morphs = _morphs(even)
     body = grounded_body(even)
     bones = from_humanoid(body) if body is not None else {}
     if not morphs and not bones:
         raise RequestError(
-            f"Nothing in the motion fits into {path.name}.", "Export it as VRM Animation instead."
+            say("Nothing in the motion fits into {name}.", name=path.name),
+            "Export it as VRM Animation instead.",
         )
     bone_rows = _rows(_BONE, [_bone_rows(name, at, turn) for name, (at, turn) in bones.items()])
     morph_rows = _rows(_MORPH, [_morph_rows(name, weights) for name, weights in morphs.items()])
@@ -322,23 +346,28 @@ def _read(path: Path) -> tuple[NDArray[Any], NDArray[Any]]:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise StudioError(f"{path.name} cannot be read.", f"Check the file in {path.parent}.") from error
+        raise StudioError(
+            say("{name} cannot be read.", name=path.name),
+            say("Check the file in {folder}.", folder=path.parent),
+        ) from error
     if not data.startswith(_MAGIC):
-        what = f"{path.name} is not a MikuMikuDance motion."
+        what = say("{name} is not a MikuMikuDance motion.", name=path.name)
         raise StudioError(what, "Choose a VMD file saved by MikuMikuDance 3 or later.")
     start, parts = 50, []
     for kind in (_BONE, _MORPH):
         count = struct.unpack_from("<I", data, start)[0] if len(data) >= start + 4 else None
         if count is None or start + 4 + count * kind.itemsize > len(data):
-            raise StudioError(f"{path.name} is cut short or damaged.", _AGAIN)
+            raise StudioError(say("{name} is cut short or damaged.", name=path.name), _AGAIN)
         parts.append(np.frombuffer(data, kind, count, start + 4))
         start += 4 + count * kind.itemsize
     bones, morphs = parts
     if not len(bones) and not len(morphs):
-        raise StudioError(f"{path.name} holds no motion.", "Choose a VMD file with a face or a body.")
+        raise StudioError(
+            say("{name} holds no motion.", name=path.name), "Choose a VMD file with a face or a body."
+        )
     numbers = (bones["at"], bones["turn"], morphs["weight"])
     if not all(np.isfinite(values).all() for values in numbers) or np.abs(bones["at"]).max(initial=0) > 1e6:
-        raise StudioError(f"{path.name} is damaged.", _AGAIN)
+        raise StudioError(say("{name} is damaged.", name=path.name), _AGAIN)
     return bones, morphs
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.formats import Imported, _glb
 from studio.formats._table import check_suffix
 from studio.formats._vrm import animation
@@ -56,7 +56,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     """
     motion, notes = animation.read(path)
     audio = audio or find_audio(path)
-    notes += [] if audio else [f"No sound was found for {path.stem}."]
+    notes += [] if audio else [say("No sound was found for {name}.", name=path.stem)]
     return Imported(path.stem, motion, audio, tuple(notes))
 
 
@@ -73,7 +73,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """
     check_suffix(path, SUFFIX)
     if not len(motion) or not (motion.bone_names or motion.shape_names):
-        raise RequestError(f"There is no motion to write to {path.name}.", "Choose a take with motion.")
+        raise RequestError(
+            say("There is no motion to write to {name}.", name=path.name), "Choose a take with motion."
+        )
     # Slower than that the reader would take the keys for poses to move between.
     even = on_grid(motion, 0.0 if motion.fps >= SLOWEST else DEFAULT_FPS)
     body = grounded_body(even) or Motion.build(even.times)

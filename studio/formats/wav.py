@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.formats import Imported, _writing
 from studio.formats._table import check_suffix
 from studio.formats._writing import checked
@@ -25,7 +25,7 @@ def read(path: Path, audio: Path | None = None) -> Imported:
     source = audio or path
     info = sound_info(source)
     if info.duration <= 0:
-        raise StudioError(f"The sound file {source.name} is empty.", "Choose another file.")
+        raise StudioError(say("The sound file {name} is empty.", name=source.name), "Choose another file.")
     return Imported(path.stem, None, source)
 
 
@@ -33,7 +33,9 @@ def write(path: Path, motion: Motion, audio: Path | None = None) -> tuple[Path, 
     """Write the sound that belongs to a motion: the same bytes where it is a WAV, else decoded to one."""
     check_suffix(path, SUFFIX)
     if audio is None:
-        raise StudioError(f"There is no sound to write to {path.name}.", "Choose a take with sound.")
+        raise StudioError(
+            say("There is no sound to write to {name}.", name=path.name), "Choose a take with sound."
+        )
     return checked(
         path, lambda beside: _writing.put(beside, audio), lambda beside: _writing.fits(beside, audio)
     )

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.audio import rows, span
 from studio.features.audio_spec import Floats
 from studio.model._network import Network, SamplingOptions, State, conditions
@@ -90,7 +90,9 @@ class Predictor:
             on_piece(part)
             on_progress(min(1.0, float(part.times[-1]) / seconds) if seconds > 0 else 1.0)
         if not parts:
-            raise StudioError(f"The sound file {audio.name} is empty.", "Choose another file.")
+            raise StudioError(
+                say("The sound file {audio} is empty.", audio=audio.name), "Choose another file."
+            )
         return concatenate(parts)
 
     def generate_samples(
@@ -252,10 +254,14 @@ def sampling_of(seed: int, liveliness: float) -> SamplingOptions:
 
 def _must_be_possible(sampling: SamplingOptions) -> None:
     if not 0 <= sampling.liveliness <= LIVELIEST:
-        what = f"A liveliness of {sampling.liveliness:g} is not possible."
-        raise RequestError(what, f"Choose 0 (still) to {LIVELIEST:g}; 1 is as trained.")
+        what = say("A liveliness of {liveliness} is not possible.", liveliness=f"{sampling.liveliness:g}")
+        raise RequestError(
+            what, say("Choose 0 (still) to {liveliest}; 1 is as trained.", liveliest=f"{LIVELIEST:g}")
+        )
     if sampling.seed < 0:
-        raise RequestError(f"A seed of {sampling.seed} is not possible.", "Choose a whole number from 0 on.")
+        raise RequestError(
+            say("A seed of {seed} is not possible.", seed=sampling.seed), "Choose a whole number from 0 on."
+        )
 
 
 def _must_be_numbers(block: Floats) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
 LIVE_WORDS = (
@@ -41,8 +41,8 @@ class Command(NamedTuple):
         """
         if self.argument in ("", "on", "off"):
             return not now if not self.argument else self.argument == "on"
-        what = f"{self.word} cannot be {self.argument}."
-        raise RequestError(what, f"Write {self.word} on or {self.word} off.")
+        what = say("{word} cannot be {argument}.", word=self.word, argument=self.argument)
+        raise RequestError(what, say("Write {word} on or {word} off.", word=self.word))
 
 
 STOP = Command("stop")
@@ -73,6 +73,6 @@ def read_live(line: str) -> Command | None:
     """
     command = read(line)
     if command is not None and command.word not in LIVE_WORDS:
-        what = f"There is no {command.word} while it is live."
-        raise RequestError(what, f"Write one of: {', '.join(LIVE_WORDS)}.")
+        what = say("There is no {word} while it is live.", word=command.word)
+        raise RequestError(what, say("Write one of: {words}.", words=", ".join(LIVE_WORDS)))
     return command

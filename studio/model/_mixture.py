@@ -20,7 +20,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.model._network import SamplingOptions, Sizes
 
 Array = NDArray[np.floating]
@@ -324,8 +324,10 @@ def body_head(kind: str, inputs: int, sizes: Sizes) -> BodyHead | None:
         RequestError: there is no such kind.
     """
     if kind not in KINDS:
-        words = ", ".join(KINDS) + f" or {MATCHED}"
-        raise RequestError(f"{kind!r} is not possible for network.body.", f"Choose {words}.")
+        raise RequestError(
+            say("{kind} is not possible for network.body.", kind=repr(kind)),
+            say("Choose {kinds} or {last}.", kinds=", ".join(KINDS), last=MATCHED),
+        )
     # A head without body columns would have no directions to draw in.
     if kind == "plain" or sizes.columns <= sizes.faces:
         return None

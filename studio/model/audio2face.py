@@ -9,7 +9,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.model._network import Network, Sizes, State, window_margins, windows
 
 INITIAL_DEVIATION = 0.05
@@ -67,5 +67,7 @@ def build(sizes: Sizes, *, units: int = 128, dense: int = 128, read: str = "atte
         read: "attention" pools the window as published, "centre" takes the state at the frame itself.
     """
     if read not in ("attention", "centre"):
-        raise RequestError(f"{read!r} is not possible for network.read.", "Choose attention or centre.")
+        raise RequestError(
+            say("{read} is not possible for network.read.", read=repr(read)), "Choose attention or centre."
+        )
     return Audio2Face(sizes, units, dense, read)

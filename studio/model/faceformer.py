@@ -18,7 +18,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.model._decoder import (
     AudioEncoder,
     AudioKV,
@@ -250,11 +250,14 @@ def build(
 
 def _must_fit(width: int, heads: int) -> None:
     if width % heads or width % 2:
-        what = f"A width of {width} cannot be shared by {heads} heads."
+        what = say("A width of {width} cannot be shared by {heads} heads.", width=width, heads=heads)
         raise RequestError(what, "Choose network.width as a multiple of both 2 and network.heads.")
 
 
 def _must_be_within(name: str, value: float) -> None:
     low, high = _LIMITS[name]
     if not low <= value <= high:
-        raise RequestError(f"{value} is not possible for network.{name}.", f"Choose {low:g} to {high:g}.")
+        raise RequestError(
+            say("{value} is not possible for network.{name}.", value=value, name=name),
+            say("Choose {low} to {high}.", low=f"{low:g}", high=f"{high:g}"),
+        )

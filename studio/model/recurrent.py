@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import torch
 from torch import Tensor, nn
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.model._matched import Matched
 from studio.model._mixture import MATCHED, body_head, low_passed
 from studio.model._network import Network, SamplingOptions, Sizes, State
@@ -405,7 +405,7 @@ def _milliseconds(text: str) -> tuple[int, ...]:
         found = [-1]
     if found and not 0 <= found[0] <= found[-1] <= LONGEST_MS:
         raise RequestError(
-            f"{text!r} is not possible for network.look_aheads.",
-            f"Choose milliseconds from 0 to {LONGEST_MS}, such as 0 100 200 500.",
+            say("{text} is not possible for network.look_aheads.", text=repr(text)),
+            say("Choose milliseconds from 0 to {longest}, such as 0 100 200 500.", longest=LONGEST_MS),
         )
     return tuple(found)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.errors import say, together
 from studio.motion import rotation
 from studio.motion.expression import Expression, FaceMap
 from studio.motion.look_at import Gaze, LookAt, asks, gaze_of, is_ahead, turned_by
@@ -104,8 +105,8 @@ class Licence:
     @property
     def line(self) -> str:
         """All of it in one line."""
-        by = [f"By {', '.join(self.authors).rstrip('.')}."] if self.authors else []
-        return " ".join((*by, *self.terms))
+        by = say("By {authors}.", authors=", ".join(self.authors).rstrip(".")) if self.authors else ""
+        return together(" ", by, *map(say, self.terms))
 
 
 @dataclass(frozen=True, eq=False)

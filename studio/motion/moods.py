@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 Spans = dict[str, list[tuple[float, float]]]
 """Where each mood stands, seconds."""
@@ -58,11 +58,16 @@ class MoodSpan:
         if found is not None:
             start, end = found["start"], found["end"]
         if found is None or (start is not None and end is not None and float(start) >= float(end)):
-            raise RequestError(f"{text or 'Nothing'} is no mood.", "Write one as happy or happy:2.0-5.5.")
+            raise RequestError(
+                say("{text} is no mood.", text=text or say("Nothing")), "Write one as happy or happy:2.0-5.5."
+            )
         strength = float(found["strength"] or 1)
         if strength > STRONGEST:
-            what = f"A mood {strength:g} times as strong is not possible."
-            raise RequestError(what, f"Choose 0 (not at all) to {STRONGEST:g}; 1 is as trained.")
+            what = say("A mood {strength} times as strong is not possible.", strength=f"{strength:g}")
+            raise RequestError(
+                what,
+                say("Choose 0 (not at all) to {strongest}; 1 is as trained.", strongest=f"{STRONGEST:g}"),
+            )
         return cls(found["name"], float(start or 0), float(end or "inf"), strength)
 
     @property
@@ -85,8 +90,8 @@ def check_known(moods: Iterable[str], known: Sequence[str], run: str) -> None:
     """
     for name in moods:
         if name not in known:
-            what = f"{run} knows no mood called {name}."
-            choose = f"Choose one of: {', '.join(known)}."
+            what = say("{run} knows no mood called {name}.", run=run, name=name)
+            choose = say("Choose one of: {known}.", known=", ".join(known))
             raise RequestError(what, choose if known else "Label moods in Curate, and train again.")
 
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say, together
 from studio.motion import Motion, Pose
 from studio.motion.neutral import between, neutral_pose
 from studio.performer.loudspeaker import Loudspeaker
@@ -139,7 +139,8 @@ class Broadcast:
     @property
     def _unheard(self) -> str:
         """What it means that no sound device plays the voice."""
-        return "You can't hear the performer." if self._line else "The performer goes on without a voice."
+        heard = say("You can't hear the performer.")
+        return heard if self._line else say("The performer goes on without a voice.")
 
     def _run(self) -> None:
         """Runs on the performer's thread."""
@@ -203,7 +204,7 @@ class Broadcast:
         except RequestError:
             raise
         except StudioError as error:
-            self.problem = f"{error.what} {self._unheard}"
+            self.problem = together(" ", error.what, self._unheard)
             return
         self._clock.speaker = speaker
 
@@ -282,7 +283,11 @@ class Broadcast:
             try:
                 channel.sendto(datagram, address)
             except OSError as error:
-                self.problem = f"Motion cannot be sent to {self.host}: {error.strerror or error}."
+                self.problem = say(
+                    "Motion cannot be sent to {host}: {reason}.",
+                    host=self.host,
+                    reason=error.strerror or error,
+                )
                 self.datagrams_lost += 1
             else:
                 self.datagrams_sent += 1
@@ -305,7 +310,7 @@ class Broadcast:
             if left <= 0:
                 return True
             if self._clock.lost():
-                self.problem = f"The sound device stopped. {self._unheard}"
+                self.problem = together(" ", say("The sound device stopped."), self._unheard)
             # In short naps, so that a stop is answered soon.
             time.sleep(min(left, _NAP))
         return False
@@ -374,7 +379,7 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, in
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except OSError as error:
-        what = f"There is no computer called {host}."
+        what = say("There is no computer called {host}.", host=host)
         raise RequestError(what, "Write its name or number, such as 127.0.0.1.") from error
     return found[0][0], (str(found[0][4][0]), port)
 
@@ -382,15 +387,25 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, in
 def _check(port: int, fps: float, jitter_ms: float, loss: float, seconds: float | None) -> None:
     _check_port(port)
     if not 1.0 <= fps <= 240.0:
-        raise RequestError(f"{fps:g} frames a second cannot be sent.", "Choose a rate from 1 to 240.")
+        raise RequestError(
+            say("{fps} frames a second cannot be sent.", fps=f"{fps:g}"), "Choose a rate from 1 to 240."
+        )
     if not 0.0 <= loss <= 1.0:
-        raise RequestError(f"A loss of {loss:g} is not a share.", "Choose a number from 0 to 1.")
+        raise RequestError(
+            say("A loss of {loss} is not a share.", loss=f"{loss:g}"), "Choose a number from 0 to 1."
+        )
     if not 0.0 <= jitter_ms <= 1000.0:
-        raise RequestError(f"A jitter of {jitter_ms:g} ms cannot be made.", "Choose 0 to 1000 ms.")
+        raise RequestError(
+            say("A jitter of {jitter} ms cannot be made.", jitter=f"{jitter_ms:g}"),
+            "Choose 0 to 1000 ms.",
+        )
     if seconds is not None and not 0.0 < seconds < math.inf:
-        raise RequestError(f"A performance of {seconds:g} s cannot be given.", "Choose a time above 0.")
+        raise RequestError(
+            say("A performance of {seconds} s cannot be given.", seconds=f"{seconds:g}"),
+            "Choose a time above 0.",
+        )
 
 
 def _check_port(port: int) -> None:
     if not 0 < port < 65536:
-        raise RequestError(f"{port} is not a port.", "Choose a number from 1 to 65535.")
+        raise RequestError(say("{port} is not a port.", port=port), "Choose a number from 1 to 65535.")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.performer.speech import SAMPLE_RATE
 from studio.playback.sound_output import StreamClock
 
@@ -120,7 +120,7 @@ class Loudspeaker:
         except (sounddevice.PortAudioError, ValueError) as error:
             if device is None:
                 raise _cannot_play() from error
-            what = f"There is no output device called {device}."
+            what = say("There is no output device called {device}.", device=device)
             raise RequestError(what, "Choose a device that is plugged in, or none.") from error
         # The performance's own rate first: then nothing is resampled.
         for rate in (SAMPLE_RATE, int(known["default_samplerate"])):

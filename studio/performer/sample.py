@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from studio.dataset.dataset import Label, Selection
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, leftovers
 from studio.paths import resource
 from studio.performer.performance import ScriptedPerformance, perform_script
@@ -124,7 +124,7 @@ def _save(project: Project, info: TakeInfo, performance: ScriptedPerformance) ->
         try:
             soundfile.write(sound, pcm, performance.sample_rate, "PCM_16")
         except (OSError, RuntimeError) as error:
-            what = f"The sample's sound could not be written to {project.folder}."
+            what = say("The sample's sound could not be written to {folder}.", folder=project.folder)
             raise StudioError(what, "Free some space, or choose another folder.") from error
         name = f"{info.slate}_{info.number:03}"
         return project.add_take(name, info, performance.motion, sound, move_audio=True).id

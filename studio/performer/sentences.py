@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.paths import resource
 from studio.performer import espeak
 
@@ -203,7 +203,7 @@ def read_clip(clip: BundledClip) -> tuple[NDArray[np.float32], int]:
     try:
         samples, rate = soundfile.read(clip.path, dtype="float32", always_2d=True)
     except (OSError, RuntimeError) as error:
-        what = f"The practice performer's sound {clip.path.name} cannot be read."
+        what = say("The practice performer's sound {name} cannot be read.", name=clip.path.name)
         raise StudioError(what, _REMEDY) from error
     return np.ascontiguousarray(samples.mean(axis=1), dtype=np.float32), int(rate)
 

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers
 from studio.files.atomic import size_text
 from studio.project import PROJECT_FILE, is_project
@@ -55,9 +55,13 @@ def pack(project: Path, target: Path) -> Path:
     """
     project, target = project.absolute(), target.absolute()
     if not is_project(project):
-        raise RequestError(f"There is no project at {project}.", "Choose a project's folder.")
+        raise RequestError(
+            say("There is no project at {project}.", project=project), "Choose a project's folder."
+        )
     if target.resolve().is_relative_to(project.resolve()):
-        raise RequestError(f"{target.name} would lie inside the project.", "Choose a place outside of it.")
+        raise RequestError(
+            say("{target} would lie inside the project.", target=target.name), "Choose a place outside of it."
+        )
     with (
         # Fast rather than small: a project is mostly sound, of which little can be packed away.
         atomic.written(target) as beside,
@@ -88,7 +92,9 @@ def unpack(source: Path, folder: Path) -> Unpacked:
     folder = folder.absolute()
     # Never into a folder with files: unpacking must not mix with a person's own.
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise RequestError(f"{folder.name} is not an empty folder.", "Choose an empty or a new folder.")
+        raise RequestError(
+            say("{folder} is not an empty folder.", folder=folder.name), "Choose an empty or a new folder."
+        )
     packed = open_packed(source)
     try:
         with packed, zipfile.ZipFile(packed) as file:
@@ -97,7 +103,7 @@ def unpack(source: Path, folder: Path) -> Unpacked:
                 for member in members:
                     _write(file, member, beside, source)
     except atomic.UNREADABLE_ZIP as error:
-        raise RequestError(f"{source.name} is damaged or no zip.", _OTHER) from error
+        raise RequestError(say("{name} is damaged or no zip.", name=source.name), _OTHER) from error
     except OSError as error:
         raise atomic.cannot_write(folder, error) from error
     return Unpacked(folder, left_out)
@@ -137,7 +143,9 @@ def open_packed(source: Path) -> PackedFile:
     try:
         return PackedFile(source.open("rb", buffering=0))
     except FileNotFoundError as error:
-        raise RequestError(f"There is no file at {source}.", "Check how the path is written.") from error
+        raise RequestError(
+            say("There is no file at {source}.", source=source), "Check how the path is written."
+        ) from error
     except OSError as error:
         raise _unreadable(source, error) from error
 
@@ -169,21 +177,31 @@ def _members(file: zipfile.ZipFile, source: Path, room: int) -> tuple[list[zipfi
     listed = [member for member in file.infolist() if not member.is_dir()]
     # Before any loop over them: a list of names must not keep anybody waiting.
     if len(file.infolist()) > MOST_FILES:
-        raise RequestError(f"{source.name} holds more than {MOST_FILES:,} files.", _OTHER)
+        raise RequestError(
+            say("{name} holds more than {most} files.", name=source.name, most=f"{MOST_FILES:,}"),
+            _OTHER,
+        )
     for member in listed:
         plain, windows = PurePosixPath(member.filename), PureWindowsPath(member.filename)
         if plain.is_absolute() or windows.drive or windows.root or ".." in windows.parts or not plain.parts:
-            raise RequestError(f"{source.name} contains a path that leads outside the project.", _OTHER)
+            raise RequestError(
+                say("{name} contains a path that leads outside the project.", name=source.name), _OTHER
+            )
     members = [member for member in listed if _is_plain(member) and is_known(PurePosixPath(member.filename))]
     if PROJECT_FILE not in {member.filename for member in members}:
-        raise RequestError(f"There is no project in {source.name}.", _OTHER)
+        raise RequestError(say("There is no project in {name}.", name=source.name), _OTHER)
     _must_not_clash(members, source)
     needed = sum(member.file_size for member in members)
     # By what it announces, before a byte is unpacked.
     if atomic.is_bomb(needed, source.stat().st_size):
-        raise RequestError(f"{source.name} is made to fill the disk.", _OTHER)
+        raise RequestError(say("{name} is made to fill the disk.", name=source.name), _OTHER)
     if needed > room - len(members) * _BLOCK:
-        what = f"{source.name} needs {size_text(needed)}, and there is room for {size_text(room)}."
+        what = say(
+            "{name} needs {needed}, and there is room for {room}.",
+            name=source.name,
+            needed=size_text(needed),
+            room=size_text(room),
+        )
         raise RequestError(what, "Free some space, or choose a folder on another disk.")
     return members, len(listed) - len(members)
 
@@ -200,10 +218,13 @@ def _must_not_clash(members: list[zipfile.ZipInfo], source: Path) -> None:
     seen = set(names)
     if len(seen) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise RequestError(f"{source.name} holds {twice} twice.", _OTHER)
+        raise RequestError(say("{name} holds {twice} twice.", name=source.name, twice=twice), _OTHER)
     for name in names:
         if both := seen.intersection(map(str, PurePosixPath(name).parents)):
-            raise RequestError(f"In {source.name}, {both.pop()} is both a file and a folder.", _OTHER)
+            raise RequestError(
+                say("In {name}, {both} is both a file and a folder.", name=source.name, both=both.pop()),
+                _OTHER,
+            )
         if any(_length(part) > _LONGEST_NAME for part in name.split("/")):
             raise _too_long(source, name)
 
@@ -218,7 +239,11 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
         plain = target.open("xb")
     except (FileExistsError, NotADirectoryError) as error:
         # Names that differ in upper and lower case alone.
-        what = f"{source.name} holds two files that this disk takes for one: {member.filename}."
+        what = say(
+            "{name} holds two files that this disk takes for one: {file}.",
+            name=source.name,
+            file=member.filename,
+        )
         raise RequestError(what, "Unpack it where it was packed, and rename one of them.") from error
     except OSError as error:
         if error.errno in (errno.ENAMETOOLONG, errno.ENOENT, errno.EINVAL):
@@ -229,7 +254,9 @@ def _write(file: zipfile.ZipFile, member: zipfile.ZipInfo, folder: Path, source:
 
 
 def _unreadable(source: Path, error: OSError) -> RequestError:
-    what = f"{source.name} cannot be read: {error.strerror or type(error).__name__}."
+    what = say(
+        "{name} cannot be read: {reason}.", name=source.name, reason=error.strerror or type(error).__name__
+    )
     return RequestError(what, "Choose another file, or allow reading it.")
 
 
@@ -243,4 +270,7 @@ def _too_long(source: Path, name: str) -> StudioError:
     remedy = (
         "Choose a folder nearer to the top of the disk, or give the file a shorter name and pack it again."
     )
-    return RequestError(f"{source.name} holds a name that is too long for this disk: {shown}.", remedy)
+    return RequestError(
+        say("{name} holds a name that is too long for this disk: {shown}.", name=source.name, shown=shown),
+        remedy,
+    )

@@ -12,7 +12,7 @@ from studio.dataset import edits, relink
 from studio.dataset import history as store
 from studio.dataset.dataset import Dataset, Label, Selection
 from studio.dataset.history import History
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers, lock
 from studio.motion import Motion
 from studio.project.contents import (
@@ -63,12 +63,19 @@ class Project:
         folder = Path(folder).absolute()
         if folder.exists() and not folder.is_dir():
             raise RequestError(
-                f"{folder.name} is a file, not a folder.", "Choose another place for the project."
+                say("{folder} is a file, not a folder.", folder=folder.name),
+                "Choose another place for the project.",
             )
         if (folder / PROJECT_FILE).exists():
-            raise RequestError(f"{folder.name} is a project already.", "Open it, or choose another folder.")
+            raise RequestError(
+                say("{folder} is a project already.", folder=folder.name),
+                "Open it, or choose another folder.",
+            )
         if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
-            raise RequestError(f"The folder {folder.name} is not empty.", "Choose an empty or a new folder.")
+            raise RequestError(
+                say("The folder {folder} is not empty.", folder=folder.name),
+                "Choose an empty or a new folder.",
+            )
         try:
             for part in ("takes", "runs", "exports"):
                 (folder / part).mkdir(parents=True, exist_ok=True)
@@ -93,7 +100,7 @@ class Project:
         folder = Path(folder).absolute()
         folder = folder.parent if folder.name == PROJECT_FILE else folder
         if not is_project(folder):
-            what = f"There is no project at {folder}."
+            what = say("There is no project at {folder}.", folder=folder)
             raise RequestError(what, "Choose a folder with a project.json, or create a project there.")
         project = cls(folder, None if read_only else lock.acquire(folder), read_only)
         if not project.read_only:
@@ -136,13 +143,17 @@ class Project:
             return "", ""
         elsewhere = "Change it there, or close it there and open it here again."
         if self._requested_read_only:
-            return f"{self.name} was opened for looking only.", "Open it again to change it."
+            return say("{name} was opened for looking only.", name=self.name), "Open it again to change it."
         if lock.is_held(self.folder):
             pid = lock.holder(self.folder)
-            process = f" (process {pid})" if pid is not None and with_process else ""
-            return f"{self.name} is open in another window{process}.", elsewhere
-        remedy = f"Copy the folder to a place of your own, or allow writing in {self.folder}."
-        return f"The folder of {self.name} cannot be written.", remedy
+            if pid is None or not with_process:
+                return say("{name} is open in another window.", name=self.name), elsewhere
+            what = say("{name} is open in another window (process {process}).", name=self.name, process=pid)
+            return what, elsewhere
+        remedy = say(
+            "Copy the folder to a place of your own, or allow writing in {folder}.", folder=self.folder
+        )
+        return say("The folder of {name} cannot be written.", name=self.name), remedy
 
     def close(self) -> None:
         """Let another window change it."""
@@ -172,8 +183,11 @@ class Project:
     def take(self, take_id: str) -> Take:
         """One take; RequestError where there is none of that id."""
         if take_id not in self._takes:
-            known = ", ".join(list(self._takes)[:8]) or "none yet"
-            raise RequestError(f"There is no take {take_id} in {self.name}.", f"Takes there: {known}.")
+            known = ", ".join(list(self._takes)[:8]) or say("none yet")
+            raise RequestError(
+                say("There is no take {take} in {name}.", take=take_id, name=self.name),
+                say("Takes there: {known}.", known=known),
+            )
         return self._takes[take_id]
 
     def next_number(self, slate: str) -> int:
@@ -368,8 +382,11 @@ class Project:
             return base_voice()
         folder = self.runs_folder / run_id
         if not run_id or Path(run_id).name != run_id or not folder.is_dir():
-            known = ", ".join(run.id for run in self.runs) or "none yet"
-            raise RequestError(f"There is no run {run_id} in {self.name}.", f"Runs there: {known}.")
+            known = ", ".join(run.id for run in self.runs) or say("none yet")
+            raise RequestError(
+                say("There is no run {run} in {name}.", run=run_id, name=self.name),
+                say("Runs there: {known}.", known=known),
+            )
         return Run.load(folder)
 
     def new_run_folder(self, recipe: str) -> Path:
@@ -401,7 +418,10 @@ class Project:
         try:
             take = repair_take(folder)
         except (StudioError, OSError) as second:
-            self.problems.append((error.what, f"It is left out; {second}"))
+            left = say("It is left out; {reason}", reason=second)
+            if isinstance(second, StudioError):
+                left = say("It is left out; {what} {remedy}", what=second.what, remedy=second.remedy)
+            self.problems.append((error.what, left))
             return None
         self.problems.append((error.what, "It was set aside and the take was read again from its files."))
         return take
@@ -441,8 +461,10 @@ class Project:
     def _tell_missing(self) -> None:
         gone = sorted({s.take for s in self.dataset.selections} - set(self._takes))
         if gone:
-            what = f"{len(gone)} of the takes cannot be found: {', '.join(gone[:5])}."
-            self.problems.append((what, f"Put them back into {self.takes_folder}; their choices are kept."))
+            what = say("{n} of the takes cannot be found: {takes}.", n=len(gone), takes=", ".join(gone[:5]))
+            self.problems.append(
+                (what, say("Put them back into {folder}; their choices are kept.", folder=self.takes_folder))
+            )
 
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
@@ -479,7 +501,7 @@ class Project:
         remedy = error.remedy
         if not self.read_only:
             kept = atomic.set_aside(path)
-            remedy = f"It was kept as {kept.name}, and the project continues without it."
+            remedy = say("It was kept as {file}, and the project continues without it.", file=kept.name)
         self.problems.append((error.what, remedy))
 
 

@@ -19,7 +19,7 @@ from typing import Any, get_type_hints
 
 import msgspec
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, lock
 from studio.paths import resource
 
@@ -243,7 +243,7 @@ def base_voice() -> Run:
 
 def run_title(run_id: str) -> str:
     """What people call a run."""
-    return "Base voice" if run_id == BASE_VOICE else run_id
+    return say("Base voice") if run_id == BASE_VOICE else run_id
 
 
 def new_run_folder(folder: Path, recipe: str) -> Path:

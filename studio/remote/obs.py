@@ -14,7 +14,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 
 if TYPE_CHECKING:
     from aiohttp import ClientWebSocketResponse
@@ -130,8 +130,11 @@ class ObsClient:
             raise ObsError("OBS does not answer.", "Connect it again.") from error
         status = answer.get("requestStatus") or {}
         if not status.get("result"):
-            why = status.get("comment") or f"code {status.get('code')}"
-            raise ObsError(f"OBS refused {kind}: {why}", "Check the input in OBS, then connect again.")
+            why = status.get("comment") or say("code {code}", code=status.get("code"))
+            raise ObsError(
+                say("OBS refused {kind}: {reason}", kind=kind, reason=why),
+                "Check the input in OBS, then connect again.",
+            )
         return answer.get("responseData") or {}
 
     # -- on the connection's thread ------------------------------------------------------------
@@ -215,6 +218,6 @@ def _hash(text: str) -> str:
 
 def _missing(host: str, port: int) -> ObsError:
     return ObsError(
-        f"OBS was not found at {host}:{port}.",
+        say("OBS was not found at {host}:{port}.", host=host, port=port),
         "Start OBS and tick Enable WebSocket server in Tools, WebSocket Server Settings.",
     )

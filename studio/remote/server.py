@@ -21,7 +21,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.vmc.osc import MalformedError, address, arguments, split
 
 HOST, ROOT = "127.0.0.1", "/saia/live"
@@ -237,5 +237,5 @@ def _is_local(host: str, port: int) -> bool:
 
 def _taken(port: int) -> StudioError:
     return StudioError(
-        f"Port {port} is in use by another program.", "Choose another Remote port in Settings."
+        say("Port {port} is in use by another program.", port=port), "Choose another Remote port in Settings."
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.render.palette import Palette, rgb
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ class Background:
         text = NAMES.get(text.strip().lower(), text.strip())
         made = cls(text)
         if text.startswith("#") and not made.is_colour:
-            raise RequestError(f"{text} is no colour.", HOW)
+            raise RequestError(say("{text} is no colour.", text=text), HOW)
         if made.is_image and not Path(text).is_file():
-            raise RequestError(f"There is no background called {text}.", HOW)
+            raise RequestError(say("There is no background called {text}.", text=text), HOW)
         return made
 
     @property
@@ -120,10 +120,14 @@ def _image(path: Path) -> Image.Image:
     try:
         return _opened(path, path.stat().st_mtime)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        what = f"The background {path.name} has more than {MOST_PIXELS // 1_000_000} megapixels."
+        what = say(
+            "The background {name} has more than {most} megapixels.",
+            name=path.name,
+            most=MOST_PIXELS // 1_000_000,
+        )
         raise StudioError(what, "Make it smaller, or choose another PNG or JPEG.") from error
     except (OSError, ValueError, SyntaxError) as error:
-        what = f"The background {path.name} cannot be read as an image."
+        what = say("The background {name} cannot be read as an image.", name=path.name)
         raise StudioError(what, "Choose another PNG or JPEG.") from error
 
 

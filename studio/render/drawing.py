@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.motion import Motion
 from studio.motion.avatar import Avatar
 from studio.render.background import ROOM, Background, composed
@@ -86,8 +86,10 @@ class Painter:
     ) -> None:
         for name, size in (("width", drawing.width), ("height", drawing.height)):
             if not SMALLEST <= size <= LARGEST:
-                what = f"A picture of {size} pixels in {name} is not possible."
-                raise RequestError(what, f"Choose {SMALLEST} to {LARGEST}.")
+                what = say("A picture of {size} pixels in {name} is not possible.", size=size, name=name)
+                raise RequestError(
+                    what, say("Choose {smallest} to {largest}.", smallest=SMALLEST, largest=LARGEST)
+                )
         self._motion, self._drawing = motion, drawing
         self._avatar, shorter = avatar, min(drawing.width, drawing.height)
         # An avatar shows a face without a body as well: it stands at rest.

@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.errors import say
+
 Samples = NDArray[np.float32]
 
 RATES = (1_000, 768_000)
@@ -84,11 +86,15 @@ class Decoding:
     def note(self) -> str:
         """What a person should know of how it was read; "" where all of it could be."""
         if self.damaged:
-            return f"{self._path.name} is damaged; everything readable was kept."
+            return say("{path} is damaged; everything readable was kept.", path=self._path.name)
         if self.ends_early:
-            return f"{self._path.name} ends early; what is there was kept."
+            return say("{path} ends early; what is there was kept.", path=self._path.name)
         if self.lost:
-            return f"{self._path.name} is damaged; {self.lost:.2f} s in it could not be read and are silent."
+            return say(
+                "{path} is damaged; {lost} s in it could not be read and are silent.",
+                path=self._path.name,
+                lost=f"{self.lost:.2f}",
+            )
         return ""
 
     def blocks(self) -> Iterator[Samples]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, leftovers
 from studio.sound.decode import RATES, Decoding, UnreadableError, chained
 
@@ -98,7 +98,9 @@ def sound_info(path: Path) -> SoundInfo:
         stat = path.stat()
         return _decoded_info(path, stat.st_size, stat.st_mtime_ns)
     with file:
-        note = f"{path.name} ends early; what is there was kept." if _is_cut_short(file) else ""
+        note = (
+            say("{name} ends early; what is there was kept.", name=path.name) if _is_cut_short(file) else ""
+        )
         duration = file.frames / file.samplerate
         return SoundInfo(file.samplerate, file.channels, duration, file.format, file.subtype, note)
 
@@ -134,7 +136,11 @@ def open_file(path: Path) -> soundfile.SoundFile | None:
         return None
     if not RATES[0] <= file.samplerate <= RATES[1]:
         with file:
-            what = f"The sound file {path.name} claims a sample rate of {file.samplerate} Hz."
+            what = say(
+                "The sound file {name} claims a sample rate of {rate} Hz.",
+                name=path.name,
+                rate=file.samplerate,
+            )
             raise StudioError(what, "It is damaged; export or record it again.")
     if _is_to_be_trusted(file, path):
         return file
@@ -339,19 +345,23 @@ def put_sound(path: Path, sound: Sound, subtype: str, container: str) -> None:
 
 def _must_exist(path: Path) -> None:
     if not path.is_file():
-        raise StudioError(f"The sound file {path.name} is missing.", f"Put it back at {path.parent}.")
+        raise StudioError(
+            say("The sound file {name} is missing.", name=path.name),
+            say("Put it back at {folder}.", folder=path.parent),
+        )
     if path.stat().st_size == 0:
-        raise StudioError(f"The sound file {path.name} is empty.", "Choose another file.")
+        raise StudioError(say("The sound file {name} is empty.", name=path.name), "Choose another file.")
 
 
 def _no_sound(path: Path) -> StudioError:
     return StudioError(
-        f"No sound could be read from {path.name}.", "Choose a WAV, FLAC, OGG, MP3 or M4A file."
+        say("No sound could be read from {name}.", name=path.name),
+        "Choose a WAV, FLAC, OGG, MP3 or M4A file.",
     )
 
 
 def _damaged(path: Path) -> StudioError:
-    return StudioError(f"The sound file {path.name} is damaged.", "Import or record it again.")
+    return StudioError(say("The sound file {name} is damaged.", name=path.name), "Import or record it again.")
 
 
 def _decode(path: Path) -> Sound:
@@ -396,13 +406,17 @@ class SoundSource:
     def __init__(self, path: Path) -> None:
         self._scratch: tempfile.TemporaryDirectory[str] | None = None
         if not path.is_file():
-            raise StudioError(f"The sound {path.name} is not there.", "Choose another, or put the file back.")
+            raise StudioError(
+                say("The sound {name} is not there.", name=path.name), "Choose another, or put the file back."
+            )
         self._file = open_file(path) or self._decoded(path)
         self.sample_rate: int = self._file.samplerate
         self.frames: int = self._file.frames
         if not self.frames:
             self.close()
-            raise StudioError(f"The sound {path.name} is empty.", "Choose a sound that holds something.")
+            raise StudioError(
+                say("The sound {name} is empty.", name=path.name), "Choose a sound that holds something."
+            )
 
     @property
     def duration(self) -> float:

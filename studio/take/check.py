@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studio.errors import StudioError, counted
+from studio.errors import StudioError, counted, say
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
 from studio.take.filmed import beside_findings, filmed_findings
@@ -84,9 +84,12 @@ class Proof:
 def proof_of(take: Take, report: Report) -> Proof:
     """What a check of a take says of its recording alone; how well it was performed is its grade."""
     info = take.info
-    details = (
-        f"Read again from the disk: {counted(info.frames, 'frame')} of motion, {info.audio_seconds:.1f} s of "
-        f"sound, clocks {info.drift_ppm:+.0f} ppm apart and corrected."
+    details = say(
+        "Read again from the disk: {frames} of motion, {seconds} s of sound, clocks "
+        "{drift} ppm apart and corrected.",
+        frames=counted(info.frames, "frame"),
+        seconds=f"{info.audio_seconds:.1f}",
+        drift=f"{info.drift_ppm:+.0f}",
     )
     for finding in report.findings:
         # Silence and stillness may be meant for a part of a take, but not for all of it.
@@ -99,9 +102,15 @@ def proof_of(take: Take, report: Report) -> Proof:
     if info.source == "recorded" and info.notes:
         # The recorder notes nothing but trouble: sound that was lost, a microphone that went, a full disk.
         return Proof(False, info.notes[0], "Listen to that place, or record it again.", details)
-    loss = f"{counted(info.frames_lost, 'frame')} lost" if info.frames_lost else "nothing lost"
-    parts = [f"{info.duration:.1f} s", *([f"{report.fps:.0f} fps"] if report.fps else []), loss]
-    return Proof(True, f"Verified: {', '.join(parts)}.", "", details)
+    loss = say("nothing lost")
+    if info.frames_lost:
+        loss = say("{frames} lost", frames=counted(info.frames_lost, "frame"))
+    seconds, fps = f"{info.duration:.1f}", f"{report.fps:.0f}"
+    if report.fps:
+        what = say("Verified: {seconds} s, {fps} fps, {loss}.", seconds=seconds, fps=fps, loss=loss)
+    else:
+        what = say("Verified: {seconds} s, {loss}.", seconds=seconds, loss=loss)
+    return Proof(True, what, "", details)
 
 
 def check_take(take: Take) -> Report:
@@ -134,7 +143,10 @@ def check_take(take: Take) -> Report:
     if take.info.duration < 1.0:
         findings.append(
             Finding(
-                "short", "minor", f"The take lasts only {take.info.duration:.2f} s.", "Record a longer one."
+                "short",
+                "minor",
+                say("The take lasts only {duration} s.", duration=f"{take.info.duration:.2f}"),
+                "Record a longer one.",
             )
         )
     return _graded(report, findings)
@@ -142,7 +154,7 @@ def check_take(take: Take) -> Report:
 
 def _motion(take: Take, findings: list[Finding]) -> Motion | None:
     if take.motion_path is None:
-        findings.append(_nothing_of("motion", take.info, "major", _VOICE_ONLY))
+        findings.append(_no_motion(take.info, "major"))
         return None
     try:
         motion = read_motion(take.motion_path)
@@ -150,28 +162,35 @@ def _motion(take: Take, findings: list[Finding]) -> Motion | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     if len(motion) < take.info.frames:
-        what = f"Only {len(motion)} of {take.info.frames} frames of motion are in the file."
+        what = say("Only {n} of {all} frames of motion are in the file.", n=len(motion), all=take.info.frames)
         findings.append(Finding("incomplete", "fatal", what, "Check the disk, then record the take again."))
     findings += value_findings(motion) if len(motion) else ()
     # After the values were looked at, since what follows would call the repaired ones fine.
     motion, _ = sanitized(motion)
     if len(motion) < 2:
-        findings.append(_nothing_of("motion", take.info, "fatal", _VOICE_ONLY))
+        findings.append(_no_motion(take.info, "fatal"))
         return None
     return motion
 
 
-def _nothing_of(part: str, info: TakeInfo, imported: str, use: str) -> Finding:
-    """A take without motion or sound; where it was recorded so, that was a mistake."""
+def _no_motion(info: TakeInfo, imported: str) -> Finding:
+    """A take without motion; where it was recorded so, that was a mistake, as with sound."""
     if info.source != "recorded":
-        return Finding(f"no_{part}", imported, f"The take has no {part}.", use)
-    again = {"motion": "Start your tracking app", "sound": "Choose a microphone"}[part]
-    return Finding(f"no_{part}", "fatal", f"No {part} was recorded.", f"{again} and record it again. {use}")
+        return Finding("no_motion", imported, "The take has no motion.", _VOICE_ONLY)
+    remedy = say("Start your tracking app and record it again. {use}", use=_VOICE_ONLY)
+    return Finding("no_motion", "fatal", "No motion was recorded.", remedy)
+
+
+def _no_sound(info: TakeInfo) -> Finding:
+    if info.source != "recorded":
+        return Finding("no_sound", "fatal", "The take has no sound.", "Nothing can be learnt from it.")
+    remedy = "Choose a microphone and record it again. Nothing can be learnt from it."
+    return Finding("no_sound", "fatal", "No sound was recorded.", remedy)
 
 
 def _sound_stats(take: Take, findings: list[Finding]) -> SoundStats | None:
     if take.audio_path is None:
-        findings.append(_nothing_of("sound", take.info, "fatal", "Nothing can be learnt from it."))
+        findings.append(_no_sound(take.info))
         return None
     try:
         stats = measure_sound(take.audio_path)
@@ -179,7 +198,11 @@ def _sound_stats(take: Take, findings: list[Finding]) -> SoundStats | None:
         findings.append(Finding("damaged", "fatal", error.what, error.remedy))
         return None
     if stats.read_seconds < take.info.audio_seconds - _ROUNDING:
-        what = f"Only {stats.read_seconds:.1f} of {take.info.audio_seconds:.1f} s of sound are in the file."
+        what = say(
+            "Only {seconds} of {all} s of sound are in the file.",
+            seconds=f"{stats.read_seconds:.1f}",
+            all=f"{take.info.audio_seconds:.1f}",
+        )
         findings.append(Finding("incomplete", "fatal", what, "Check the disk, then record the take again."))
     return stats
 
@@ -188,15 +211,15 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
     findings = []
     start, end = float(motion.times[0]), float(motion.times[-1])
     if stats.duration - end > 0.5:
-        what = f"The motion ends {stats.duration - end:.1f} s before the sound."
+        what = say("The motion ends {seconds} s before the sound.", seconds=f"{stats.duration - end:.1f}")
         findings.append(Finding("ends", "minor", what, "Trim the take to where both are there.", end))
     if end - stats.duration > 0.5:
-        what = f"The sound ends {end - stats.duration:.1f} s before the motion."
+        what = say("The sound ends {seconds} s before the motion.", seconds=f"{end - stats.duration:.1f}")
         findings.append(
             Finding("ends", "minor", what, "Trim the take to where both are there.", stats.duration)
         )
     if start > 0.5:
-        what = f"The motion starts {start:.1f} s after the sound."
+        what = say("The motion starts {seconds} s after the sound.", seconds=f"{start:.1f}")
         findings.append(Finding("starts", "minor", what, "Trim the take to where both are there.", 0.0))
     # Too little voice for an offset to be believed.
     if stats.speech < 0.02 or not motion.shape_names:
@@ -214,14 +237,16 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
 def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]:
     late = -alignment.offset
     if alignment.confidence >= lag.SURE and abs(late) > LATE:
-        side = "late" if late > 0 else "early"
-        what = f"The mouth moves {abs(late) * 1000:.0f} ms too {side} for the voice."
+        ms = f"{abs(late) * 1000:.0f}"
+        what = say("The mouth moves {ms} ms too early for the voice.", ms=ms)
+        if late > 0:
+            what = say("The mouth moves {ms} ms too late for the voice.", ms=ms)
         severity = "major" if abs(late) > VERY_LATE else "minor"
         yield Finding("offset", severity, what, "Press Align to move the motion, or set the offset by hand.")
     moves = bool(len(motion)) and lag.mouth_opening(motion, motion.times).std() > 0.005
     if moves and alignment.confidence < lag.SURE and alignment.correlation < 0.15:
-        what = "The mouth does not follow the voice."
-        yield Finding("mouth", "major", what, "Check that sound and motion are of the same recording.")
+        remedy = "Check that sound and motion are of the same recording."
+        yield Finding("mouth", "major", "The mouth does not follow the voice.", remedy)
 
 
 def _recording(info: TakeInfo) -> Iterator[Finding]:
@@ -232,24 +257,31 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         yield Finding("journal", "minor", damage, remedy)
     part = info.frames_lost / max(info.frames + info.frames_lost, 1)
     if part > 0.001:
-        what = f"Lost {counted(info.frames_lost, 'frame')} of motion ({part:.1%})."
+        what = say(
+            "Lost {frames} of motion ({part}).", frames=counted(info.frames_lost, "frame"), part=f"{part:.1%}"
+        )
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
     dropped = info.extra.get("packets_lost", "")
     if dropped.isdigit() and int(dropped) > 0.001 * max(info.packets, 1):
-        what = f"This computer was too busy for {counted(int(dropped), 'packet')} of motion."
+        what = say(
+            "This computer was too busy for {packets} of motion.", packets=counted(int(dropped), "packet")
+        )
         remedy = "Close other programs while recording, or let the sender bundle its messages."
         yield Finding("dropped", "minor", what, remedy)
     if info.packets_bad > 0.001 * max(info.packets, 1):
-        what = f"Could not understand {counted(info.packets_bad, 'packet')}."
+        what = say("Could not understand {packets}.", packets=counted(info.packets_bad, "packet"))
         yield Finding("packets", "minor", what, "Check that only one program sends motion to this port.")
     if abs(info.drift_ppm) > 500:
-        what = f"The clocks of sound and motion drift by {info.drift_ppm:.0f} parts in a million."
+        what = say(
+            "The clocks of sound and motion drift by {drift} parts in a million.",
+            drift=f"{info.drift_ppm:.0f}",
+        )
         severity = "major" if abs(info.drift_ppm) > 5000 else "note"
         yield Finding("drift", severity, what, "It was corrected; use one computer for both if it shows.")
     late = info.extra.get("late", "")
     if late.isdigit() and int(late) > 0.01 * max(info.frames, 1):
-        what = f"The motion paused {late} times."
+        what = say("The motion paused {n} times.", n=late)
         remedy = "Close other programs where the motion comes from, and use a cable instead of Wi-Fi."
         yield Finding("late", "minor", what, remedy)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import cache
 from studio.sound.sound_file import Samples, SoundInfo, read_span, sound_info
 from studio.sound.voice_activity import HOP, Chances, voice
@@ -61,7 +61,10 @@ def clean(sound: Path, way: str, on_progress: Progress = lambda _: None, block_s
     if not way:
         return sound
     if way not in WAYS:
-        raise StudioError(f"There is no sound cleaning called {way}.", f"Choose {' or '.join(WAYS)}.")
+        raise StudioError(
+            say("There is no sound cleaning called {way}.", way=way),
+            say("Choose {first} or {second}.", first=WAYS[0], second=WAYS[1]),
+        )
     found = cached_clean(sound, way)
     if found is None:
         info = sound_info(sound)

@@ -6,26 +6,44 @@ import json
 import math
 from collections.abc import Iterator
 
+from studio.errors import say, together
 from studio.motion.filmed import BESIDE, HIDDEN, Agreement
 from studio.take.take import Finding, TakeInfo
 
 _FILMED: tuple[tuple[str, float, float, str, str], ...] = (
-    ("face_turned", 0.1, 0.4, "The head is turned too far from the camera", "Look towards the camera."),
+    (
+        "face_turned",
+        0.1,
+        0.4,
+        say("The head is turned too far from the camera"),
+        "Look towards the camera.",
+    ),
     (
         "face_blurred",
         0.2,
         0.6,
-        "The picture is blurred",
+        say("The picture is blurred"),
         "Add light, hold the camera still or clean its lens.",
     ),
-    ("mouth_hidden", 0.02, 0.4, "The mouth is hidden", "Keep hands and the microphone away from your lips."),
-    ("face_dark", 0.2, 0.6, "The face is too dark", "Turn a lamp towards the face."),
-    ("face_small", 0.2, 0.6, "The face is too small", "Come closer to the camera, or film with more pixels."),
+    (
+        "mouth_hidden",
+        0.02,
+        0.4,
+        say("The mouth is hidden"),
+        "Keep hands and the microphone away from your lips.",
+    ),
+    ("face_dark", 0.2, 0.6, say("The face is too dark"), "Turn a lamp towards the face."),
+    (
+        "face_small",
+        0.2,
+        0.6,
+        say("The face is too small"),
+        "Come closer to the camera, or film with more pixels.",
+    ),
 )
 """What is said from which share of the frames on, as a minor and as a major fault."""
-_CLOSELY = (("follows the {} closely", 0.8), ("follows the {} roughly", 0.5))
-_HARDLY = "hardly follows the {}"
-"""What a mean correlation is called from where on."""
+_CLOSELY, _ROUGHLY = 0.8, 0.5
+"""Mean correlations from which on a webcam follows another tracker closely, and roughly."""
 
 
 def filmed_findings(info: TakeInfo) -> Iterator[Finding]:
@@ -33,17 +51,24 @@ def filmed_findings(info: TakeInfo) -> Iterator[Finding]:
     shares = {name: _share(info.extra.get(name, "")) for name in ("face_seen", *(one[0] for one in _FILMED))}
     seen = shares["face_seen"]
     if seen is not None and seen < 0.995:
-        what = f"A face was seen in {min(seen, 0.99):.0%} of the pictures."
+        what = say("A face was seen in {share} of the pictures.", share=f"{min(seen, 0.99):.0%}")
         severity = "major" if seen < 0.5 else "minor" if seen < 0.9 else "note"
         yield Finding(
             "face_lost", severity, what, "The other parts are left out; look whether all of them should be."
         )
-    for name, minor, major, what, remedy in _FILMED:
+    for name, minor, major, fault, remedy in _FILMED:
         share = shares[name]
         if share is not None and share >= minor:
             severity = "major" if share >= major else "minor"
             at, until = _longest(info, HIDDEN) if name == "mouth_hidden" else (None, None)
-            yield Finding(name, severity, f"{what} in {share:.0%} of the frames.", remedy, at, until)
+            yield Finding(
+                name,
+                severity,
+                say("{fault} in {share} of the frames.", fault=fault, share=f"{share:.0%}"),
+                remedy,
+                at,
+                until,
+            )
 
 
 def beside_findings(info: TakeInfo) -> Iterator[Finding]:
@@ -55,23 +80,35 @@ def beside_findings(info: TakeInfo) -> Iterator[Finding]:
     if not known:
         return
     mean = sum(known) / len(known)
-    how = next((word for word, least in _CLOSELY if mean >= least), _HARDLY)
-    other = "phone" if found.phone else "other tracker"
-    facts = [
-        f"{name} {_points(r)}"
-        for name, r in (("jaw", found.jaw), ("mouth", found.mouth), ("blinks", found.blinks))
-        if r is not None
-    ]
+    named = ((say("jaw"), found.jaw), (say("mouth"), found.mouth), (say("blinks"), found.blinks))
+    facts: list[str] = [say("{part} {r}", part=part, r=_points(r)) for part, r in named if r is not None]
     if found.lag_ms is not None:
-        late = round(found.lag_ms)
-        facts.append(
-            "at the same time" if not late else f"{abs(late)} ms {'later' if late > 0 else 'earlier'}"
-        )
-    remedy = "Correlations of their movements; 1 is the very same."
-    if how == _HARDLY:
-        remedy = f"{remedy} Check that both see you alone, in good light, and calibrate both."
-    severity = "minor" if how == _HARDLY else "note"
-    yield Finding(BESIDE, severity, f"Your webcam {how.format(other)}: {', '.join(facts)}.", remedy)
+        facts.append(_beside(round(found.lag_ms)))
+    other = say("phone") if found.phone else say("other tracker")
+    remedy: str = say("Correlations of their movements; 1 is the very same.")
+    if mean < _ROUGHLY:
+        check = say("Check that both see you alone, in good light, and calibrate both.")
+        remedy = together(" ", remedy, check)
+    severity = "minor" if mean < _ROUGHLY else "note"
+    yield Finding(BESIDE, severity, _agrees(mean, other, together(", ", *facts)), remedy)
+
+
+def _agrees(mean: float, other: str, facts: str) -> str:
+    """How well the webcam follows the other tracker."""
+    if mean >= _CLOSELY:
+        return say("Your webcam follows the {tracker} closely: {facts}.", tracker=other, facts=facts)
+    if mean >= _ROUGHLY:
+        return say("Your webcam follows the {tracker} roughly: {facts}.", tracker=other, facts=facts)
+    return say("Your webcam hardly follows the {tracker}: {facts}.", tracker=other, facts=facts)
+
+
+def _beside(late: int) -> str:
+    """How much later than the other the webcam is, milliseconds."""
+    if not late:
+        return say("at the same time")
+    if late > 0:
+        return say("{ms} ms later", ms=late)
+    return say("{ms} ms earlier", ms=-late)
 
 
 def _points(r: float) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.errors import say, some
 from studio.motion import Motion, lag, rotation
 from studio.motion.channels import bone_words, is_blink_shape, is_mouth_shape
 from studio.sound.sound_file import sound_blocks, sound_info
@@ -55,11 +56,11 @@ def motion_findings(motion: Motion, left_out: Sequence[Span] = ()) -> tuple[list
 
 def _rate(motion: Motion, median: float, jitter: float) -> Iterator[Finding]:
     if motion.fps < 24:
-        what = f"Motion came at only {motion.fps:.0f} frames a second."
+        what = say("Motion came at only {fps} frames a second.", fps=f"{motion.fps:.0f}")
         remedy = "Raise the frame rate in the tracking app, to 60 if possible."
         yield Finding("rate", "major" if motion.fps < 12 else "minor", what, remedy)
     if jitter > 0.35 * median:
-        what = f"Frames came unevenly, by {jitter * 1000:.0f} ms."
+        what = say("Frames came unevenly, by {jitter} ms.", jitter=f"{jitter * 1000:.0f}")
         yield Finding("jitter", "minor", what, "Close other programs, and use a cable instead of Wi-Fi.")
 
 
@@ -71,8 +72,13 @@ def _gaps(
         return
     longest = int(gaps[np.argmax(steps[gaps])])
     total = float(steps[gaps].sum())
-    count = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps, the longest"
-    what = f"Motion has {count} of {steps[longest]:.2f} s."
+    seconds = f"{steps[longest]:.2f}"
+    what = say(
+        "Motion has {n} gaps, the longest of {seconds} s.",
+        "Motion has a gap of {seconds} s.",
+        n=len(gaps),
+        seconds=seconds,
+    )
     severity = "major" if steps[longest] > 1.0 or total > 0.05 * motion.duration else "minor"
     remedy = "Exclude the gap, and check the network before the next take."
     start, end = (round(float(motion.times[i]), 3) for i in (longest, longest + 1))
@@ -94,7 +100,11 @@ def value_findings(motion: Motion) -> Iterator[Finding]:
     for values in (motion.times, motion.shapes, motion.positions, motion.rotations):
         bad = ~np.isfinite(values.reshape(len(motion), -1)).all(axis=1)
         if bad.any():
-            what = f"{_frames(bad)} values that are no numbers."
+            what = say(
+                "{n} frames hold values that are no numbers.",
+                "{n} frame holds values that are no numbers.",
+                n=bad.sum(),
+            )
             yield Finding(
                 "values", "major", what, "Exclude them, and check the tracking app.", _first(motion, bad)
             )
@@ -102,19 +112,20 @@ def value_findings(motion: Motion) -> Iterator[Finding]:
     length = np.linalg.norm(motion.rotations.astype(np.float64), axis=-1)
     off: NDArray[np.bool_] = np.abs(length - 1).max(axis=1, initial=0.0) > 0.01
     if off.any():
-        what = f"{_frames(off)} rotations that are not of length one."
+        what = say(
+            "{n} frames hold rotations that are not of length one.",
+            "{n} frame holds rotations that are not of length one.",
+            n=off.sum(),
+        )
         remedy = "They are repaired automatically; check the tracking app."
         yield Finding("non_unit", "minor", what, remedy, _first(motion, off))
     # A little beyond is usual for trackers that smooth; only what is far off spoils the scale.
     low, high = motion.shapes.min(initial=0.0), motion.shapes.max(initial=0.0)
     if low < -0.05 or high > 1.05:
-        what = f"Blend shapes reach from {low:.2f} to {high:.2f} instead of 0 to 1."
+        what = say(
+            "Blend shapes reach from {low} to {high} instead of 0 to 1.", low=f"{low:.2f}", high=f"{high:.2f}"
+        )
         yield Finding("range", "minor", what, "Calibrate your face in the tracking app.")
-
-
-def _frames(which: NDArray[np.bool_] | np.bool_) -> str:
-    count = int(which.sum())
-    return "1 frame holds" if count == 1 else f"{count} frames hold"
 
 
 def _first(motion: Motion, which: NDArray[np.bool_] | np.bool_) -> float | None:
@@ -141,7 +152,7 @@ def _still(motion: Motion, left_out: Sequence[Span]) -> Iterator[Finding]:
         return
     total, longest = float(lengths[stuck].sum()), int(np.argmax(np.where(stuck, lengths, 0.0)))
     severity = "major" if total > 0.3 * motion.duration else "minor"
-    what = f"All motion stands still for {lengths[longest]:.1f} s."
+    what = say("All motion stands still for {seconds} s.", seconds=f"{lengths[longest]:.1f}")
     start, end = (round(float(motion.times[i[longest]]), 3) for i in (starts, ends))
     yield Finding("frozen", severity, what, "Exclude that part if tracking was lost there.", start, end)
 
@@ -170,7 +181,9 @@ def _face(motion: Motion) -> Iterator[Finding]:
         yield Finding("mouth", "major", what, "Turn on lip or face tracking in the tracking app.")
     spread = np.ptp(motion.shapes, axis=0)
     if len(names) >= 3 and (held := [n for n, s in zip(names, spread, strict=True) if s < 1e-4]):
-        what = f"{len(held)} of {len(names)} blend shapes never move: {_some(held)}."
+        what = say(
+            "{n} of {all} blend shapes never move: {names}.", n=len(held), all=len(names), names=some(held, 4)
+        )
         yield Finding("static", "note", what, "They are kept as they are, but not trained on.")
 
 
@@ -200,7 +213,7 @@ def _body(motion: Motion, left_out: Sequence[Span]) -> Iterator[Finding]:
     jumps = np.flatnonzero((speed > SPIN) & (angle > 0.8) & ~known)
     if len(jumps):
         at = round(float(motion.times[jumps[0]]), 3)
-        what = f"The body jumps at {len(jumps)} {'moment' if len(jumps) == 1 else 'moments'}."
+        what = say("The body jumps at {n} moments.", "The body jumps at {n} moment.", n=len(jumps))
         yield Finding("jump", "minor", what, "Exclude those moments; tracking was lost there.", at)
 
 
@@ -219,15 +232,12 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
         if end - start > BONE_STILL and anything[first : max(last - 1, first)].mean() > _LIVELY:
             held.setdefault((round(start, 1), round(end, 1)), []).append(name)
     for (start, end), names in sorted(held.items())[:3]:
-        do = "stands" if len(names) == 1 else "stand"
-        what = f"{_some(bone_words(names))} {do} still for {end - start:.1f} s."
+        bones, seconds = some(bone_words(names), 4), f"{end - start:.1f}"
+        what = say("{bones} stand still for {seconds} s.", bones=bones, seconds=seconds)
+        if len(names) == 1:
+            what = say("{bones} stands still for {seconds} s.", bones=bones, seconds=seconds)
         remedy = "Exclude that part if it shows, and check that tracker before the next take."
         yield Finding("stuck_bones", "minor", what, remedy, start, end)
-
-
-def _some(names: list[str]) -> str:
-    text = ", ".join(names[:4])
-    return f"{text} and {len(names) - 4} more" if len(names) > 4 else text
 
 
 FLOOR_DBFS = -100.0
@@ -330,22 +340,25 @@ def sound_findings(stats: SoundStats) -> Iterator[Finding]:
         return
     if stats.clipped:
         part = stats.clipped / max(stats.duration * stats.sample_rate, 1)
-        what = f"The sound is clipped in {stats.clipped} samples."
+        what = say("The sound is clipped in {n} samples.", n=stats.clipped)
         remedy = "Turn the microphone's gain down and record again."
         yield Finding("clipping", "major" if part > 0.001 else "minor", what, remedy, stats.first_clip)
     if stats.peak_dbfs < -30:
-        what = f"The sound is quiet: its peak is {stats.peak_dbfs:.0f} dBFS."
+        what = say("The sound is quiet: its peak is {peak} dBFS.", peak=f"{stats.peak_dbfs:.0f}")
         yield Finding("quiet", "minor", what, "Turn the microphone's gain up or come closer.")
     distance = stats.speech_dbfs - stats.noise_dbfs
     if stats.noise_dbfs > -50 and distance < 25:
-        what = f"Background noise is only {distance:.0f} dB below your voice."
+        what = say("Background noise is only {distance} dB below your voice.", distance=f"{distance:.0f}")
         remedy = "Record in a quieter room, closer to the microphone."
         yield Finding("noise", "major" if distance < 12 else "minor", what, remedy)
     if stats.speech < 0.2:
-        what = f"There is voice in only {stats.speech:.0%} of the take."
+        what = say("There is voice in only {share} of the take.", share=f"{stats.speech:.0%}")
         yield Finding("silence", "note", what, "Trim the silence, or leave it for a resting face.")
     if stats.sample_rate < 16000:
-        what = f"The sound was recorded at {stats.sample_rate} Hz, too low for clear consonants."
+        what = say(
+            "The sound was recorded at {rate} Hz, too low for clear consonants.",
+            rate=stats.sample_rate,
+        )
         yield Finding("rate", "minor", what, "Record at 44100 or 48000 Hz.")
     if abs(stats.dc) > 0.02:
         what = "The sound is off-centre (DC offset)."

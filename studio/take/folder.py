@@ -15,7 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic, leftovers
 from studio.motion import Motion
 from studio.sound.sound_file import sound_info
@@ -53,7 +53,9 @@ def save_take(
     """
     if (folder / INFO_FILE).exists():
         # A take is never written over, whoever asks: recordings cannot be made again.
-        raise StudioError(f"There is a take {folder.name} already.", "Choose another slate or number.")
+        raise StudioError(
+            say("There is a take {folder} already.", folder=folder.name), "Choose another slate or number."
+        )
     in_place = folder.is_dir()
     work = folder if in_place else leftovers.beside(folder)
     try:
@@ -83,9 +85,13 @@ def load_take(folder: Path) -> Take:
     try:
         content = atomic.read_json(path)
     except FileNotFoundError as error:
-        raise StudioError(f"{folder.name} holds no take.", "Choose a folder with a take.json.") from error
+        raise StudioError(
+            say("{folder} holds no take.", folder=folder.name), "Choose a folder with a take.json."
+        ) from error
     except OSError as error:
-        raise StudioError(f"{path} cannot be read.", "Check the folder's permissions.") from error
+        raise StudioError(
+            say("{path} cannot be read.", path=path), "Check the folder's permissions."
+        ) from error
     atomic.check_version(path, content, FORMAT_VERSION)
     try:
         return Take(folder.name, folder, _parse_info(content))

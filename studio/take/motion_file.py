@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.motion import Motion
 from studio.motion.sanitize import sanitized
@@ -103,7 +103,9 @@ def read_motion(path: Path) -> Motion:
         with pa.OSFile(str(path), "rb") as file:
             table = pa.ipc.open_file(file).read_all()
     except FileNotFoundError as error:
-        raise StudioError(f"{path.name} is missing in {path.parent.name}.", "Restore it.") from error
+        raise StudioError(
+            say("{name} is missing in {folder}.", name=path.name, folder=path.parent.name), "Restore it."
+        ) from error
     except (pa.ArrowException, OSError) as error:
         raise atomic.damaged(path) from error
     try:

@@ -61,7 +61,8 @@ class TakeInfo:
             what a person moves is `Selection.offset`.
         source: "recorded", "imported" or "performer", and what from; or PREDICTED and a run.
         device: the sound device's name.
-        notes: things noticed while recording or importing, one sentence each.
+        notes: things noticed while recording or importing, one sentence each; in English in the file, which
+            people of other languages may open.
         left_out: spans (start, end, why) in which nobody was tracked, seconds; what is made of the take
             excludes them at first.
         extra: avatar title, VMC state and other facts kept as they came.

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from studio import clock
-from studio.errors import InputError, StudioError
+from studio.errors import InputError, StudioError, say
 from studio.tracking.landmarker import Picture
 from studio.tracking.video_file import picture_of
 
@@ -180,14 +180,16 @@ def _opened_file(path: str) -> Any:
     try:
         container = av.open(str(Path(path).absolute()))
         if not container.streams.video:
-            raise InputError(f"There are no pictures in {Path(path).name}.", "Choose a video.")
+            raise InputError(say("There are no pictures in {name}.", name=Path(path).name), "Choose a video.")
     except (av.FFmpegError, OSError, ValueError) as error:
         raise _unreadable(path) from error
     return container
 
 
 def _unreadable(path: str) -> InputError:
-    return InputError(f"{Path(path).name} cannot be read as a video.", "Choose another, or a camera.")
+    return InputError(
+        say("{name} cannot be read as a video.", name=Path(path).name), "Choose another, or a camera."
+    )
 
 
 def _opened(device: str, size: tuple[int, int], fps: float) -> Any:
@@ -220,18 +222,22 @@ def _refused(device: str, error: BaseException) -> InputError:
     """Why a camera cannot be used, in words."""
     name = Path(device).name
     if isinstance(error, PermissionError):
-        where = {
-            "darwin": "System Settings, Privacy & Security, Camera",
-            "win32": "Settings, Privacy & security, Camera",
-        }.get(sys.platform, "the group “video” (sudo usermod -aG video $USER, then log in again)")
-        return InputError(f"This program may not use the camera {name}.", f"Allow it in {where}.")
+        remedy = {
+            "darwin": "Allow it in System Settings, Privacy & Security, Camera.",
+            "win32": "Allow it in Settings, Privacy & security, Camera.",
+        }.get(
+            sys.platform,
+            "Allow it in the group “video” (sudo usermod -aG video $USER, then log in again).",
+        )
+        return InputError(say("This program may not use the camera {name}.", name=name), remedy)
     if isinstance(error, FileNotFoundError):
-        return InputError(f"There is no camera {name}.", "Plug it in, or choose another.")
+        return InputError(say("There is no camera {name}.", name=name), "Plug it in, or choose another.")
     if _is_busy(error):
-        what = f"The camera {name} is used by another program."
+        what = say("The camera {name} is used by another program.", name=name)
         return InputError(what, "Close the video call or the other tracker, then try again.")
     reason = getattr(error, "strerror", None) or str(error)
-    advice = (
-        "Close programs that use it, check that it is allowed in the system's privacy settings, or choose"
+    return InputError(
+        say("The camera {name} cannot be opened ({reason}).", name=name, reason=reason),
+        "Close programs that use it, check that it is allowed in the system's privacy settings, "
+        "or choose another.",
     )
-    return InputError(f"The camera {name} cannot be opened ({reason}).", f"{advice} another.")

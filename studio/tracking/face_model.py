@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from studio import launch
-from studio.errors import Cancelled, RequestError, StudioError
+from studio.errors import Cancelled, RequestError, StudioError, say
 from studio.files import atomic
 from studio.files.download import BROKE_OFF, Offered, OnProgress, digest_of, download, host
 
@@ -57,14 +57,18 @@ def missing() -> StudioError | None:
     if find_spec("mediapipe") is None:
         return StudioError(
             "Tracking a face needs MediaPipe, which is not installed.",
-            f'Run: "{sys.executable}" -P -m pip install {REQUIREMENT} ({PACKAGE_SIZE}, once).',
+            say(
+                "Run: {command} ({size}, once).",
+                command=f'"{sys.executable}" -P -m pip install {REQUIREMENT}',
+                size=PACKAGE_SIZE,
+            ),
             code=NO_PACKAGE,
             in_window="Get it in Record: Add a tracker, This webcam.",
         )
     if not has_model():
         return StudioError(
-            f"The face model is not on this computer ({facts()}).",
-            f"Run: {GET}, or give its file: {GET} {NAME}.",
+            say("The face model is not on this computer ({facts}).", facts=facts()),
+            say("Run: {get}, or give its file: {get} {name}.", get=GET, name=NAME),
             code=NO_MODEL,
             in_window="Get it in Record: Add a tracker, This webcam.",
         )
@@ -105,9 +109,10 @@ def install(is_stopped: Callable[[], bool] = lambda: False, requirement: str = R
         lines = [line.strip() for line in said if line.strip()]
     importlib.invalidate_caches()
     if pip.returncode or find_spec("mediapipe") is None:
-        why = next((line for line in reversed(lines) if "error" in line.lower()), "pip gives no reason")
+        said_so = (line for line in reversed(lines) if "error" in line.lower())
+        why = next((line.removeprefix("ERROR: ").rstrip(".") for line in said_so), say("pip gives no reason"))
         raise StudioError(
-            f"MediaPipe could not be installed ({why.removeprefix('ERROR: ').rstrip('.')}).",
+            say("MediaPipe could not be installed ({reason}).", reason=why),
             "Connect to the internet, see that 1 GB of the disk is free, and try again.",
         )
 
@@ -149,8 +154,11 @@ def fetch(on_progress: OnProgress = lambda here, there: None, url: str = URL) ->
         if error.code != BROKE_OFF or any(path.parent.glob(f"{path.name}*.part")):
             raise
         raise StudioError(
-            f"{host(url)} cannot be reached.",
-            f"Connect to the internet and try again, or bring {NAME} from another computer and choose it.",
+            say("{host} cannot be reached.", host=host(url)),
+            say(
+                "Connect to the internet and try again, or bring {name} from another computer and choose it.",
+                name=NAME,
+            ),
         ) from error
     return path
 
@@ -163,10 +171,10 @@ def bring(source: Path) -> Path:
         StudioError: it cannot be copied.
     """
     if not source.is_file():
-        raise RequestError(f"There is no file {source}.", f"Choose {NAME}.")
+        raise RequestError(say("There is no file {source}.", source=source), say("Choose {name}.", name=NAME))
     if digest_of(source) != SHA256:
-        what = f"{source.name} is not the face model: its SHA-256 is another."
-        raise RequestError(what, f"Choose {NAME} as it comes from {host(URL)}.")
+        what = say("{name} is not the face model: its SHA-256 is another.", name=source.name)
+        raise RequestError(what, say("Choose {name} as it comes from {host}.", name=NAME, host=host(URL)))
     path = model_file()
     if source.resolve() != path.resolve():
         try:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.motion.channels import ARKIT_SHAPES
 
@@ -81,7 +81,7 @@ class FaceLandmarker:
                 )
                 self._landmarker = vision.FaceLandmarker.create_from_options(options)
             except (ImportError, OSError, RuntimeError, ValueError) as error:
-                what = f"MediaPipe does not run here: {error}."
+                what = say("MediaPipe does not run here: {error}.", error=error)
                 raise StudioError(what, "Install it again, or record with another tracker.") from error
         self._image, self._format = mediapipe.Image, mediapipe.ImageFormat.SRGB
         self._stills, self._last_ms, self._first = stills, -1, True
@@ -129,7 +129,9 @@ class FaceLandmarker:
         except RuntimeError as error:
             height, width = image.height, image.width
             raise StudioError(
-                f"MediaPipe failed in a picture of {width} x {height} pixels.",
+                say(
+                    "MediaPipe failed in a picture of {width} x {height} pixels.", width=width, height=height
+                ),
                 "Try again; if it fails again, use another video or another tracker.",
             ) from error
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.motion import Motion, rotation
 from studio.motion.filmed import (
     CUT,
@@ -116,7 +116,12 @@ def track_video(
     looked = look(path, model, options)
     faces = len(looked.faces)
     if options.face > max(faces, 1):
-        what = f"{path.name} shows {faces} faces at most, so there is no face {options.face}."
+        what = say(
+            "{name} shows {n} faces at most, so there is no face {face}.",
+            name=path.name,
+            n=faces,
+            face=options.face,
+        )
         raise RequestError(what, "Choose a smaller number, or a box around the face.")
     store = BlockStore(path, options.box)
     found = picked(
@@ -126,12 +131,17 @@ def track_video(
         return TrackedVideo(None)
     notes = []
     if faces > 1 and not options.face:
-        notes.append(f"{path.name} shows {faces} faces; the largest was tracked.")
+        notes.append(say("{name} shows {n} faces; the largest was tracked.", name=path.name, n=faces))
     shown = float(found.times[-1] - found.times[0])
     if duration - shown > _SHORT_S:
         notes.append(
-            f"Only {shown:.1f} of the {duration:.1f} seconds of {path.name} have pictures that can be read; "
-            "if it plays longer elsewhere, convert it there and import it again."
+            say(
+                "Only {shown} of the {duration} seconds of {name} have pictures that can be read; if "
+                "it plays longer elsewhere, convert it there and import it again.",
+                shown=f"{shown:.1f}",
+                duration=f"{duration:.1f}",
+                name=path.name,
+            )
         )
     return _tracked(found, sound_start, tuple(notes))
 

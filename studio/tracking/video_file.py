@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.tracking.landmarker import Picture
 
 Box = tuple[float, float, float, float]
@@ -60,7 +60,7 @@ def clock_of(path: Path) -> tuple[float, float]:
         with av.open(str(path.absolute())) as container:
             stream = _stream(container)
             if stream is None:
-                raise RequestError(f"There are no pictures in {path.name}.", "Choose a video.")
+                raise RequestError(say("There are no pictures in {name}.", name=path.name), "Choose a video.")
             length = float((stream.duration or 0) * (stream.time_base or 0))
             duration = length or (container.duration or 0) / av.time_base
             start = float((stream.start_time or 0) * stream.time_base)
@@ -108,8 +108,12 @@ def _decoded(packet: Any) -> list[Any]:
 def unreadable(path: Path) -> StudioError:
     """What is said of a file in which no picture can be read."""
     is_mp4 = path.suffix.lower() in (".mp4", ".m4v")
-    advice = "Copy it again from where it came" if is_mp4 else "Convert it to MP4"
-    return StudioError(f"{path.name} cannot be read as a video.", f"{advice}, or choose another.")
+    return StudioError(
+        say("{name} cannot be read as a video.", name=path.name),
+        "Copy it again from where it came, or choose another."
+        if is_mp4
+        else "Convert it to MP4, or choose another.",
+    )
 
 
 def pictures(path: Path, box: Box | None = None, after: float = -math.inf, before: float = 0.0) -> Pictures:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from studio import clock
-from studio.errors import InputError, StudioError
+from studio.errors import InputError, StudioError, say
 from studio.files import atomic
 from studio.motion.channels import ARKIT_SHAPES
 from studio.motion.filmed import PictureFlag, main_values
@@ -96,7 +96,9 @@ class Webcam:
             # Connected: its own address is then known, by which the window tells this sender from others.
             self._socket.connect((host, port))
         except OSError as error:
-            raise InputError(f"{host} cannot be reached.", "Use 127.0.0.1 for this computer.") from error
+            raise InputError(
+                say("{host} cannot be reached.", host=host), "Use 127.0.0.1 for this computer."
+            ) from error
         self._rigid = RigidFace.of_model(model)
         # At last: one that is not closed may wait for its own threads for ever.
         self._landmarker = FaceLandmarker(model)

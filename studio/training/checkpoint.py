@@ -21,7 +21,7 @@ from torch import Tensor
 from torch.overrides import TorchFunctionMode
 
 from studio import model, registry
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.motion import Layout
 from studio.files import atomic
 from studio.model._mixture import MATCHED
@@ -181,11 +181,15 @@ def build_network(recipe: Recipe, layout: Layout, fps: Fraction, styles: int = 0
             probe = module.build(sizes, **recipe.network)
             large = sum(t.numel() for t in probe.state_dict().values())
         if large > _MOST_PARAMETERS:
-            what = f"The network {recipe.model} would have {large / 1e9:.1f} billion weights."
+            what = say(
+                "The network {model} would have {billions} billion weights.",
+                model=recipe.model,
+                billions=f"{large / 1e9:.1f}",
+            )
             raise RequestError(what, "Lower its sizes in the recipe's network settings.")
         return module.build(sizes if probe.knows_moods else replace(sizes, moods=0), **recipe.network)
     except (TypeError, ValueError, RuntimeError, MemoryError) as error:
-        what = f"The network {recipe.model} cannot be built as asked: {error}."
+        what = say("The network {model} cannot be built as asked: {error}.", model=recipe.model, error=error)
         raise RequestError(what, "Check the recipe's network settings.") from error
 
 
@@ -289,8 +293,10 @@ def frame_rate_of(facts: Mapping[str, Any]) -> Fraction:
     # Numerator and denominator: 29.97 as a float would drift by a frame in some hours.
     fps = Fraction(*map(int, facts["fps"]))
     if not _SLOWEST <= fps <= _FASTEST or fps.denominator > _FINEST:
-        what = f"{min(float(fps), 1e9):g} frames a second are not possible."
-        raise RequestError(what, f"Choose {_SLOWEST:g} to {_FASTEST}.")
+        what = say("{fps} frames a second are not possible.", fps=f"{min(float(fps), 1e9):g}")
+        raise RequestError(
+            what, say("Choose {slowest} to {fastest}.", slowest=f"{_SLOWEST:g}", fastest=_FASTEST)
+        )
     return fps
 
 
@@ -349,7 +355,8 @@ def _write(path: Path, tensors: dict[str, Tensor], facts: dict[str, Any]) -> Non
 def _read(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     if not path.is_file():
         raise StudioError(
-            f"The run {path.parent.name} has no {path.name} yet.", "Train it, or choose another run."
+            say("The run {folder} has no {name} yet.", folder=path.parent.name, name=path.name),
+            "Train it, or choose another run.",
         )
     try:
         with safe_open(str(path), framework="pt", device="cpu") as file:
@@ -375,5 +382,6 @@ def _current_name(name: str) -> str:
 
 def _damaged(path: Path) -> StudioError:
     return StudioError(
-        f"{path.name} of the run {path.parent.name} is damaged.", "Train again, or restore it from a backup."
+        say("{name} of the run {folder} is damaged.", name=path.name, folder=path.parent.name),
+        "Train again, or restore it from a backup.",
     )

@@ -30,7 +30,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.training.recipe import Recipe, recipes, usual_recipe
 
@@ -132,10 +132,10 @@ class Expected:
         if most > 1:
             return f"{least} to {most} minutes" if least else f"up to {most} minutes"
         if minutes < 1:
-            return "under a minute"
+            return say("under a minute")
         if minutes < 90:
-            return f"about {minutes:.0f} minute{'s' if round(minutes) != 1 else ''}"
-        return f"about {minutes / 60:.0f} hours"
+            return say("about {n} minutes", "about {n} minute", n=f"{minutes:.0f}")
+        return say("about {n} hours", n=f"{minutes / 60:.0f}")
 
 
 class TrainingTimes:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.features.audio_spec import Floats
 from studio.features.examples import Example, make_example
 from studio.features.motion import FACE, Layout
@@ -68,9 +68,14 @@ def show_style(
     taken = (AVERAGE, *model.style_names)
     style = style.strip() or _free(f"like {name}", taken)
     if style in taken:
-        raise RequestError(f"{run.id} has a style called {style} already.", "Choose another name.")
+        raise RequestError(
+            say("{run} has a style called {style} already.", run=run.id, style=style), "Choose another name."
+        )
     if len(style) > LONGEST_NAME or not style.isprintable():
-        raise RequestError("A style cannot be called that.", f"Choose up to {LONGEST_NAME} plain letters.")
+        raise RequestError(
+            "A style cannot be called that.",
+            say("Choose up to {longest} plain letters.", longest=LONGEST_NAME),
+        )
     on_progress(0.2)
     example = _example(project, selection, model, span)
     on_progress(0.6)
@@ -88,8 +93,11 @@ def forget_style(run: Run, name: str) -> None:
     model = checkpoint.load_model(run.folder / BEST)
     left = tuple(one for one in model.fitted if one.name != name)
     if len(left) == len(model.fitted):
-        shown = ", ".join(one.name for one in model.fitted) or "none"
-        raise RequestError(f"{run.id} was shown no style called {name}.", f"It was shown: {shown}.")
+        shown = ", ".join(one.name for one in model.fitted) or say("none")
+        raise RequestError(
+            say("{run} was shown no style called {name}.", run=run.id, name=name),
+            say("It was shown: {shown}.", shown=shown),
+        )
     _keep(run, replace(model, fitted=left))
 
 
@@ -141,15 +149,25 @@ def _stretch(project: Project, name: str, span: tuple[float, float]) -> Selectio
     """A take as it is used, cut to a stretch."""
     start, end = span
     if not (math.isfinite(start) and math.isfinite(end)) or start < 0 or end <= start:
-        what = f"From {start:g} s to {end:g} s is no stretch of a take."
+        what = say("From {start} s to {end} s is no stretch of a take.", start=f"{start:g}", end=f"{end:g}")
         raise RequestError(what, "Let it begin at 0 s or later, and end after it begins.")
     named = [s for s in project.dataset.selections if name in (s.id, s.take)]
     used = min(named, key=lambda s: s.id != name, default=Selection(name, name))
     duration = project.take(used.take).info.duration
     end = min(end, duration)
     if end - start < SHORTEST_SECONDS:
-        what = f"That stretch of {name} is {max(end - start, 0):.1f} s long, too short to show how it moves."
-        raise RequestError(what, f"Choose at least {SHORTEST_SECONDS:.0f} s; ten do better.")
+        what = say(
+            "That stretch of {name} is {seconds} s long, too short to show how it moves.",
+            name=name,
+            seconds=f"{max(end - start, 0):.1f}",
+        )
+        raise RequestError(
+            what,
+            say(
+                "Choose at least {shortest} s; ten do better.",
+                shortest=f"{SHORTEST_SECONDS:.0f}",
+            ),
+        )
     return replace(used, in_point=start, out_point=end)
 
 
@@ -157,16 +175,24 @@ def _example(project: Project, selection: Selection, model: Model, span: tuple[f
     """A stretch as the model hears and moves it."""
     take, spec = project.take(selection.take), model.recipe.sound
     material: TrainingMaterial = load_material(selection, take, spec.sample_rate)
-    where = f"{selection.id} between {span[0]:g} s and {span[1]:g} s"
+    where = say(
+        "{take} between {start} s and {end} s", take=selection.id, start=f"{span[0]:g}", end=f"{span[1]:g}"
+    )
     if not len(material.samples) or is_silent(material):
-        raise RequestError(f"There is no sound in {where}.", "Choose a stretch in which somebody speaks.")
+        raise RequestError(
+            say("There is no sound in {where}.", where=where), "Choose a stretch in which somebody speaks."
+        )
     grid = on_grid(material.motion, len(material.samples) / spec.sample_rate, model.fps, material.excluded)
     if grid.valid.sum() < SHORTEST_SECONDS * float(model.fps) - 1:
-        what = f"There are less than {SHORTEST_SECONDS:.0f} s of captured motion in {where}."
+        what = say(
+            "There are less than {shortest} s of captured motion in {where}.",
+            shortest=f"{SHORTEST_SECONDS:.0f}",
+            where=where,
+        )
         raise RequestError(what, "Choose a stretch in which the performer was captured.")
     example = make_example(selection.id, material.samples, grid, model.layout, spec, model.fps, None)
     if not example.mask.any():
-        what = f"{selection.id} has none of the channels that this run moves."
+        what = say("{take} has none of the channels that this run moves.", take=selection.id)
         raise RequestError(what, "Choose a take captured like those it learnt from.")
     return example
 
@@ -177,7 +203,7 @@ def _must_rest(run: Run) -> None:
         what = "The base voice comes with the studio and learns nobody's style."
         raise RequestError(what, "Train a run of your own, and show it the style.")
     if run.status == "running":
-        raise RequestError(f"{run.id} is being trained.", "Wait until it is done, or stop it.")
+        raise RequestError(say("{run} is being trained.", run=run.id), "Wait until it is done, or stop it.")
 
 
 def _free(name: str, taken: tuple[str, ...]) -> str:

@@ -14,7 +14,7 @@ from studio.dataset import prompts
 from studio.dataset.balance import leaking
 from studio.dataset.dataset import Selection
 from studio.dataset.material import TrainingMaterial, load_material
-from studio.errors import RequestError
+from studio.errors import RequestError, Text, say
 from studio.features import motion as columns
 from studio.features.audio_spec import AudioSpec, frame_rate
 from studio.features.examples import Example, make_example
@@ -99,7 +99,7 @@ def gather(
     Raises:
         StudioError: there is too little, or what there is cannot be used.
     """
-    notes: list[str] = []
+    notes: list[Text] = []
     train, val = _materials(project, recipe, notes, on_cleaning)
     fps = fps or _rate(recipe, train)
     # All takes on one rate: the network's state moves one frame a step, whatever take it hears.
@@ -138,13 +138,16 @@ def gather(
 
 
 def _materials(
-    project: Project, recipe: Recipe, notes: list[str], on_cleaning: OnCleaning
+    project: Project, recipe: Recipe, notes: list[Text], on_cleaning: OnCleaning
 ) -> tuple[list[TrainingMaterial], list[TrainingMaterial]]:
     """What is learnt from and what it is checked on."""
     train = _usable(project.selected("train"), recipe.sound, notes, on_cleaning)
     if not train:
-        why = f": {notes[0].removesuffix(_LEFT_OUT)}" if notes else ""
-        raise RequestError(f"No take with sound and motion is marked for training{why}.", _MARK)
+        what = say("No take with sound and motion is marked for training.")
+        if notes:
+            lack = notes[0].fields["lack"]
+            what = say("No take with sound and motion is marked for training: {lack}.", lack=lack)
+        raise RequestError(what, _MARK)
     if all(is_silent(material) for material in train):
         raise RequestError(
             "The training takes are silent; nothing can be learnt from their sound.",
@@ -155,40 +158,48 @@ def _materials(
         train, val = _hold_back(train, notes)
     if shared := leaking(project.dataset):
         notes.append(
-            f"Parts of {', '.join(shared)} are learnt from and other parts are kept to check the learning: "
-            "the figures look better than they are. Press Split automatically in Curate."
+            say(
+                "Parts of {takes} are learnt from and other parts are kept to check the learning: "
+                "the figures look better than they are. Press Split automatically in Curate.",
+                takes=", ".join(shared),
+            )
         )
     return train, val
 
 
-_LEFT_OUT = " and is left out."
 _MARK = "Mark at least one as train in Curate, or with `saia split PROJECT --train TAKE`."
 
 
-def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[TrainingMaterial], list[str]]:
+def load_usable(chosen: Sequence[Chosen], sound: AudioSpec) -> tuple[list[TrainingMaterial], list[Text]]:
     """Material of selections that have sound and motion, and a sentence for each that has not."""
-    notes: list[str] = []
+    notes: list[Text] = []
     return _usable(chosen, sound, notes), notes
 
 
 def _usable(
     chosen: Sequence[Chosen],
     sound: AudioSpec,
-    notes: list[str],
+    notes: list[Text],
     on_cleaning: OnCleaning = lambda take, done: None,
 ) -> list[TrainingMaterial]:
     found = []
     for selection, take in chosen:
         material = load_material(selection, take, sound.sample_rate, partial(on_cleaning, selection.id))
         if not len(material.samples):
-            notes.append(f"{selection.id} has no sound{_LEFT_OUT}")
+            notes.append(_left_out(say("{take} has no sound", take=selection.id)))
         elif len(material.motion) < 2:
-            notes.append(f"{selection.id} has no motion{_LEFT_OUT}")
+            notes.append(_left_out(say("{take} has no motion", take=selection.id)))
         else:
             if is_silent(material):
-                notes.append(f"{selection.id} is silent; nothing can be learnt from its sound.")
+                notes.append(
+                    say("{take} is silent; nothing can be learnt from its sound.", take=selection.id)
+                )
             found.append(material)
     return found
+
+
+def _left_out(lack: Text) -> Text:
+    return say("{lack} and is left out.", lack=lack)
 
 
 def is_silent(material: TrainingMaterial) -> bool:
@@ -198,14 +209,17 @@ def is_silent(material: TrainingMaterial) -> bool:
 
 def _too_little(seconds: float) -> RequestError:
     return RequestError(
-        f"The training takes hold only {seconds:.1f} s of sound with motion; "
-        f"{SHORTEST_SECONDS:.0f} s are needed.",
+        say(
+            "The training takes hold only {seconds} s of sound with motion; {shortest} s are needed.",
+            seconds=f"{seconds:.1f}",
+            shortest=f"{SHORTEST_SECONDS:.0f}",
+        ),
         "Record or import more, or mark more takes for training in Curate.",
     )
 
 
 def _hold_back(
-    train: list[TrainingMaterial], notes: list[str]
+    train: list[TrainingMaterial], notes: list[Text]
 ) -> tuple[list[TrainingMaterial], list[TrainingMaterial]]:
     """The end of the longest training take becomes validation."""
     longest = max(train, key=lambda m: m.duration)
@@ -213,8 +227,11 @@ def _hold_back(
     end = min(longest.duration, len(longest.samples) / longest.sample_rate, float(longest.motion.times[-1]))
     at = end * (1 - HELD_BACK)
     notes.append(
-        f"No take is marked for validation: the last {end - at:.1f} s of {longest.selection.id} "
-        "are held back for it."
+        say(
+            "No take is marked for validation: the last {seconds} s of {take} are held back for it.",
+            seconds=f"{end - at:.1f}",
+            take=longest.selection.id,
+        )
     )
     head = _part(longest, 0.0, at, "")
     tail = _part(longest, at, end + 1.0, " (end)")

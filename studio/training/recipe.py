@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.audio_spec import AudioSpec
 from studio.features.examples import Augmentation
 from studio.paths import resource
@@ -285,7 +285,9 @@ def load_recipe(name: str) -> Recipe:
     path = resource("recipes", f"{name}.toml")
     if Path(name).name != name or not path.is_file():
         known = ", ".join(info.name for info in recipes())
-        raise RequestError(f"There is no recipe called {name}.", f"Choose one of: {known}.")
+        raise RequestError(
+            say("There is no recipe called {name}.", name=name), say("Choose one of: {known}.", known=known)
+        )
     return _build(name, _content(path))
 
 
@@ -312,7 +314,10 @@ class UnusableRunError(StudioError):
     """
 
     def __init__(self, name: str, why: str) -> None:
-        super().__init__(f"The run {name} cannot be used: {why}", "Train again, or choose another run.")
+        super().__init__(
+            say("The run {name} cannot be used: {reason}", name=name, reason=why),
+            "Train again, or choose another run.",
+        )
         self.why = why
 
 
@@ -340,8 +345,11 @@ def _with_form(recipe: Recipe, form: str) -> Recipe:
     if form in ("", PLAIN):
         return replace(_build(recipe.name, content), form="")
     if form not in content["forms"]:
-        known = ", ".join(content["forms"]) or "none"
-        raise RequestError(f"The recipe {recipe.name} has no form called {form}.", f"Forms it has: {known}.")
+        known = ", ".join(content["forms"]) or say("none")
+        raise RequestError(
+            say("The recipe {recipe} has no form called {form}.", recipe=recipe.name, form=form),
+            say("Forms it has: {known}.", known=known),
+        )
     return replace(_build(recipe.name, _merged(content, content["forms"][form])), form=form)
 
 
@@ -356,13 +364,18 @@ def _content(path: Path, depth: int = 0) -> dict[str, Any]:
     try:
         content = deepcopy(_parsed(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
-        raise StudioError(f"The recipe {path} is missing.", "Choose another run or recipe.") from error
+        raise StudioError(
+            say("The recipe {path} is missing.", path=path), "Choose another run or recipe."
+        ) from error
     except (ValueError, RecursionError, OSError) as error:  # also numbers of more digits than Python reads
-        raise StudioError(f"The recipe {path.name} is damaged: {error}.", "Restore the file.") from error
+        raise StudioError(
+            say("The recipe {name} is damaged: {error}.", name=path.name, error=error), "Restore the file."
+        ) from error
     version, base = content.pop("version", FORMAT_VERSION), content.pop("extends", "")
     if isinstance(version, int) and version > FORMAT_VERSION:
         raise StudioError(
-            f"The recipe {path.name} was written by a newer Saia Studio.", "Update Saia Studio to use it."
+            say("The recipe {name} was written by a newer Saia Studio.", name=path.name),
+            "Update Saia Studio to use it.",
         )
     if (
         isinstance(version, bool)
@@ -370,7 +383,7 @@ def _content(path: Path, depth: int = 0) -> dict[str, Any]:
         or not isinstance(base, str)
         or Path(base).name != base
     ):
-        raise StudioError(f"The recipe {path.name} is damaged.", "Restore the file.")
+        raise StudioError(say("The recipe {name} is damaged.", name=path.name), "Restore the file.")
     content.setdefault("forms", {})
     if base and depth < _INHERITED_LEVELS:
         under = _content(path.with_name(f"{base}.toml"), depth + 1)
@@ -400,7 +413,9 @@ def _build(name: str, content: Mapping[str, Any]) -> Recipe:
         recipe = Recipe(name=str(content.get("name", name)), **facts)
         settings = recipe.settings()
     except (TypeError, ValueError) as error:
-        raise StudioError(f"The recipe {name} is damaged: {error}.", "Restore the file.") from error
+        raise StudioError(
+            say("The recipe {name} is damaged: {error}.", name=name, error=error), "Restore the file."
+        ) from error
     for key in ("title", "summary", "preset", "minutes", "model", "form", "with_encoder"):
         check_kind(key, getattr(recipe, key), getattr(_EMPTY, key))
     check(settings, recipe.network, _USUAL)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from difflib import get_close_matches
 
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 
 Scalar = bool | int | float | str
-_KINDS = {bool: "yes or no", int: "a whole number", float: "a number", str: "a text"}
+_KINDS = {bool: say("yes or no"), int: say("a whole number"), float: say("a number"), str: say("a text")}
 _LARGEST = 1e12
 """Of numbers without limits of their own; also keeps infinity out."""
 
@@ -17,7 +17,10 @@ def pair(text: str) -> tuple[str, str]:
     """Key and value of "key=value"; RequestError for anything else."""
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
-        raise RequestError(f"{text!r} is not a setting.", "Write it as key=value, e.g. training.epochs=20.")
+        raise RequestError(
+            say("{text} is not a setting.", text=repr(text)),
+            "Write it as key=value, e.g. training.epochs=20.",
+        )
     return key.strip(), value.strip()
 
 
@@ -29,12 +32,15 @@ def full_key(key: str, known: Mapping[str, Scalar]) -> str:
     if len(ending) == 1:
         return ending[0]
     if ending:
-        raise RequestError(f"The setting {key} is not clear.", f"Name one of: {', '.join(ending)}.")
+        raise RequestError(
+            say("The setting {key} is not clear.", key=key),
+            say("Name one of: {names}.", names=", ".join(ending)),
+        )
     by_end = {name.partition(".")[2]: name for name in known} | {name: name for name in known}
     # Any three are more help than all fifty, so even far ones count as near.
     near = dict.fromkeys(by_end[name] for name in get_close_matches(key, by_end, n=6, cutoff=0.0))
-    remedy = f"Did you mean {one_of(tuple(near)[:3])}? `saia train --list` shows all of them."
-    raise RequestError(f"There is no setting called {key}.", remedy)
+    remedy = say("Did you mean {keys}? `saia train --list` shows all of them.", keys=one_of(tuple(near)[:3]))
+    raise RequestError(say("There is no setting called {key}.", key=key), remedy)
 
 
 def converted(key: str, text: str, old: Scalar) -> Scalar:
@@ -52,7 +58,10 @@ def converted(key: str, text: str, old: Scalar) -> Scalar:
                 raise ValueError
             return value
     except (ValueError, KeyError) as error:
-        raise RequestError(f"{text!r} is not possible for {key}.", f"Give {_KINDS[type(old)]}.") from error
+        raise RequestError(
+            say("{text} is not possible for {key}.", text=repr(text), key=key),
+            say("Give {kind}.", kind=_KINDS[type(old)]),
+        ) from error
     return text
 
 
@@ -102,11 +111,17 @@ def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar], usual: Map
         check_kind(key, known[key], value)
     for key, choices in _CHOICES.items():
         if known[key] not in choices:
-            raise RequestError(f"{known[key]!r} is not possible for {key}.", f"Choose {one_of(choices)}.")
+            raise RequestError(
+                say("{value} is not possible for {key}.", value=repr(known[key]), key=key),
+                say("Choose {choices}.", choices=one_of(choices)),
+            )
     for key, (low, high) in _LIMITS.items():
         value = known[key]
         if not isinstance(value, int | float) or not low <= value <= high:
-            raise RequestError(f"{value} is not possible for {key}.", f"Choose {low:g} to {high:g}.")
+            raise RequestError(
+                say("{value} is not possible for {key}.", value=value, key=key),
+                say("Choose {low} to {high}.", low=f"{low:g}", high=f"{high:g}"),
+            )
     for key, value in network.items():
         if isinstance(value, bool | str):
             continue
@@ -114,7 +129,8 @@ def check(known: Mapping[str, Scalar], network: Mapping[str, Scalar], usual: Map
         least, most = _NETWORK_LIMITS.get(key, usually)
         if not isinstance(value, int | float) or not least <= value <= most:
             raise RequestError(
-                f"{value} is not possible for network.{key}.", f"Choose {least:g} to {most:g}."
+                say("{value} is not possible for network.{key}.", value=value, key=key),
+                say("Choose {least} to {most}.", least=f"{least:g}", most=f"{most:g}"),
             )
 
 
@@ -134,12 +150,15 @@ def check_kind(key: str, value: object, usual: object) -> None:
         fits = isinstance(value, str)
     if not fits:
         shown = repr(value) if len(repr(value)) <= 40 else f"{repr(value)[:40]}..."
-        raise RequestError(f"{shown} is not possible for {key}.", f"Give {_KINDS[type(usual)]}.")
+        raise RequestError(
+            say("{value} is not possible for {key}.", value=shown, key=key),
+            say("Give {kind}.", kind=_KINDS[type(usual)]),
+        )
 
 
 def one_of(words: tuple[str, ...]) -> str:
     """Words as a choice: "a, b or c"."""
-    return ", ".join(words[:-1]) + f" or {words[-1]}"
+    return say("{words} or {last}", words=", ".join(words[:-1]), last=words[-1])
 
 
 def toml(value: Scalar) -> str:

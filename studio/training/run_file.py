@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers
 from studio.project import Project, Run, RunReport
 from studio.project.archive import open_packed
@@ -47,7 +47,9 @@ def pack_run(run: Run, target: Path) -> Path:
         StudioError: the file cannot be written.
     """
     if not run.has_weights:
-        raise RequestError(f"{run.id} has no trained weights yet.", "Train it first, or choose another run.")
+        raise RequestError(
+            say("{run} has no trained weights yet.", run=run.id), "Train it first, or choose another run."
+        )
     mark = {"version": FORMAT_VERSION, "run": run.id, "recipe": run.recipe}
     with (
         atomic.written(target) as beside,
@@ -104,7 +106,7 @@ def unpack_run(source: Path, project: Project, check: Callable[[Path], object] =
 def _extract(source: Path, folder: Path) -> dict[str, Any]:
     """The known files of a run file into a folder; gives what it says of itself."""
     if not source.is_file():
-        raise StudioError(f"{source.name} is missing.", "Check how the path is written.")
+        raise StudioError(say("{name} is missing.", name=source.name), "Check how the path is written.")
     try:
         with open_packed(source) as packed, zipfile.ZipFile(packed) as file:
             mark = json.loads(file.read(_MARK) if file.getinfo(_MARK).file_size < 1 << 20 else b"")
@@ -130,9 +132,14 @@ def _must_fit(members: list[zipfile.ZipInfo], folder: Path, source: Path) -> Non
     needed = sum(member.file_size for member in members)
     # By what the entries say first, which costs nothing; _copy then holds them to it.
     if atomic.is_bomb(needed, source.stat().st_size):
-        raise StudioError(f"{source.name} would fill the disk.", _OTHER)
+        raise StudioError(say("{name} would fill the disk.", name=source.name), _OTHER)
     if needed > (room := atomic.room(folder)):
-        what = f"{source.name} needs {needed / 1e6:,.0f} MB, and there is room for {room / 1e6:,.0f} MB."
+        what = say(
+            "{name} needs {needed} MB, and there is room for {room} MB.",
+            name=source.name,
+            needed=f"{needed / 1e6:,.0f}",
+            room=f"{room / 1e6:,.0f}",
+        )
         raise StudioError(what, "Make room on the project's disk.")
     if any(member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for member in members):
         raise NotImplementedError("others may ask for any amount of memory")
@@ -145,7 +152,7 @@ def _copy(file: zipfile.ZipFile, name: str, most: int, target: Path, source: Pat
         while chunk := packed.read(1 << 20):
             left -= len(chunk)
             if left < 0:
-                raise StudioError(f"{source.name} would fill the disk.", _OTHER)
+                raise StudioError(say("{name} would fill the disk.", name=source.name), _OTHER)
             plain.write(chunk)
 
 
@@ -201,8 +208,8 @@ def _is_epoch(event: dict[str, Any]) -> bool:
 
 
 def _unusable(source: Path, error: UnusableRunError) -> StudioError:
-    return StudioError(f"{source.name} cannot be used: {error.why}", _OTHER)
+    return StudioError(say("{name} cannot be used: {reason}", name=source.name, reason=error.why), _OTHER)
 
 
 def _damaged(source: Path) -> StudioError:
-    return StudioError(f"{source.name} is damaged or no run of Saia Studio.", _OTHER)
+    return StudioError(say("{name} is damaged or no run of Saia Studio.", name=source.name), _OTHER)

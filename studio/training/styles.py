@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.dataset.dataset import Selection
-from studio.errors import RequestError
+from studio.errors import RequestError, say
 from studio.features.motion import Layout
 from studio.files.atomic import safe_name
 from studio.project import Run
@@ -62,10 +62,10 @@ def index_of(style: str | None, styles: Sequence[str], default: str, run: str) -
         return 0
     if chosen in styles:
         return styles.index(chosen) + 1
-    what = f"{run} knows no style called {chosen}."
+    what = say("{run} knows no style called {style}.", run=run, style=chosen)
     if not styles:
         raise RequestError(what, "It was trained without styles; leave --style out.")
-    raise RequestError(what, f"Choose one of: {', '.join((AVERAGE, *styles))}.")
+    raise RequestError(what, say("Choose one of: {styles}.", styles=", ".join((AVERAGE, *styles))))
 
 
 WIDEST = 3.0

@@ -19,6 +19,7 @@ hello_presenter    What "Say something" does: a phrase, a sound file or a senten
 hello_view         "Say something" on the welcome page: three ways to speak, and the figure that speaks
 imports            Files that come in or go out: dropped and chosen ones imported, projects packed and
                    unpacked; by child processes
+language           What the core says, in the person's language
 live/              The Live tab: the microphone or a file moves the avatar, now
 main_window        The frame around the five tabs: tabs, status, menus, keys, drag and drop
 menus              The menus and their keys

@@ -10,7 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler
 from PySide6.QtWidgets import QApplication
 
-from studio.ui import messages, theme
+from studio.ui import language, messages, theme
 from studio.ui.main_window import MainWindow
 from studio.ui.session import Session
 from studio.ui.taskbar import TaskbarProgress
@@ -26,6 +26,7 @@ def build(words: list[str]) -> tuple[QApplication, MainWindow]:
     app = existing if isinstance(existing, QApplication) else _application()
     app.setApplicationName("Saia Studio")
     app.setDesktopFileName("saia-studio")
+    language.install(app)
     session = Session()
     theme.apply(app, session.settings.theme)
     window = MainWindow(session)

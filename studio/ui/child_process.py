@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QProcess, QProcessEnvironment, QTimer, Signa
 from studio import launch
 from studio.errors import FileThereError, StudioError
 from studio.ipc.commands import STOP, Command
-from studio.ipc.events import DoneEvent, ErrorEvent, MessageError, decode
+from studio.ipc.events import FOR_WINDOW, DoneEvent, ErrorEvent, MessageError, decode
 
 KILL_AFTER_MS = 5_000
 CLOSE_MS = 2_000
@@ -86,6 +86,7 @@ class ChildProcess(QObject):
         environment = QProcessEnvironment.systemEnvironment()
         environment.insert("PYTHONUTF8", "1")
         environment.insert("PYTHONUNBUFFERED", "1")
+        environment.insert(FOR_WINDOW, "1")
         for name, value in launch.import_variables().items():
             environment.insert(name, value)
         self._process.setProcessEnvironment(environment)

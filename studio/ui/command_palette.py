@@ -24,6 +24,7 @@ from studio import actions
 from studio.project.run import run_title
 from studio.settings import Settings
 from studio.ui import messages, tabs, theme
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of, sequence, tip_of, translated
 
@@ -172,7 +173,7 @@ def entries(window: Window) -> Iterator[PaletteEntry]:
         yield PaletteEntry(take.id, _tr("Take"), "", partial(window.session.take_requested.emit, take.id))
     for run in window.session.project.usable_runs:
         yield PaletteEntry(
-            run_title(run.id), _tr("Run"), "", partial(window.session.review_requested.emit, run.id)
+            native(run_title(run.id)), _tr("Run"), "", partial(window.session.review_requested.emit, run.id)
         )
 
 

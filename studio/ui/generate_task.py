@@ -18,6 +18,7 @@ from studio.project import Project, Run
 from studio.project.run import generated_path, run_title
 from studio.take.motion_file import read_motion
 from studio.ui import tasks
+from studio.ui.language import native
 from studio.ui.tasks import ChildTask
 
 
@@ -78,7 +79,7 @@ class GenerateTask(QObject):
         # Bound now: another request may come before the pool gets to it.
         command = self._arguments
         self._child.prepare_and_start(lambda scratch: [*command, "--pieces", str(scratch)], "pieces")
-        self.progressed.emit(self.tr("{0} is listening").format(run_title(run.id)), -1.0)
+        self.progressed.emit(self.tr("{0} is listening").format(native(run_title(run.id))), -1.0)
 
     def cancel(self) -> None:
         """Ask for nothing any more; a child process is ended."""

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio import formats
 from studio.capture.phrase import LONGEST_S, PhraseRecording
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import leftovers
 from studio.motion import Motion, Skeleton
 from studio.performer.speech import read_aloud
@@ -35,6 +35,7 @@ from studio.ui import messages, tasks
 from studio.ui.generate_task import GenerateTask
 from studio.ui.hello_view import HelloView
 from studio.ui.imports import SOUNDS
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.widgets.figure.pane import Pane
 
@@ -218,7 +219,7 @@ class HelloPresenter(QObject):
         self._player.play()
         problem = self._player.problem
         learnt = self.tr("The base voice has not met you yet. Train it on you, and it moves like you.")
-        self._view.show_idle(problem.what if problem else learnt, "warn" if problem else "")
+        self._view.show_idle(native(problem.what) if problem else learnt, "warn" if problem else "")
         self._frames.start()
 
     def _on_frame(self) -> None:
@@ -236,7 +237,7 @@ class HelloPresenter(QObject):
     def _on_failed(self, error: BaseException) -> None:
         self._frames.stop()
         if isinstance(error, StudioError):
-            self._view.show_idle(f"{error.what} {error.in_window}", "warn")
+            self._view.show_idle(sentences(error.what, error.in_window), "warn")
         else:
             self._view.show_idle()
             messages.show_error(self._window, error)
@@ -251,7 +252,7 @@ def _beginning(path: Path) -> Sound:
     """The first seconds of a file, mono. Runs on a pool thread."""
     samples = next(sound_blocks(path, FILE_RATE, LONGEST_FILE_S), None)
     if samples is None or not len(samples):
-        raise StudioError(f"The sound file {path.name} is empty.", "Choose another file.")
+        raise StudioError(say("The sound file {name} is empty.", name=path.name), "Choose another file.")
     return Sound(samples[:, None], FILE_RATE)
 
 

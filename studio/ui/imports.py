@@ -26,6 +26,7 @@ from studio.ipc.events import (
 )
 from studio.ui import messages, undo
 from studio.ui.bone_table import BoneTablePresenter, ImportedSkeleton
+from studio.ui.language import native, sentences
 from studio.ui.messages import counted
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -207,7 +208,7 @@ class Importer(QObject):
             what, remedy = self._refused[0]
             one, many = self.tr("1 file could not be read."), self.tr("{0} files could not be read.")
             left = counted(len(self._refused), one, many)
-            self._tell(f"{text} {left}", f"{what} {remedy}", warn=True)
+            self._tell(f"{text} {left}", sentences(what, remedy), warn=True)
             self._offer_bones()
         elif self._skeleton is not None:
             guess = self.tr("Bones of {0} were matched by their names.").format(self._skeleton.path.name)
@@ -246,7 +247,7 @@ class Importer(QObject):
 
     def _what_to_know(self) -> str:
         """What was noted while reading, the first of it, and how many takes training cannot use."""
-        parts = [*self._notes[:1], self._unused_text()]
+        parts = [*map(native, self._notes[:1]), self._unused_text()]
         if len(self._notes) > 1:
             one, many = self.tr("1 more note is kept with it."), self.tr("{0} more notes are kept with them.")
             parts.append(counted(len(self._notes) - 1, one, many))

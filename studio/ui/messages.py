@@ -43,6 +43,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.ui import theme
 from studio.ui.clear_place import clear_place, controls
+from studio.ui.language import native
 from studio.ui.shortcuts import name_of, sequence
 
 NOTE_MS = 6_000
@@ -161,6 +162,7 @@ class Toast(QFrame):
             stays: it goes only when somebody answers or dismisses it, or with the next message.
             also: a second button.
         """
+        text, remedy = native(text), native(remedy)
         bad = kind == "error"
         theme.as_role(self, "toast_bad" if bad else "toast")
         name, token = KINDS[kind]
@@ -356,7 +358,7 @@ def dismiss_error(parent: QWidget) -> None:
 def dismiss_note(parent: QWidget, text: str) -> None:
     """Take away the note of this text, where it is still shown: what it offered was done."""
     toast = toast_of(parent.window())
-    if toast is not None and not toast.bad and toast.text.text() == text:
+    if toast is not None and not toast.bad and toast.text.text() == native(text):
         toast.hide()
 
 

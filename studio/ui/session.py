@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, Signal
 
 from studio.errors import StudioError
 from studio.ui.avatar_store import AvatarStore
+from studio.ui.language import native
 
 if TYPE_CHECKING:
     from studio.dataset.dataset import Dataset
@@ -107,7 +108,7 @@ class Session(QObject):
     @property
     def locked_reason(self) -> str:
         """Why the open project is only to look at, in one sentence; "" where it can be changed."""
-        return self.project.read_only_in_window if self.project is not None else ""
+        return native(self.project.read_only_in_window) if self.project is not None else ""
 
     def open_project(self, folder: Path) -> Project:
         """Open a project folder and tell everyone; the one open before is left.

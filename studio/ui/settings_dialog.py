@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 from studio.errors import RequestError
 from studio.settings import SettingInfo, Settings, text_of, value_of
 from studio.ui import messages, theme
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
@@ -177,7 +178,7 @@ def _choices(name: str, about: SettingInfo) -> Mapping[str, str]:
     if name == "recipe":
         from studio.training.recipe import recipes
 
-        return {one.name: one.title for one in recipes()}
+        return {one.name: native(one.title) for one in recipes()}
     return about.choices
 
 

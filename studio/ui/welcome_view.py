@@ -26,6 +26,7 @@ from studio.ipc.events import SystemCheckEvent
 from studio.paths import resource
 from studio.ui import theme
 from studio.ui.hello_view import HelloView
+from studio.ui.language import native
 from studio.ui.widgets.card import Card, Picture, label
 
 SHOWN_RECENT = 4
@@ -276,7 +277,7 @@ class WelcomePage(QWidget):
         shown = [check for check in self._found if self.details.isChecked() or not check.ok]
         for index, check in enumerate(shown):
             symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
-            words = label(f"{check.what}\n{check.remedy}" if check.remedy else check.what)
+            words = label("\n".join(native(text) for text in (check.what, check.remedy) if text))
             theme.as_role(words, "muted" if check.ok else "")
             words.setWordWrap(True)
             self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.motion import Pose
 from studio.motion.neutral import WAVE_SECONDS, between, neutral_pose, wave_pose
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
@@ -58,7 +58,7 @@ class TargetPreset:
     @property
     def hint(self) -> str:
         """What to do in that program, one sentence."""
-        return f"In {self.title}, turn on VMC receiving and set the same port as here."
+        return say("In {title}, turn on VMC receiving and set the same port as here.", title=self.title)
 
 
 PRESETS: tuple[TargetPreset, ...] = (
@@ -312,14 +312,14 @@ class _Pace:
 def _connected(destination: Destination) -> socket.socket:
     host, port = destination.host, destination.port
     if not 1 <= port <= 65535:
-        raise StudioError(f"Port {port} is not possible.", "Choose a port from 1 to 65535.")
+        raise StudioError(say("Port {port} is not possible.", port=port), "Choose a port from 1 to 65535.")
     try:
         # The first address, as every program does; a name may have one of IPv6.
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         sock = socket.socket(family, kind, protocol)
     except (OSError, UnicodeError) as error:
         remedy = "Check the spelling; on this computer it is 127.0.0.1."
-        raise StudioError(f"There is no computer called {host}.", remedy) from error
+        raise StudioError(say("There is no computer called {host}.", host=host), remedy) from error
     try:
         # Some performers send to the whole network, 255 at the end; without this the system forbids it.
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
@@ -334,13 +334,18 @@ def _connected(destination: Destination) -> socket.socket:
 
 def _refused(destination: Destination) -> StudioError:
     return StudioError(
-        f"Nothing is receiving on {destination.host} port {destination.port}.",
+        say("Nothing is receiving on {host} port {port}.", host=destination.host, port=destination.port),
         "Start the avatar program and turn on its VMC receiver, or choose its port.",
     )
 
 
 def _unreachable(destination: Destination, error: OSError) -> StudioError:
     return StudioError(
-        f"Sending to {destination.host} port {destination.port} fails: {error.strerror or error}.",
+        say(
+            "Sending to {host} port {port} fails: {reason}.",
+            host=destination.host,
+            port=destination.port,
+            reason=error.strerror or error,
+        ),
         "Check the address and the network.",
     )

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from studio import clock
-from studio.errors import StudioError, port_taken
+from studio.errors import StudioError, port_taken, say
 from studio.vmc.osc import LEAST_BYTES, MOST_BYTES
 
 AT_ONCE, BYTES_AT_ONCE = 2_000, 4 * 1024 * 1024
@@ -193,7 +193,7 @@ def bind(port: int, host: str = "127.0.0.1") -> socket.socket:
         StudioError: the port is taken, forbidden or no port, or the address is not this machine's.
     """
     if not 0 <= port <= 65_535:
-        raise StudioError(f"{port} is not a port.", "Choose a port from 1024 to 65535.")
+        raise StudioError(say("{port} is not a port.", port=port), "Choose a port from 1024 to 65535.")
     opened = _socket()
     try:
         opened.bind((host, port))
@@ -352,10 +352,10 @@ def _explained(error: OSError, port: int, host: str) -> StudioError:
         return port_taken(port)
     if error.errno in (errno.EACCES, errno.EPERM):
         return StudioError(
-            f"Port {port} may not be opened.",
+            say("Port {port} may not be opened.", port=port),
             "Choose a port above 1024, or allow it in the firewall.",
         )
     return StudioError(
-        f"{host} is not an address of this computer.",
+        say("{host} is not an address of this computer.", host=host),
         "Use 127.0.0.1 for programs on this computer, or 0.0.0.0 for the whole network.",
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError, counted
+from studio.errors import StudioError, counted, say
 from studio.formats import _glb
 from studio.formats._glb import Glb, entry
 from studio.motion import Motion, Skeleton, rotation
@@ -84,9 +84,13 @@ def _motion(glb: Glb) -> tuple[Motion, list[str]]:
     extensions = glb.document.get("extensions")
     extension = extensions.get("VRMC_vrm_animation") if isinstance(extensions, dict) else None
     if not isinstance(extension, dict):
-        raise StudioError(f"{glb.path.name} is not a VRM Animation.", "Choose a file saved as VRM Animation.")
+        raise StudioError(
+            say("{name} is not a VRM Animation.", name=glb.path.name), "Choose a file saved as VRM Animation."
+        )
     if not glb.document.get("animations"):
-        raise StudioError(f"{glb.path.name} holds no motion.", "Choose a file with an animation.")
+        raise StudioError(
+            say("{name} holds no motion.", name=glb.path.name), "Choose a file with an animation."
+        )
     nodes = _nodes(glb)
     expressions = _expressions(extension)
     bones = _bones(extension)
@@ -94,7 +98,9 @@ def _motion(glb: Glb) -> tuple[Motion, list[str]]:
     wanted = {*bones.values(), *expressions.values(), look}
     notes = _tracks(glb, nodes, wanted)
     if not nodes.tracks:
-        raise StudioError(f"{glb.path.name} holds no motion.", "Choose a file with an animation.")
+        raise StudioError(
+            say("{name} holds no motion.", name=glb.path.name), "Choose a file with an animation."
+        )
     times, more = _times(glb.path, list(nodes.tracks.values()))
     shapes = [nodes.tracks[node, "translation"].at(times)[:, 0] if (node, "translation") in nodes.tracks
               else np.zeros(len(times)) for node in expressions.values()]  # fmt: skip
@@ -211,7 +217,11 @@ def _tracks(glb: Glb, nodes: _Nodes, wanted: set[Any]) -> list[str]:
             values = rotation.sign_continuous(rotation.normalised(values))
         nodes.tracks[node, path] = _Track(times, values, kind == "STEP")
     number = len(glb.document["animations"])
-    return [f"{glb.path.name} holds {number} animations; the first was read."] if number > 1 else []
+    return (
+        [say("{name} holds {number} animations; the first was read.", name=glb.path.name, number=number)]
+        if number > 1
+        else []
+    )
 
 
 def _times(path: Path, tracks: list[_Track]) -> tuple[Array, list[str]]:
@@ -230,11 +240,24 @@ def _times(path: Path, tracks: list[_Track]) -> tuple[Array, list[str]]:
     fps = 30.0 if fps < SLOWEST else fps
     count = int(np.floor(ends * fps + 1e-6)) + 1
     if count > min(_MOST_CELLS // len(tracks), _MOST_FRAMES_A_KEY * len(longest.times)):
-        what = f"{path.name} claims to last {ends:.0f} s, with {counted(len(longest.times), 'key')} only."
+        what = say(
+            "{name} claims to last {seconds} s, with {keys} only.",
+            name=path.name,
+            seconds=f"{ends:.0f}",
+            keys=counted(len(longest.times), "key"),
+        )
         raise StudioError(what, "Export it again with a key for each frame.")
-    notes = [f"{path.name} has keys of its own for each part; read at {fps:.4g} fps."]
+    notes: list[str] = [
+        say("{name} has keys of its own for each part; read at {fps} fps.", name=path.name, fps=f"{fps:.4g}")
+    ]
     if ends < keys[-1]:
-        notes.append(f"{path.name}: a key at {keys[-1]:.0f} s, far behind all others, left out.")
+        notes.append(
+            say(
+                "{name}: a key at {at} s, far behind all others, left out.",
+                name=path.name,
+                at=f"{keys[-1]:.0f}",
+            )
+        )
     return np.arange(count) / fps, notes
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.formats import _glb
 from studio.formats._glb import Glb
 from studio.formats._vrm import drivers, mesh
@@ -67,7 +67,7 @@ def read_licence(meta: Any, old: bool) -> Licence:
         if _CC0 in _text(meta.get("otherLicenseUrl")):
             return Licence(title, tuple(author for author in authors if author), (FREE,))
     terms = [sentence for sentence in (who, business) if sentence]
-    terms += [f"Licence: {licence}"] if licence and licence != "Other" else []
+    terms += [say("Licence: {licence}", licence=licence)] if licence and licence != "Other" else []
     return Licence(title, tuple(author for author in authors if author), tuple(terms))
 
 
@@ -109,7 +109,7 @@ def _avatar(glb: Glb) -> Avatar:
     nodes = Nodes.of(glb, turned=old)
     bones = _bones(extension, old, len(nodes.parents))
     if "Hips" not in bones or len(bones) < 3:
-        raise StudioError(f"{glb.path.name} has no humanoid skeleton.", CHOOSE)
+        raise StudioError(say("{name} has no humanoid skeleton.", name=glb.path.name), CHOOSE)
     skeleton = _skeleton(nodes, bones)
     rig, moved, still = read_rig(glb, old, nodes, list(bones.values()))
     meshes = mesh.read(glb, nodes, nodes.owners(moved), _unseen(glb, extension, old))
@@ -127,7 +127,11 @@ def _check_packing(glb: Glb) -> None:
     for name in glb.document.get("extensionsRequired") or ():
         if name in _PACKED:
             raise StudioError(
-                f"{glb.path.name} is compressed by {_PACKED[name]}, which the studio cannot unpack.",
+                say(
+                    "{name} is compressed by {packed}, which the studio cannot unpack.",
+                    name=glb.path.name,
+                    packed=_PACKED[name],
+                ),
                 "Export the avatar again without mesh compression.",
             )
 
@@ -139,7 +143,7 @@ def _extension(glb: Glb) -> tuple[dict[str, Any], bool]:
         extension = found.get(name) if isinstance(found, dict) else None
         if isinstance(extension, dict):
             return extension, old
-    raise StudioError(f"{glb.path.name} is not a VRM avatar.", CHOOSE)
+    raise StudioError(say("{name} is not a VRM avatar.", name=glb.path.name), CHOOSE)
 
 
 def _bones(extension: dict[str, Any], old: bool, count: int) -> dict[str, int]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.formats._glb import Glb, entry
 from studio.motion import rotation
 from studio.motion.avatar import Floats, Morph, Surface
@@ -131,7 +131,7 @@ def read(glb: Glb, nodes: Nodes, owners: NDArray[np.int32], unseen: frozenset[in
 def too_large(path: Path) -> StudioError:
     """What to say of an avatar beyond what a screen could show."""
     return StudioError(
-        f"{path.name} is too large to show.",
+        say("{name} is too large to show.", name=path.name),
         "Choose an avatar with fewer polygons, or use the stick figure.",
     )
 

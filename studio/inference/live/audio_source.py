@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from studio import clock
 from studio.capture.microphone import AudioInput, SoundBlock, SoundWatch, input_devices, opening
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.playback.player import Player
 from studio.sound.sound_file import finite, sound_blocks, sound_info
 
@@ -163,7 +163,9 @@ class Microphone:
     def _lose(self, current: AudioInput) -> None:
         self._lost = True
         self._problems.append(
-            StudioError(f"{self.name} stopped giving sound.", "Plug it in again; it resumes by itself.")
+            StudioError(
+                say("{name} stopped giving sound.", name=self.name), "Plug it in again; it resumes by itself."
+            )
         )
         # A device that is gone may take its time to be closed.
         threading.Thread(target=current.abandon, name="close lost microphone", daemon=True).start()
@@ -176,7 +178,7 @@ class Microphone:
             self._latency = SAFE_S
             self._losses.clear()
             self._lost = True  # opened anew with more patience
-            what = f"This computer is too busy for short blocks of sound from {self.name}."
+            what = say("This computer is too busy for short blocks of sound from {name}.", name=self.name)
             self._problems.append(
                 StudioError(what, "Longer blocks are used from now on: 30 ms more latency.")
             )
@@ -194,11 +196,21 @@ class Microphone:
             before, name = self._input.sample_rate, self.name
             self._input, self._lost, self._restarted = fresh, False, True
         rate = fresh.sample_rate
-        changed = f" at {rate / 1000:g} kHz" if rate != before else ""
-        if self.name == name:
-            self._problems.append(StudioError(f"{self.name} is back{changed}.", "Nothing to do."))
+        here, khz = self.name, f"{rate / 1000:g}"
+        if here == name:
+            what = say("{name} is back.", name=here)
+            if rate != before:
+                what = say("{name} is back at {khz} kHz.", name=here, khz=khz)
+            self._problems.append(StudioError(what, "Nothing to do."))
         else:  # the system chose another one, or one of a similar name took its place
-            what = f"{self.name} is heard{changed} now, for {name} is not back."
+            what = say("{name} is heard now, for {other} is not back.", name=here, other=name)
+            if rate != before:
+                what = say(
+                    "{name} is heard at {khz} kHz now, for {other} is not back.",
+                    name=here,
+                    khz=khz,
+                    other=name,
+                )
             self._problems.append(StudioError(what, "If you mean another one, stop and choose it."))
 
 

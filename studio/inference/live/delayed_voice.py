@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from studio import clock
 from studio.capture.microphone import SoundWatch, find_output, library, opening
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.inference.live.audio_source import AudioBlock
 from studio.inference.live.timing import SampleClock
 from studio.sound.resample import Resampler
@@ -193,7 +193,7 @@ class DelayedVoiceOutput:
         # PortAudio reports no error for a device that was unplugged: its callback just stops coming.
         if not self._gone and self._fed - self._called > _SILENT_S:
             self._gone = True
-            what = f"{self.name} takes no sound any more."
+            what = say("{name} takes no sound any more.", name=self.name)
             remedy = "Plug it in again; if your voice does not return, choose it again."
             self._problems.append(StudioError(what, remedy))
 
@@ -234,7 +234,7 @@ class DelayedVoiceOutput:
             self._stream.start()
         except (sd.PortAudioError, ValueError) as error:
             self._close()
-            what = f"{self.name} cannot be opened for your delayed voice."
+            what = say("{name} cannot be opened for your delayed voice.", name=self.name)
             raise StudioError(what, "Choose another output for it, or none.") from error
 
     def _reopen(self, _may_refresh: bool) -> None:
@@ -245,7 +245,9 @@ class DelayedVoiceOutput:
             self._close()
             self._open()
             self._gone = False
-        self._problems.append(StudioError(f"{self.name} takes your voice again.", "Nothing to do."))
+        self._problems.append(
+            StudioError(say("{name} takes your voice again.", name=self.name), "Nothing to do.")
+        )
 
     def _close(self) -> None:
         stream, self._stream, self._line = self._stream, None, None

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from studio import clock
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
@@ -280,7 +280,10 @@ class Performance:
         kept = [one for one in blocks if now - one.captured < CAUGHT_UP_S] or blocks[-1:]
         if now - self._busy_reported_at > TELL_BUSY_S:
             self._busy_reported_at = now
-            what = f"This computer is too busy: {kept[0].captured - blocks[0].captured:.1f} s were skipped."
+            what = say(
+                "This computer is too busy: {seconds} s were skipped.",
+                seconds=f"{kept[0].captured - blocks[0].captured:.1f}",
+            )
             self._notices.append(StudioError(what, "Close programs that need much of it."))
         # A restart among the blocks passed over still counts, or the clock would run on across it.
         restarted = any(one.restarted for one in blocks)
@@ -340,7 +343,7 @@ class Performance:
         if self._polled_at is not None:
             gone = awake - self._polled_at
             if gone > SLEPT_S:
-                what = f"The computer slept or stalled for {gone:.0f} s."
+                what = say("The computer slept or stalled for {seconds} s.", seconds=f"{gone:.0f}")
                 self._notices.append(StudioError(what, "It goes on; nothing needs to be done."))
                 self._delay.reset()
         self._polled_at = awake

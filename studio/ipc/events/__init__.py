@@ -12,13 +12,14 @@ training  Events of commands that train, measure and describe: train, style, eva
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
 import msgspec
 
-from studio.errors import StudioError
+from studio.errors import StudioError, Text, say
 from studio.ipc.events.common import *  # noqa: F403
 from studio.ipc.events.common import ChildEvent
 from studio.ipc.events.live import *  # noqa: F403
@@ -26,6 +27,10 @@ from studio.ipc.events.takes import *  # noqa: F403
 from studio.ipc.events.training import *  # noqa: F403
 
 REMEDY = "Please report it with the log."
+_TEMPLATES = "templates"
+"""The key of [template, fields, number] by the English text."""
+FOR_WINDOW = "SAIA_FOR_WINDOW"
+"""The environment variable by which the window asks its children for templates; others read English."""
 
 
 class MessageError(StudioError):
@@ -66,17 +71,70 @@ def from_plain(facts: Mapping[str, Any], verb: str) -> ChildEvent:
     name = facts.get("event")
     kind = event_types().get((verb, str(name))) or event_types().get(("", str(name)))
     if kind is None:
-        raise MessageError(f"saia {verb} told of {name}, which nobody knows.", REMEDY)
+        raise MessageError(
+            say("saia {verb} told of {name}, which nobody knows.", verb=verb, name=name), REMEDY
+        )
     known = {key: value for key, value in facts.items() if value is not None}
+    told = known.pop(_TEMPLATES, None)
+    if isinstance(told, dict):
+        known = _said_again(known, told)
     try:
         return msgspec.convert(known, kind)
     except msgspec.ValidationError as error:
-        raise MessageError(f"saia {verb} told of {name} in another form: {error}.", REMEDY) from error
+        what = say("saia {verb} told of {name} in another form: {error}.", verb=verb, name=name, error=error)
+        raise MessageError(what, REMEDY) from error
 
 
-def encode(event: ChildEvent) -> str:
-    """The line of an event, without its end."""
-    return json.dumps({"event": event.NAME, **msgspec.to_builtins(event)}, ensure_ascii=False)
+def _builtins(event: Any) -> Any:
+    return msgspec.to_builtins(event, enc_hook=str)
+
+
+def encode(event: ChildEvent, plain: Callable[[Any], Any] = _builtins, templates: bool = True) -> str:
+    """The line of an event, without its end.
+
+    Its texts are English.
+
+    Args:
+        event: what is told.
+        plain: makes JSON values of it.
+        templates: also tell how texts with fields were made, so that the window can say them in the person's
+            language.
+    """
+    told: dict[str, Any] = {}
+    if templates:
+        _tell_sentences(event, told)
+    more = {_TEMPLATES: told} if told else {}
+    return json.dumps({"event": event.NAME, **plain(event), **more}, ensure_ascii=False)
+
+
+def _tell_sentences(value: Any, told: dict[str, Any], within: bool = False) -> None:
+    """Put the parts of the sentences in a value beside their English."""
+    if isinstance(value, Text):
+        # Without fields it is its own template; only among fields it must be told from names.
+        if value.fields or within:
+            told[str(value)] = [value.template, value.fields, value.number]
+            for field in value.fields.values():
+                _tell_sentences(field, told, within=True)
+    elif isinstance(value, msgspec.Struct):
+        _tell_sentences([getattr(value, name) for name in value.__struct_fields__], told)
+    elif isinstance(value, Mapping):
+        _tell_sentences(list(value.values()), told)
+    elif isinstance(value, list | tuple):
+        for one in value:
+            if not isinstance(one, float):  # a pose is many numbers, many times a second
+                _tell_sentences(one, told)
+
+
+def _said_again(value: Any, told: Mapping[str, Any]) -> Any:
+    """A JSON value with its sentences as they were when they were told."""
+    if isinstance(value, str) and value in told:
+        with suppress(TypeError, ValueError):  # not as we write it: then it is a text as others are
+            template, fields, number = told[value]
+            others = {english: parts for english, parts in told.items() if english != value}
+            return Text(value, template, _said_again(fields, others), number)
+    if isinstance(value, dict):
+        return {key: _said_again(one, told) for key, one in value.items()}
+    return [_said_again(one, told) for one in value] if isinstance(value, list) else value
 
 
 @cache

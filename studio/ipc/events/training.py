@@ -111,7 +111,7 @@ class EpochEvent(ChildEvent, frozen=True):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON values, numbers that are not finite as None; the line of metrics.jsonl."""
-        facts = msgspec.to_builtins(self)
+        facts = msgspec.to_builtins(self, enc_hook=str)  # sentences stay English in the file
         facts["val"] = {key: _finite(value) for key, value in self.val.items()}
         return {key: _finite(v) if isinstance(v, float) else v for key, v in facts.items()}
 

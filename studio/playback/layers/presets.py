@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.files import atomic
 from studio.paths import resource
 from studio.playback.layers.regions import REGIONS
@@ -63,14 +63,19 @@ def find(name: str, folder: Path | None = None) -> Preset:
     path = Path(name)
     if path.suffix.lower() == SUFFIX or path.is_file():
         if not path.is_file():
-            raise RequestError(f"There is no preset at {name}.", "Check how the path is written.")
+            raise RequestError(
+                say("There is no preset at {name}.", name=name), "Check how the path is written."
+            )
         return read(path)
     # Own presets come last into the dictionary, so that they win over shipped ones of the same title.
     own = saved(folder)[0] if folder is not None else ()
     known = {preset.title.casefold(): preset for preset in (*shipped(), *own)}
     if name.casefold() not in known:
         titles = ", ".join(preset.title for preset in known.values())
-        raise RequestError(f"There is no preset called {name}.", f"Choose one of: {titles}; or a .json file.")
+        raise RequestError(
+            say("There is no preset called {name}.", name=name),
+            say("Choose one of: {titles}; or a .json file.", titles=titles),
+        )
     return known[name.casefold()]
 
 
@@ -84,11 +89,15 @@ def read(path: Path, shipped: bool = False) -> Preset:
         content = atomic.read_json(path)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise StudioError(f"{path.name} cannot be read: {reason}.", "Choose another preset.") from error
+        raise StudioError(
+            say("{name} cannot be read: {reason}.", name=path.name, reason=reason), "Choose another preset."
+        ) from error
     except StudioError as error:
-        raise StudioError(f"{path.name} is no preset: it is damaged.", "Choose another file.") from error
+        raise StudioError(
+            say("{name} is no preset: it is damaged.", name=path.name), "Choose another file."
+        ) from error
     if content.get("format") != FORMAT or not isinstance(content.get("tuning"), dict):
-        raise StudioError(f"{path.name} is no preset of Saia Studio.", "Choose another file.")
+        raise StudioError(say("{name} is no preset of Saia Studio.", name=path.name), "Choose another file.")
     atomic.check_version(path, content, VERSION)
     # A person may have written the file: one line, and short enough for a menu.
     title = " ".join(str(content.get("title") or "").split())[:60] or path.stem
@@ -113,7 +122,7 @@ def save(folder: Path, title: str, tuning: Tuning) -> Preset:
     if not title:
         raise RequestError("A preset needs a name.", "Type one.")
     if any(preset.title.casefold() == title.casefold() for preset in shipped()):
-        raise RequestError(f"{title} is a preset of the studio.", "Choose another name.")
+        raise RequestError(say("{title} is a preset of the studio.", title=title), "Choose another name.")
     same = [preset for preset in saved(folder)[0] if preset.title.casefold() == title.casefold()]
     return write(same[0].path if same else _free(folder, title), title, tuning)
 
@@ -172,14 +181,16 @@ def from_plain(plain: dict[str, Any], name: str) -> Tuning:
     values: dict[str, Any] = {}
     for key, value in plain.items():
         if key not in kinds:
-            raise StudioError(f"{name} asks for {key}, which is no part of a tuning.", _ANOTHER)
+            raise StudioError(
+                say("{name} asks for {key}, which is no part of a tuning.", name=name, key=key), _ANOTHER
+            )
         if key == "shapes":
             values[key] = tuple(_shape(one, name) for one in _listed(value, key, name))
         elif key == "moves":
             values[key] = _regions(_listed(value, key, name), name)
         elif isinstance(kinds[key], bool):
             if not isinstance(value, bool):
-                raise StudioError(f"{name}: {key} must be true or false.", _ANOTHER)
+                raise StudioError(say("{name}: {key} must be true or false.", name=name, key=key), _ANOTHER)
             values[key] = value
         else:
             number = _number(value, key, LIMITS[key], name)
@@ -192,26 +203,35 @@ def _number(value: Any, key: str, limits: tuple[float, float], name: str) -> flo
     number = not isinstance(value, bool) and isinstance(value, int | float)
     # Neither is true of what is no number.
     if not number or not low <= value <= high:
-        raise StudioError(f"{name}: {key} must be a number from {low:g} to {high:g}.", _ANOTHER)
+        raise StudioError(
+            say(
+                "{name}: {key} must be a number from {low} to {high}.",
+                name=name,
+                key=key,
+                low=f"{low:g}",
+                high=f"{high:g}",
+            ),
+            _ANOTHER,
+        )
     return float(value)
 
 
 def _listed(value: Any, key: str, name: str) -> list[Any]:
     if not isinstance(value, list) or len(value) > 1000:
-        raise StudioError(f"{name}: {key} must be a list.", _ANOTHER)
+        raise StudioError(say("{name}: {key} must be a list.", name=name, key=key), _ANOTHER)
     return value
 
 
 def _regions(values: Iterable[Any], name: str) -> frozenset[str]:
     for value in values:
         if value not in REGIONS:
-            what = f"{name} lets {value} move, which is no region."
-            raise StudioError(what, f"Choose among: {', '.join(REGIONS)}.")
+            what = say("{name} lets {value} move, which is no region.", name=name, value=value)
+            raise StudioError(what, say("Choose among: {regions}.", regions=", ".join(REGIONS)))
     return frozenset(values)
 
 
 def _shape(value: Any, name: str) -> ShapeTuning:
     if not isinstance(value, dict) or not isinstance(value.get("name"), str):
-        raise StudioError(f"{name}: each of shapes needs the name of a blend shape.", _ANOTHER)
+        raise StudioError(say("{name}: each of shapes needs the name of a blend shape.", name=name), _ANOTHER)
     gain = _number(value.get("gain", 1.0), "gain", GAIN_LIMITS, name)
     return ShapeTuning(value["name"], gain, _number(value.get("lift", 0.0), "lift", LIFT_LIMITS, name))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio import __version__
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say
 from studio.features.motion import Layout
 from studio.files import atomic
 from studio.ipc.events import EpochEvent, StartedEvent, TrainingEvent
@@ -117,9 +117,9 @@ class RunFolder:
             # Epochs behind the saved weights are learnt again; their old lines would be there twice.
             done = folder._forget_after_state()
             notes = (
-                f"{resume.id} goes on after epoch {done}."
+                say("{run} goes on after epoch {done}.", run=resume.id, done=done)
                 if done
-                else f"{resume.id} had not finished an epoch and begins anew.",
+                else say("{run} had not finished an epoch and begins anew.", run=resume.id),
             )
         with atomic.written(folder.path / RECIPE_FILE) as beside:
             beside.write_text(recipe.as_toml(), encoding="utf-8")

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from lightning_fabric.utilities.rank_zero import rank_zero_only
 
-from studio.errors import RequestError, StudioError
+from studio.errors import RequestError, StudioError, say, together
 from studio.features.audio import non_silent_rows
 from studio.features.examples import Example
 from studio.features.motion import FACE, Layout
@@ -65,10 +65,11 @@ def out_of_memory(recipe: Recipe, project: Path, run: str) -> StudioError:
     if not setting:
         return StudioError(what, "Choose another recipe, or close other programs and train again.")
     how = f"--resume {run}" if run else f"--recipe {recipe.name}"
-    kept = " What was learnt is kept." if run else ""
-    return StudioError(
-        what, f'A smaller batch may fit: `saia train "{project}" {how} --set {setting}`.{kept}'
+    kept = say("What was learnt is kept.") if run else ""
+    fits = say(
+        "A smaller batch may fit: `{command}`.", command=f'saia train "{project}" {how} --set {setting}'
     )
+    return StudioError(what, together(" ", fits, kept))
 
 
 def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
@@ -91,14 +92,22 @@ def make_fabric(settings: TrainingSettings) -> lightning_fabric.Fabric:
         RuntimeError,
         lightning_fabric.utilities.exceptions.MisconfigurationException,
     ) as error:
-        what = f"Training cannot run on {settings.devices} x {settings.accelerator} here: {error}."
+        what = say(
+            "Training cannot run on {devices} x {accelerator} here: {error}.",
+            devices=settings.devices,
+            accelerator=settings.accelerator,
+            error=error,
+        )
         raise RequestError(what, "Choose training.accelerator=cpu and training.devices=1.") from error
     if world > 1:
         fabric.launch()
     elif settings.devices > 1:
         raise RequestError(
             "Several devices need several processes.",
-            f"Start it with `torchrun --nproc-per-node {settings.devices} --no-python saia train ...`.",
+            say(
+                "Start it with `torchrun --nproc-per-node {devices} --no-python saia train ...`.",
+                devices=settings.devices,
+            ),
         )
     return fabric
 
@@ -131,7 +140,10 @@ def check_precision(network: torch.nn.Module, settings: TrainingSettings, device
         with torch.autocast("cpu", kinds[settings.precision]):
             layer(torch.zeros(2, 1, 8))[0].sum().backward()
     except RuntimeError as error:
-        what = f"This processor cannot train this recipe with training.precision={settings.precision}."
+        what = say(
+            "This processor cannot train this recipe with training.precision={precision}.",
+            precision=settings.precision,
+        )
         raise RequestError(what, "Choose training.precision=auto.") from error
 
 
@@ -169,7 +181,9 @@ def fresh_model(data: Gathered, recipe: Recipe, on_note: Callable[[str], None] =
     network.pose_mean.copy_(mean)
     starts_there = recipe.training.start_from == "base_voice"
     if starts_there and (differs := _hear_as_base_voice(network, recipe, float(data.fps))):
-        on_note(f"The training starts from scratch and not from the base voice: {differs}.")
+        on_note(
+            say("The training starts from scratch and not from the base voice: {differs}.", differs=differs)
+        )
     if recipe.training.start_at_mean:
         network.start_at(mean)
     # Heads for the body learn their directions here once; they are fixed while training.
@@ -201,11 +215,15 @@ def _hear_as_base_voice(network: Network, recipe: Recipe, fps: float) -> str:
         for name, value in own.items()
     )
     if recipe.sound.cache_key != base.recipe.sound.cache_key:
-        return "this recipe hears sound in another form"
+        return say("this recipe hears sound in another form")
     if abs(fps / float(base.fps) - 1) > _RATE_APART:
-        return f"that knows {float(base.fps):g} frames a second, and your motion has {fps:g}"
+        return say(
+            "that knows {known} frames a second, and your motion has {fps}",
+            known=f"{float(base.fps):g}",
+            fps=f"{fps:g}",
+        )
     if not fits:
-        return "this recipe's network has other sizes"
+        return say("this recipe's network has other sizes")
     for name, value in own.items():
         value[:, : known[name].shape[1]].copy_(known[name]) if value.dim() > 1 else value.copy_(known[name])
     return ""

@@ -16,7 +16,7 @@ from dataclasses import replace
 import lightning_fabric
 import torch
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.ipc.events import (
     CleaningEvent,
     EpochEvent,
@@ -188,7 +188,11 @@ class _Training:
             total += self.steps.take((number - 1) * steps + done - 1, batch)
             if not math.isfinite(total):
                 raise StudioError(
-                    f"The training of {self.folder.path.name} went astray in epoch {number}.",
+                    say(
+                        "The training of {name} went astray in epoch {number}.",
+                        name=self.folder.path.name,
+                        number=number,
+                    ),
                     "Lower training.learning_rate; the best weights so far are kept.",
                 )
             self._tell_step(number, done, total / done)
@@ -308,7 +312,13 @@ class _Training:
     def _tell_start(self) -> None:
         data, progress = self.data, self.progress
         crops, processes = self.recipe.training.crops, self.fabric.world_size
-        idle = (f"Only {crops} of {processes} processes have work: raise training.crops to {processes}.",)
+        idle = (
+            say(
+                "Only {crops} of {processes} processes have work: raise training.crops to {processes}.",
+                crops=crops,
+                processes=processes,
+            ),
+        )
         for text in (*self.notes, *self.folder.notes, *(idle if crops < processes else ())):
             self.tell(NoteEvent(text))
         self.tell(

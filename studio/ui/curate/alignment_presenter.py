@@ -15,6 +15,7 @@ from studio.ui import tasks
 from studio.ui.curate.alignment_view import AlignReport, Answer, CurvePopup, judged
 from studio.ui.curate.bench_view import Bench
 from studio.ui.curate.model import CurateModel
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.widgets.plots import role_of
 
@@ -140,7 +141,7 @@ class AlignmentPresenter(QObject):
         self._next()
 
     def _on_failed(self, take: Take, error: BaseException) -> None:
-        what = error.what if isinstance(error, StudioError) else str(error)
+        what = native(error.what) if isinstance(error, StudioError) else str(error)
         self._answers.append(Answer(take.id, None, False, what))
         if self._count == 1:
             self._model.fail(error)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QCoreApplication, QObject, QTimer, Signal
 
 from studio.take.take import Take
 from studio.ui import tasks
+from studio.ui.language import native
 from studio.ui.widgets.timeline.content import Mark
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def mark_of(finding: Finding) -> Mark:
     """One finding as a mark; its sentence and remedy are on two lines."""
     severity = {"fatal": "bad", "major": "bad", "minor": "warn"}.get(finding.severity, "muted")
     start, end = (finding.at or 0.0), (finding.until or finding.at or 0.0)
-    text = f"{finding.what}\n{finding.remedy}".strip()
+    text = f"{native(finding.what)}\n{native(finding.remedy)}".strip()
     return Mark(start, max(end - start, 0.0), severity, title(finding.kind), text)
 
 

@@ -11,6 +11,7 @@ from studio.ui import messages
 from studio.ui.curate.checks import title
 from studio.ui.curate.library_view import Library
 from studio.ui.curate.model import CurateModel
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.widgets.timeline.content import Mark
@@ -85,7 +86,7 @@ class SuggestionsPresenter(QObject):
             self._target = None
             start, end = one.span or (row.span[0], row.span[0])
             severity = "bad" if one.weight >= 0.7 else "warn"
-            self._model.go_to(Mark(start, end - start, severity, title(one.kind), one.what))
+            self._model.go_to(Mark(start, end - start, severity, title(one.kind), native(one.what)))
 
     def _exclude(self, group: tuple[Suggestion, ...]) -> None:
         before, one = self._model.dataset, group[0]

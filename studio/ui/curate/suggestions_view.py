@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from studio.dataset.suggest import Suggestion
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.widgets.card import label
 from studio.ui.widgets.timeline.content import Mark
 from studio.ui.widgets.timeline.time_view import clock
@@ -148,7 +149,7 @@ class Suggestions(QWidget):
         across.addWidget(sign, 0, Qt.AlignmentFlag.AlignTop)
         column = QVBoxLayout()
         column.setSpacing(2)
-        texts = [(one.what, ""), (one.remedy, "caption")]
+        texts = [(native(one.what), ""), (native(one.remedy), "caption")]
         if len(group) > 1:
             texts = [(what_of(group), ""), (names_of(group, NAMED), "caption"), texts[1]]
         for text, role in texts:
@@ -199,7 +200,7 @@ class Suggestions(QWidget):
 
 def what_of(group: Group) -> str:
     """One sentence for what several takes have in common."""
-    sentences = {
+    known = {
         "no_motion": _tr("{0} takes have no motion."),
         "no_sound": _tr("{0} takes have no sound."),
         "short": _tr("{0} takes last less than a second."),
@@ -207,8 +208,8 @@ def what_of(group: Group) -> str:
         "unsure": _tr("In {0} takes mouth and voice may be out of sync."),
         "unused": _tr("{0} takes are not used: training needs both sound and motion."),
     }
-    sentence = sentences.get(group[0].kind, _tr("{0} takes like this: {1}"))
-    return sentence.format(len(group), group[0].what)
+    sentence = known.get(group[0].kind, _tr("{0} takes like this: {1}"))
+    return sentence.format(len(group), native(group[0].what))
 
 
 def names_of(group: Group, most: int) -> str:

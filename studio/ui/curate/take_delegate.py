@@ -28,6 +28,7 @@ from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 from studio.take.take import Take
 from studio.ui import tasks, theme
 from studio.ui.curate.take_table import COLUMNS, MISSING_ROLE, ROW_ROLE, TakeRow, split_title
+from studio.ui.language import native
 from studio.ui.widgets.timeline.time_view import clock
 
 Index = QModelIndex | QPersistentModelIndex
@@ -256,7 +257,7 @@ def _paint_grade(painter: QPainter, box: QRectF, row: TakeRow) -> None:
     painter.setFont(theme.ui_font(theme.CAPTION_PX))
     painter.setPen(theme.colour("muted"))
     room = box.adjusted(26, 0, 0, 0)
-    painter.drawText(room, _LEFT, in_two_lines(row.reason, painter.fontMetrics(), int(room.width())))
+    painter.drawText(room, _LEFT, in_two_lines(native(row.reason), painter.fontMetrics(), int(room.width())))
 
 
 def in_two_lines(text: str, metrics: QFontMetrics, width: int) -> str:

@@ -18,6 +18,7 @@ from PySide6.QtCore import (
 
 from studio.dataset.dataset import Dataset, Selection
 from studio.take.take import Take
+from studio.ui.language import native, sentences
 from studio.ui.widgets.timeline.time_view import clock
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class TakeRow:
     @property
     def reason(self) -> str:
         """Why the grade is not better, in one sentence; "" where there is nothing to say."""
-        return self.report.reason if self.report and self.report.grade != "A" else ""
+        return native(self.report.reason) if self.report and self.report.grade != "A" else ""
 
     @property
     def troubled(self) -> bool:
@@ -82,7 +83,17 @@ class TakeRow:
         """Everything a search looks through, in lower case."""
         s = self.selection
         labels = " ".join(label.text for label in s.labels)
-        words = (s.id, s.performer, s.emotion, *s.tags, s.note, labels, s.split, self.reason, self._origin)
+        words = (
+            s.id,
+            s.performer,
+            s.emotion,
+            *s.tags,
+            s.note,
+            labels,
+            s.split,
+            native(self.reason),
+            self._origin,
+        )
         return " ".join(words).lower()
 
     @property
@@ -267,7 +278,7 @@ class TakeTable(QAbstractTableModel):
 
     def _tip(self, row: TakeRow, column: str) -> str:
         if column == "grade" and row.report:
-            found = "\n".join(f"• {f.what} {f.remedy}" for f in row.report.findings)
+            found = "\n".join(f"• {sentences(f.what, f.remedy)}" for f in row.report.findings)
             return found or self.tr("No problems found in this take.")
         if column == "take" and row.take is None:
             return self.tr("This take's folder is missing. Use Find missing files; your edits are kept.")

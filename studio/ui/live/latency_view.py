@@ -10,8 +10,10 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QSlider, QToolButton, QWidget
 
 from studio.capture.device_names import listed, title_of
+from studio.errors import say
 from studio.evaluation.verdict import in_words
 from studio.ui import messages, theme
+from studio.ui.language import native
 from studio.ui.widgets.card import Card, label
 
 TRANSPORT_MS = 25
@@ -185,7 +187,7 @@ class LatencyCard(Card):
         if one.rmse is not None:
             tip = self.tr("On takes it had not heard: error {0}").format(f"{one.rmse:.4f}")
         if one.pearson_mouth is not None:
-            how = in_words(one.pearson_mouth, None, "your mouth")
+            how = native(in_words(one.pearson_mouth, None, say("your mouth")))
             words += " " + self.tr("On takes it had not heard, it {0}.").format(how)
             tip += self.tr(", mouth follows {0} of 1").format(f"{one.pearson_mouth:.2f}")
         self.quality.setText(words)

@@ -31,6 +31,7 @@ from studio.motion import Pose, Skeleton
 from studio.project import Run
 from studio.render.world_pose import WorldPose
 from studio.training.styles import RunSelection, newest
+from studio.ui.language import sentences
 from studio.ui.live.task import LiveTask
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
@@ -204,7 +205,7 @@ class LiveModel(QObject):
                 self.state = event
                 self.state_changed.emit(event)
             case NoticeEvent():
-                self.noticed.emit(f"{event.what} {event.remedy}")
+                self.noticed.emit(sentences(event.what, event.remedy))
             case ReadyEvent():
                 self.ready = Ready.of(event)
                 self.ready_changed.emit()

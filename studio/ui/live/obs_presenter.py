@@ -11,6 +11,7 @@ from studio.errors import StudioError
 from studio.ipc.events import LiveStateEvent
 from studio.remote.obs import USUAL_HOST, USUAL_PORT, ObsClient
 from studio.ui import messages, tasks
+from studio.ui.language import sentences
 from studio.ui.live.model import LiveModel
 from studio.ui.live.obs_view import ObsDialog, ObsPanel
 from studio.ui.session import Session
@@ -80,7 +81,7 @@ class ObsPresenter(QObject):
             dialog.accept()
 
         def bad(error: BaseException) -> None:
-            words = f"{error.what} {error.in_window}" if isinstance(error, StudioError) else str(error)
+            words = sentences(error.what, error.in_window) if isinstance(error, StudioError) else str(error)
             dialog.show_connecting(False, words)
 
         tasks.run(work, good, bad, owner=dialog, pool=self._pool)

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from studio.capture.device_names import listed, title_of
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import Card, label
 from studio.ui.widgets.meters import LevelMeterBar
@@ -158,7 +159,7 @@ class LiveSourceCard(Card):
             self.tuning.clear()
             self.tuning.addItem(self.tr("As predicted"), "")
             for title in titles:
-                self.tuning.addItem(title, title)
+                self.tuning.addItem(native(title), title)
             self.tuning.setCurrentIndex(max(self.tuning.findData(chosen), 0))
 
     def show_running(self, state: str) -> None:

@@ -10,6 +10,7 @@ from studio.ipc.commands import Command
 from studio.ipc.events import KeptEvent
 from studio.remote.server import SWITCHES, RemoteRequest, RemoteServer, RemoteState
 from studio.ui import messages
+from studio.ui.language import sentences
 from studio.ui.live.model import LiveModel
 from studio.ui.live.stream_view import StreamCard
 from studio.ui.live.task import Phase
@@ -58,7 +59,7 @@ class RemotePresenter(QObject):
             else:
                 self._server.stop()
         except StudioError as error:
-            problem = f"{error.what} {error.in_window}"
+            problem = sentences(error.what, error.in_window)
         self._card.show_remote(settings.remote, settings.remote_port, problem)
 
     def _on_phase(self) -> None:

@@ -8,6 +8,7 @@ from studio.capture.device_names import DEFAULT, PERFORMER_TITLE, line_port
 from studio.capture.health import is_quiet
 from studio.capture.snapshot import Snapshot
 from studio.settings import NO_MICROPHONE
+from studio.ui.language import native
 from studio.ui.record.health_view import HealthCard
 from studio.ui.record.model import RecordModel
 from studio.ui.session import Session
@@ -63,9 +64,9 @@ def findings(
         microphone: whether one is to be recorded.
         rolling: whether a take is being recorded.
     """
-    rows: list[Finding] = [(what, remedy, "warn") for what, remedy in problems.values()]
+    rows: list[Finding] = [(native(what), native(remedy), "warn") for what, remedy in problems.values()]
     rows += [
-        (_named(what, snap.device), remedy, "warn")
+        (_named(native(what), snap.device), native(remedy), "warn")
         for what, remedy in snap.problems
         # The recorder may tell of the same.
         if (what, remedy) not in problems.values()

@@ -11,6 +11,7 @@ from studio.capture.snapshot import Snapshot
 from studio.motion import Pose, Skeleton
 from studio.render.world_pose import WorldPose
 from studio.ui.avatar_store import Avatars
+from studio.ui.language import sentences
 from studio.ui.record.model import RecordModel
 from studio.ui.record.view import RecordView
 from studio.ui.session import Session
@@ -64,7 +65,7 @@ class RecordStagePresenter(QObject):
         several = len(snap.sources) > 1
         names = {name: one.title for one in snap.sources for name in one.shapes} if several else {}
         view.shapes.show_sources(names)
-        view.show_stage(" ".join(model.problems.get("motion", ())), model.practice.on)
+        view.show_stage(sentences(*model.problems.get("motion", ())), model.practice.on)
 
     def _stance(self, bone_names: tuple[str, ...], pose: Pose) -> WorldPose | None:
         """Where a pose's bones are, or None where there are too few bones for a figure."""

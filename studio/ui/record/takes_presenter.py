@@ -12,10 +12,11 @@ from PySide6.QtCore import QObject
 
 from studio.capture.health import losses
 from studio.dataset import edits
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.settings import NO_MICROPHONE
 from studio.take.take import Take
 from studio.ui import messages, tasks, undo
+from studio.ui.language import native, sentences
 from studio.ui.record.model import TAB, RecordModel, SavedTake
 from studio.ui.record.takes_view import TakeLine, TakesCard
 from studio.ui.session import Session
@@ -98,7 +99,7 @@ class TakesPresenter(QObject):
             )
             messages.show_warning(self._card, text, remedy, play, rolls, back)
             return
-        details = list(losses(take.info))
+        details = [native(loss) for loss in losses(take.info)]
         if moved_ms:
             moved = self.tr("Motion is shifted by {0} ms, based on the sync test.")
             details.insert(0, moved.format(f"{moved_ms:+.0f}"))
@@ -114,7 +115,7 @@ class TakesPresenter(QObject):
             show(self._card, text, damage or self.tr("It is among your takes."))
         for name, error in failed[:1]:
             # One message at a time: the next opening tells of the rest.
-            text = self.tr("{0} was not recovered. {1}").format(name, error.what)
+            text = self.tr("{0} was not recovered. {1}").format(name, native(error.what))
             messages.show_failure(self._card, text, error.remedy)
 
     # -- the list --------------------------------------------------------------------------------
@@ -137,13 +138,13 @@ class TakesPresenter(QObject):
             take.id,
             f"{seconds // 60}:{seconds % 60:02d}",
             verdict.grade,
-            "" if proof is not None and verdict.reason == proof.what else verdict.reason,
+            "" if proof is not None and verdict.reason == proof.what else native(verdict.reason),
             kept=selection is not None and selection.stars > 0,
             note=selection.note if selection else "",
             playing=self._model.player.take_id == take.id,
-            proof=" ".join(filter(None, (proof.what, proof.remedy))) if proof else "",
+            proof=sentences(proof.what, proof.remedy) if proof else "",
             proven=proof.good if proof else True,
-            details=proof.details if proof else "",
+            details=native(proof.details) if proof else "",
             recorded=not take.info.source.startswith("imported"),
         )
 
@@ -171,7 +172,7 @@ class TakesPresenter(QObject):
             # Without sound by choice: its row says so, and a message at each take would be one too many.
             return
         again = (self.tr("Re-record"), lambda: self._on_redo(take.id))
-        messages.show_warning(self._card, f"{take.id}: {proof.what}", proof.remedy, again)
+        messages.show_warning(self._card, f"{take.id}: {native(proof.what)}", proof.remedy, again)
 
     # -- what its buttons do ---------------------------------------------------------------------
 
@@ -255,6 +256,7 @@ def _unchecked(error: BaseException) -> Verdict:
     """What is said of a take whose check itself failed."""
     from studio.take.check import Proof
 
-    what = error.what if isinstance(error, StudioError) else f"The take could not be read again: {error}."
-    remedy = error.in_window if isinstance(error, StudioError) else "Open it in Curate and look it over."
-    return Verdict("?", "", Proof(False, what, remedy, ""))
+    what = say("The take could not be read again: {error}.", error=error)
+    if isinstance(error, StudioError):
+        return Verdict("?", "", Proof(False, error.what, error.in_window, ""))
+    return Verdict("?", "", Proof(False, what, "Open it in Curate and look it over.", ""))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication, QObject
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
 from studio.errors import StudioError
@@ -27,6 +27,7 @@ from studio.tracking.face_model import PACKAGE_SIZE
 from studio.tracking.pictures import HINTS
 from studio.tracking.webcam import load_calibration
 from studio.ui import messages, tasks
+from studio.ui.language import native, sentences
 from studio.ui.record.model import RecordModel
 from studio.ui.record.webcam_view import VIDEO, WebcamPane
 from studio.ui.session import Session
@@ -146,7 +147,7 @@ class WebcamPresenter(QObject):
         if now.calibrating:
             pane.show_hint(self.tr("Look straight ahead with a calm face."), "")
         elif now.hints:
-            text = QCoreApplication.translate("Webcam", HINTS[now.hints[0]])
+            text = native(HINTS[now.hints[0]])
             pane.show_hint(text.format(fps=now.fps), "warn")
         else:
             tip = (
@@ -160,7 +161,7 @@ class WebcamPresenter(QObject):
         self._on = self._again = False
         self._pane.show_running(False)
         if isinstance(error, StudioError):
-            self._pane.show_hint(f"{error.what} {error.in_window}", "warn")
+            self._pane.show_hint(sentences(error.what, error.in_window), "warn")
             if not self._pane.isVisible():
                 messages.show_error(self._pane.window(), error)
         else:

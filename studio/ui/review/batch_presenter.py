@@ -16,6 +16,7 @@ from studio.ipc.events import ChildEvent, EntryEvent, FilesDone, QueueEvent, Que
 from studio.playback.layers import presets
 from studio.training.styles import RunSelection
 from studio.ui import messages
+from studio.ui.language import sentences
 from studio.ui.messages import counted
 from studio.ui.review.batch_view import BatchDialog, BatchRequest
 from studio.ui.review.model import ReviewModel
@@ -168,7 +169,7 @@ class BatchPresenter(QObject):
             case QueueEvent():
                 dialog.show_entries(list(event.names))
             case EntryEvent():
-                text = f"{event.what} {event.remedy}" if event.what else ""
+                text = sentences(event.what, event.remedy) if event.what else ""
                 dialog.show_entry(event.index, event.state, text)
             case QueueProgressEvent():
                 dialog.show_progress(event.index, event.entry, event.fraction, self._progress_text(event))
@@ -197,7 +198,7 @@ class BatchPresenter(QObject):
             # Later: the question waits for its answer, and the end of this child is told of first.
             QTimer.singleShot(0, self, lambda: self._ask(error.file))
         elif isinstance(error, StudioError):
-            self._show_message(f"{error.what} {error.remedy}", "bad")
+            self._show_message(sentences(error.what, error.remedy), "bad")
         else:
             self._show_message(self.tr("Nothing was written."), "bad")
             messages.show_error(self._dialog, error)

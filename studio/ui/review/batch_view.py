@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 from studio.export.options import FormatChoice
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.review.export_view import MoreFormats
 from studio.ui.widgets.card import label
 from studio.ui.widgets.run_chooser import RunChooser
@@ -89,7 +90,7 @@ class BatchDialog(QDialog):
         self.setWindowTitle(self.tr("Batch"))
         self.resize(720, 560)
         self._sounds: tuple[Path, ...] = ()
-        self._titles = {one.name: one.title for one in formats}
+        self._titles = {one.name: native(one.title) for one in formats}
         column = QVBoxLayout(self)
         column.setContentsMargins(theme.BETWEEN, theme.BETWEEN, theme.BETWEEN, theme.BETWEEN)
         column.setSpacing(12)
@@ -269,7 +270,7 @@ class BatchDialog(QDialog):
         self.chosen.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._build_run(runs, proposed)
         self.more = MoreFormats()
-        self.more.show_formats({one.name: f"{one.title} ({one.suffix})" for one in formats})
+        self.more.show_formats({one.name: f"{native(one.title)} ({one.suffix})" for one in formats})
         self.more.changed.connect(self._show_formats)
         self.formats = label("", "", "batch_formats")
         self._show_formats()

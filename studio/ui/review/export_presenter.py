@@ -20,6 +20,7 @@ from studio.motion.motion import only_part
 from studio.render.background import Background
 from studio.take.motion_file import write_motion
 from studio.ui import messages, theme
+from studio.ui.language import sentences
 from studio.ui.review.export_options_view import ExportOptions
 from studio.ui.review.export_view import ExportRequest
 from studio.ui.review.model import ReviewModel
@@ -190,13 +191,13 @@ class ExportPresenter(QObject):
         self._show_busy(None)
         names = ", ".join(_distinct_names(to_name(self._files)))
         lines = [self.tr("Exported and verified: {0}.").format(names)] if names else []
-        lines += [f"{one.name}: {one.what} {one.remedy}" for one in done.failed]
+        lines += [f"{one.name}: {sentences(one.what, one.remedy)}" for one in done.failed]
         self._panel.show_result("\n".join(lines), not done.failed)
 
     def _on_failed(self, error: BaseException) -> None:
         self._show_busy(None)
         if isinstance(error, StudioError):
-            self._panel.show_result(f"{error.what} {error.remedy}", False)
+            self._panel.show_result(sentences(error.what, error.remedy), False)
         else:
             messages.show_error(self._panel, error)
 

@@ -27,6 +27,7 @@ from studio import formats
 from studio.export.options import FormatChoice
 from studio.files.atomic import safe_name
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.review.export_options_view import ExportOptions, OptionsForm, caption
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
@@ -155,8 +156,8 @@ class ExportPanel(QWidget):
         self._formats = tuple(formats)
         self.format.clear()
         for choice in formats:
-            self.format.addItem(f"{choice.title} ({choice.suffix})", choice.name)
-        self.more.show_formats({one.name: f"{one.title} ({one.suffix})" for one in formats})
+            self.format.addItem(f"{native(choice.title)} ({choice.suffix})", choice.name)
+        self.more.show_formats({one.name: f"{native(one.title)} ({one.suffix})" for one in formats})
         self._show_note()
 
     def show_fps(self, fps: float) -> None:
@@ -221,9 +222,9 @@ class ExportPanel(QWidget):
 
     def _show_note(self) -> None:
         choice, also = self._chosen(), self._also()
-        text = choice.note if choice else ""
+        text = native(choice.note) if choice else ""
         if also:
-            text = self.tr("Also: {0}.").format(", ".join(one.title for one in also))
+            text = self.tr("Also: {0}.").format(", ".join(native(one.title) for one in also))
         empty = self._empty()
         self.note.setText(empty or text)
         theme.as_role(self.note, "warn" if empty else "caption")
@@ -236,7 +237,7 @@ class ExportPanel(QWidget):
     def _empty(self) -> str:
         """Why what is chosen cannot be written of this motion, as a sentence; "" where all can."""
         chosen = (self._chosen(), *self._also())
-        titles = [one.title for one in chosen if one is not None and one.bones_only]
+        titles = [native(one.title) for one in chosen if one is not None and one.bones_only]
         solid = any(one is not None and one.name == SOLID for one in chosen)
         if solid and self.options.options.background.is_clear:
             return self.tr("An .mp4 film cannot be transparent. Choose .webm, or another background.")

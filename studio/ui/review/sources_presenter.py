@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog
 from studio.errors import StudioError
 from studio.project import Project, sounds
 from studio.ui import tasks, undo
+from studio.ui.language import native
 from studio.ui.review.clip import ReviewItem, sound_key
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
@@ -116,7 +117,7 @@ class SourcesPresenter(QObject):
     def _on_load_failed(self, item: ReviewItem, error: BaseException) -> None:
         # A dropped sound that cannot be read is of no use in the list; a take may be mended by other means.
         if item.take is None and isinstance(error, StudioError):
-            self.remove(item.key, why=error.what)
+            self.remove(item.key, why=native(error.what))
         else:
             self._model.failed.emit(error)
 

@@ -10,6 +10,7 @@ from studio.evaluation.verdict import in_words
 from studio.metrics.comparison import MotionComparison
 from studio.render.world_pose import WorldPose
 from studio.ui.avatar_store import Avatars
+from studio.ui.language import native
 from studio.ui.review.clip import ReviewItem, most_active_first
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
@@ -159,7 +160,7 @@ class StagePresenter(QObject):
 
     def _on_load_failed(self, _item: ReviewItem, error: BaseException) -> None:
         self._loading.stop()
-        sentence = error.what if isinstance(error, StudioError) else str(error)
+        sentence = native(error.what) if isinstance(error, StudioError) else str(error)
         self._view.stage.predicted.show_nothing(sentence, "mdi6.alert-outline")
 
     def _show_sound(self) -> None:
@@ -196,7 +197,7 @@ class StagePresenter(QObject):
         if c is None:
             return "", ""
         # People read the words; who wants the figures behind them finds them in the tip.
-        words = in_words(c.pearson, c.motion_ratio)
+        words = native(in_words(c.pearson, c.motion_ratio))
         parts = []
         if c.rmse is not None:
             parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from studio.ui.language import native
 from studio.ui.review.model import ReviewModel
 from studio.ui.review.view import ReviewView
 
@@ -169,7 +170,9 @@ class TransportPresenter(QObject):
 
     def _show_problem(self) -> None:
         problem = self._model.player.problem if self._model.player is not None else None
-        self._view.show_notice(problem.what if problem else "", problem.in_window if problem else "")
+        self._view.show_notice(
+            native(problem.what) if problem else "", native(problem.in_window) if problem else ""
+        )
 
     def _reaches_end(self, t: float) -> bool:
         """Rest at the end of what is used; who begins behind it hears what was trimmed away."""

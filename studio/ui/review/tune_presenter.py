@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
 
-from studio.errors import StudioError
+from studio.errors import StudioError, say
 from studio.files import atomic
 from studio.playback.layers import Tuning, presets
 from studio.project.contents import is_project
@@ -227,5 +227,6 @@ def _save(folder: Path, tuning: Tuning) -> None:
     try:
         presets.write(folder / FILE, "Last", tuning)
     except StudioError as error:
-        remedy = f"{error.remedy} Until then, Tune settings are lost when the studio closes."
+        lost = say("Until then, Tune settings are lost when the studio closes.")
+        remedy = say("{remedy} {lost}", remedy=error.remedy, lost=lost)
         raise StudioError(error.what, remedy, code=error.code) from error

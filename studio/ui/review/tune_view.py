@@ -25,6 +25,7 @@ from studio.playback.layers.presets import Preset
 from studio.playback.layers.regions import bone_region, is_lid, shape_region, vowel
 from studio.playback.layers.tuning import LIMITS
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.review.tune_controls import (
     Fold,
     GroundFold,
@@ -95,7 +96,7 @@ class PresetBar(QWidget):
             for index, preset in enumerate(presets):
                 if index and not preset.shipped and presets[index - 1].shipped:
                     self.list.insertSeparator(self.list.count())
-                title = self._titles().get(preset.title, preset.title) if preset.shipped else preset.title
+                title = native(preset.title) if preset.shipped else preset.title
                 self.list.addItem(title, preset)
         self._save.setEnabled(not why_not_save)
         self._save.setToolTip(why_not_save)
@@ -178,16 +179,6 @@ class PresetBar(QWidget):
         save.clicked.connect(self._on_name)
         cancel.clicked.connect(self.naming.hide)
         self.naming.hide()
-
-    def _titles(self) -> dict[str, str]:
-        """The studio's presets in the person's language."""
-        return {
-            "As predicted": self.tr("As predicted"),
-            "Calm": self.tr("Calm"),
-            "Lively": self.tr("Lively"),
-            "Streaming": self.tr("Streaming"),
-            "Mouth only": self.tr("Mouth only"),
-        }
 
 
 ONE_EDIT_MS = 800

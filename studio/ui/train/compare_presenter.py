@@ -16,6 +16,7 @@ from studio.ipc.events import (
     NoteEvent,
 )
 from studio.project import Project
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.compare_view import CompareDialog, Comparison, Points, compared
@@ -86,7 +87,7 @@ class ComparePresenter(QObject):
                 text = self.tr("The simple guesses to beat are made: {0} %.")
                 self.dialog.show_busy(self._measured, text.format(round(100 * event.fraction)))
             case NoteEvent(text=str(text)) if text:
-                self._notes.append(text)
+                self._notes.append(native(text))
 
     def _on_done(self, done: CompareDone) -> None:
         if self.dialog is not None:
@@ -95,7 +96,7 @@ class ComparePresenter(QObject):
 
     def _on_failed(self, error: StudioError) -> None:
         if self.dialog is not None:
-            self.dialog.show_failure(f"{error.what} {error.remedy}")
+            self.dialog.show_failure(sentences(error.what, error.remedy))
 
     def _note(self, found: Comparison) -> str:
         takes = ", ".join(found.takes[:4]) + ("…" if len(found.takes) > 4 else "")

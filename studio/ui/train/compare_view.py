@@ -37,6 +37,7 @@ from PySide6.QtWidgets import (
 from studio.evaluation.verdict import better_of
 from studio.ipc.events import CompareDone
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.run_facts import ALIVE
 from studio.ui.widgets.card import label
@@ -151,7 +152,7 @@ def compared(done: CompareDone) -> Comparison:
     found = [*runs.values(), *(baselines[name] for name in order), done.captured]
     rows = [_row(figure, [_number(one.get(figure.key)) for one in found], len(runs)) for figure in FIGURES]
     shown = tuple(row for row in rows if any(cell.value is not None for cell in row.cells[:-1]))
-    better = better_of(runs, done.per_take)
+    better = native(better_of(runs, done.per_take))
     return Comparison(columns, len(runs), shown, done.takes, done.split, better)
 
 

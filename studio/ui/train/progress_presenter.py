@@ -15,6 +15,7 @@ from studio.training import preview
 from studio.training.preview import BEST, CAPTURED, LATEST, Preview
 from studio.ui import messages, tasks
 from studio.ui.desktop import DesktopNotifier
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.train.model import TrainModel
@@ -109,7 +110,9 @@ class ProgressPresenter(QObject):
             for tab in ("train", "review"):
                 self._session.news_changed.emit(tab, text)
             self._ready, self._said = run, text
-            self._model.read_verdict(run, lambda found: self._tell_ready(run, text, found.quality, action))
+            self._model.read_verdict(
+                run, lambda found: self._tell_ready(run, text, native(found.quality), action)
+            )
         else:
             self._tell_ready(run, text, "", None)
 
@@ -139,7 +142,7 @@ class ProgressPresenter(QObject):
         if smaller:
             remedy = self.tr("What was learnt is kept; a smaller batch may fit.")
             button = self.tr("Train with a smaller batch ({0})").format(smaller.rpartition(".")[2])
-            self._view.show_offer(f"{error.what} {remedy}", button)
+            self._view.show_offer(sentences(error.what, remedy), button)
             error = StudioError(error.what, remedy, code=error.code)
         self._closing = False  # who closed the window must see what became of the training
         messages.show_error(self._view, error)
@@ -169,7 +172,7 @@ class ProgressPresenter(QObject):
             line = training_text(training.progress, training.stopping)
             title = training.run_id or self.tr("Preparing")
             self._view.show_progress(title, line, training.progress.fraction)
-            self._show_facts(facts, training.progress.epochs, facts.advice)
+            self._show_facts(facts, training.progress.epochs, native(facts.advice))
             self._preview.follow(training.folder, live=True)
 
     def _show(self) -> None:

@@ -9,6 +9,7 @@ from studio.training import recipe as recipes
 from studio.training.devices import Devices, devices
 from studio.training.duration import Expected, Lengths, TrainingTimes
 from studio.ui import tasks
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.train.data_view import DataCard
 from studio.ui.train.model import TrainModel
@@ -42,10 +43,11 @@ class RecipePresenter(QObject):
         self._infos = recipes.recipes()
         self._by_preset = {_key(info.preset): info for info in self._infos if info.preset}
         cards = [
-            PresetChoice(key, self.tr(info.preset), info.summary) for key, info in self._by_preset.items()
+            PresetChoice(key, native(info.preset), native(info.summary))
+            for key, info in self._by_preset.items()
         ]
         view.show_presets(cards, "")
-        view.show_recipes([(info.name, info.title, info.summary) for info in self._infos])
+        view.show_recipes([(info.name, native(info.title), native(info.summary)) for info in self._infos])
         view.preset_chosen.connect(self._on_preset)
         view.recipe_chosen.connect(self._on_recipe)
         view.advanced.toggled.connect(self._on_advanced)
@@ -99,9 +101,9 @@ class RecipePresenter(QObject):
     def _duration(self, expected: Expected) -> tuple[str, str]:
         """How long a training takes, and how that is known."""
         if expected.trainings:
-            return expected.words, self.tr("As long as it took on this computer, for your takes")
+            return native(expected.words), self.tr("As long as it took on this computer, for your takes")
         why = self.tr("A guess until its first training on this computer; longer while it is busy")
-        return expected.words, why
+        return native(expected.words), why
 
     def _on_preset(self, key: str) -> None:
         info = self._by_preset.get(key)
@@ -123,7 +125,7 @@ class RecipePresenter(QObject):
 
             def found(result: Devices) -> None:
                 self._devices = result
-                self._view.drawer.show_devices(result.names, result.reason)
+                self._view.drawer.show_devices(result.names, native(result.reason))
 
             tasks.run(devices, found, owner=self)
 

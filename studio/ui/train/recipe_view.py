@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.training import recipe as recipes
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.train.task import TrainRequest
 from studio.ui.widgets.card import Card, CutLabel, label
@@ -67,7 +68,7 @@ def forms_of(recipe: str) -> tuple[Form, ...]:
         made = recipes.load_recipe(recipe).with_overrides([f"form={name}"] if name else [])
         ahead, speaks = made.settings().get(LOOK_AHEAD), not made.sound.streams
         ahead_ms = round(ahead) if isinstance(ahead, int | float) and not speaks else None
-        found.append(Form(name, made.summary, made.training.epochs, ahead_ms, speaks, name == usual))
+        found.append(Form(name, native(made.summary), made.training.epochs, ahead_ms, speaks, name == usual))
     return tuple(found)
 
 

@@ -9,6 +9,7 @@ from studio.errors import StudioError
 from studio.files import atomic
 from studio.project import Run
 from studio.ui import messages
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.train.model import TrainModel
 from studio.ui.train.run_facts import NOTE_FILE, RunFacts, has_state, note_of, run_facts
@@ -57,7 +58,7 @@ class RunsPresenter(QObject):
 
     def _row(self, run: Run) -> RunRow:
         live = run.id == self._model.live_run
-        words = "" if live else self._model.verdict_on(run).short
+        words = "" if live else native(self._model.verdict_on(run).short)
         return RunRow(run.id, self._status(run), self._facts(run), note_of(run), words)
 
     def _facts(self, run: Run) -> RunFacts:

@@ -22,6 +22,7 @@ from studio.ipc.events import (
     TrainDone,
 )
 from studio.project import Run
+from studio.ui.language import native
 from studio.ui.tasks import ChildTask
 from studio.ui.train.run_facts import RunFacts, epochs_of, run_facts
 from studio.ui.widgets.timeline.time_view import minutes
@@ -69,7 +70,7 @@ class TrainingProgress:
             case OutOfMemoryEvent():
                 self.smaller = event.setting
             case NoteEvent(text=str(text)) if text:
-                self.notes.append(text)
+                self.notes.append(native(text))
 
     @property
     def facts(self) -> RunFacts:

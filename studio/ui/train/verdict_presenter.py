@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 from studio.evaluation.verdict import RunVerdict, curve_text
 from studio.ipc.events import ChildEvent, CurveDone, CurveProgressEvent
 from studio.ui import messages
+from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.train.model import TrainModel
@@ -72,7 +73,7 @@ class VerdictPresenter(QObject):
             why = self.tr("Keep a take for validation or test first: it is measured on those")
         elif not why and self._model.training.running:
             why = self.tr("A training is under way")
-        self._view.show_curve(not why, why, curve_text(curve) if curve is not None else "")
+        self._view.show_curve(not why, why, native(curve_text(curve)) if curve is not None else "")
 
     def _on_requested(self) -> None:
         project = self._session.project

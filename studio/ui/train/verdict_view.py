@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QS
 
 from studio.evaluation.verdict import RunVerdict
 from studio.ui import theme
+from studio.ui.language import sentences
 from studio.ui.shortcuts import name_of, tip_of
 from studio.ui.widgets.card import label
 
@@ -78,7 +79,7 @@ class VerdictRow(QWidget):
         if name:
             self._icon.setPixmap(theme.icon(name, token).pixmap(theme.icon_size(big=True)))
         # With what it was measured on: the charts beside it are of validation, and may say otherwise.
-        self.text.setText(f"{verdict.text} {verdict.basis}" if verdict.text else nothing)
+        self.text.setText(sentences(verdict.text, verdict.basis) if verdict.text else nothing)
 
     def show_curve(self, ready: bool, why_not: str, learnt: str) -> None:
         """Offer to measure what more takes would bring.

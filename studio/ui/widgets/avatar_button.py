@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButt
 
 from studio.motion.avatar import Avatar
 from studio.ui import theme
+from studio.ui.language import sentences
 from studio.ui.widgets.card import label
 from studio.ui.widgets.figure.pane import FACE_SIDE
 
@@ -109,7 +110,7 @@ class AvatarButton(QWidget):
         self.button.setText(self.tr("Avatar: {0}").format(name) if avatar else self.tr("Avatar"))
         self._row.invalidate()
         self._row.activate()  # it stands in no layout that would ask it to
-        self._show_text(" ".join((avatar.licence.line, *avatar.notes)).strip() if avatar else "")
+        self._show_text(sentences(avatar.licence.line, *avatar.notes) if avatar else "")
         if (around := self.parentWidget()) is not None:
             self.place(around.size())
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QToolButton, QWidge
 
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
+from studio.ui.language import native
 from studio.ui.widgets.card import label
 
 
@@ -109,7 +110,7 @@ class RunChooser(QWidget):
             self.run.clear()
             self.run.addItem(self._none, "")
             for choice in choices:
-                self.run.addItem(choice.title, choice.id)
+                self.run.addItem(native(choice.title), choice.id)
             self.run.setCurrentIndex(max(self.run.findData(wanted.run), 0))
         self._seed = wanted.seed
         self._show_liveliness(wanted.liveliness)

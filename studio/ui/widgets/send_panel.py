@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from studio.errors import StudioError
 from studio.settings import Settings
 from studio.ui import theme
+from studio.ui.language import native, sentences
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
@@ -261,7 +262,7 @@ class TargetRow(QFrame):
         self.preset.setAccessibleName(self.tr("Program"))
         for preset in PRESETS:
             self.preset.addItem(preset.title, preset.port)
-            self.preset.setItemData(self.preset.count() - 1, preset.hint, Qt.ItemDataRole.ToolTipRole)
+            self.preset.setItemData(self.preset.count() - 1, native(preset.hint), Qt.ItemDataRole.ToolTipRole)
         self.preset.addItem(_other(), 0)
         self.host = QLineEdit(address.host)
         self.host.setObjectName(f"target_host_{number}")
@@ -338,7 +339,7 @@ class TargetRow(QFrame):
         }[state.status]
         problem = state.problem or self._warning
         if problem is not None:
-            words = f"{problem.what} {problem.remedy}"
+            words = sentences(problem.what, problem.remedy)
             token = token if state.problem is not None else "warn"
         elif state.status is TargetStatus.OFF:
             words = str(self.preset.currentData(Qt.ItemDataRole.ToolTipRole) or "")
