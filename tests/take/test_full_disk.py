@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -33,12 +34,15 @@ NOISE = np.random.default_rng(1).uniform(-0.5, 0.5, (48000, 1)).astype(np.float3
 def with_limit(folder: Path) -> Iterator[Path]:
     """A folder in which files can be 8 KB long, as on a disk of an old kind."""
     resource = pytest.importorskip("resource")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limits, writes = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    # Python would keep modules imported here for the first time cut off, and fail to read them ever after.
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, limits[1]))
     try:
         yield folder
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        sys.dont_write_bytecode = writes
 
 
 @contextmanager
