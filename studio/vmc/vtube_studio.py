@@ -57,6 +57,7 @@ def read(datagram: bytes) -> tuple[dict[str, float], tuple[float, float, float] 
         shapes = {str(one["k"]): float(one["v"]) for one in content["BlendShapes"]}
         turn = content["Rotation"]
         yaw, pitch, roll = (float(turn[axis]) for axis in "xyz")
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        # JSON has whole numbers of any length, and those of 400 digits are no float.
         raise MalformedError("the face is cut off") from error
     return shapes, (pitch, yaw, roll)

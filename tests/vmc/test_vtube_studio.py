@@ -77,6 +77,8 @@ def test_a_packet_without_a_face_is_no_fault_and_no_frame() -> None:
         packet().replace(b'"Rotation"', b'"Rotatioff"'),
         packet().replace(b'"v":0.0', b'"v":NaN', 1),
         packet().replace(b'"v":0.0', b'"v":"x"', 1),
+        packet().replace(b'"v":0.0', b'"v":1' + b"0" * 400, 1),
+        packet().replace(b'"Rotation":{"x":0.0', b'"Rotation":{"x":1' + b"0" * 400),
         packet((1e9, 0, 0)),
     ],
 )
