@@ -158,8 +158,10 @@ class FrameAssembler:
         return rows
 
     def _note_pictures(self, stream: Stream) -> None:
-        owner = self._held.shape_owners.get("JawOpen")
-        merged = PictureFlag.MERGED if owner is None or owner is stream else PictureFlag(0)
+        owners = self._held.shape_owners
+        # A face need not have ARKit's shapes: avatars have vowels instead.
+        givers = {"JawOpen": owners["JawOpen"]} if "JawOpen" in owners else owners
+        merged = PictureFlag.MERGED if all(one is stream for one in givers.values()) else PictureFlag(0)
         others = [
             s
             for s in self._streams.values()

@@ -762,6 +762,16 @@ def test_beside_a_phone_a_picture_says_what_the_phone_saw_and_whose_the_face_is(
     assert all(map(math.isnan, assembler.poll_pictures()[0][5:])), "the phone was not heard for a while"
 
 
+def test_a_camera_that_sees_nobody_leaves_out_nothing_of_a_face_of_vowels() -> None:
+    assembler = FrameAssembler()
+    for k in range(5):
+        datagrams = (*bones(k), shape("A", k / 10), APPLY)
+        for datagram in datagrams:
+            assembler.feed(10.0 + k / 60, datagram, "127.0.0.1:6000", 39539)
+        assembler.feed(10.005 + k / 60, shown(flags=0), "127.0.0.1:5000", 39539)
+    assert [int(row[1]) for row in assembler.poll_pictures()] == [0] * 5
+
+
 @pytest.mark.parametrize(
     "datagram",
     [
