@@ -93,7 +93,9 @@ class PracticeVoice(AudioInput):
                 data, sender = listening.recvfrom(MOST_BYTES)
             block = decode_block(data)
             now = clock.now()
-            if block is not None and self._is_heard(sender, now):
+            # What is heard at no moment of now would take the line there, and nobody heard any more.
+            near = block is not None and abs(block.captured - now) < _SLEPT_S
+            if block is not None and near and self._is_heard(sender, now):
                 self._speak(block, now)
             elif now - self._end > SILENT_AFTER:
                 self._next = None

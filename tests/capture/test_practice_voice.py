@@ -97,6 +97,20 @@ def test_lost_blocks_are_counted_and_leave_their_gap(voice: PracticeVoice, speak
     assert voice.overruns == 1
 
 
+@pytest.mark.parametrize("captured", [1e300, -1e300, 1e6])
+def test_a_voice_of_another_time_does_not_take_the_line(
+    voice: PracticeVoice, speaker: socket.socket, captured: float
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stray:
+        send(stray, voice, 0, captured, -0.9)
+    begin = clock.now() + AHEAD_S
+    for k in range(3):
+        send(speaker, voice, k * BLOCK_SAMPLES, begin + k * BLOCK_SAMPLES / LINE_RATE, 0.5)
+    blocks = drained(voice, lambda found: len(loud(found)) >= 3)
+    assert {float(block.samples.min()) for block in loud(blocks)} == {0.5}
+    assert max(map(abs, gaps(blocks))) < 1.5 / LINE_RATE
+
+
 def test_a_second_voice_does_not_break_into_the_first(voice: PracticeVoice, speaker: socket.socket) -> None:
     begin = clock.now() + AHEAD_S
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
