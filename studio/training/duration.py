@@ -128,9 +128,15 @@ class Expected:
         minutes, least, most = self.seconds / 60, round(self.least_s / 60), math.ceil(self.most_s / 60)
         if most >= 90:
             least, most = round(self.least_s / 3600), math.ceil(self.most_s / 3600)
-            return f"{least} to {most} hours" if least else f"up to {most} hours"
-        if most > 1:
-            return f"{least} to {most} minutes" if least else f"up to {most} minutes"
+            if not least:
+                return say("up to {n} hours", n=most)
+            if least < most:
+                return say("{least} to {n} hours", least=least, n=most)
+        elif most > 1:
+            if not least:
+                return say("up to {n} minutes", n=most)
+            if least < most:
+                return say("{least} to {n} minutes", least=least, n=most)
         if minutes < 1:
             return say("under a minute")
         if minutes < 90:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from studio import cli
+from studio.errors import Text
 from studio.project import Project
 from studio.settings import settings_folder
 from studio.training.duration import FILE, Expected, Lengths, TrainingTime, TrainingTimes, kind_of
@@ -122,10 +123,16 @@ def test_it_is_said_in_words(seconds: float, words: str) -> None:
         (Expected(144, 0, 101, 432), "2 to 8 minutes"),
         (Expected(20, 0, 14, 60), "under a minute"),
         (Expected(7200, 0, 5040, 21600), "1 to 6 hours"),
+        (Expected(4000, 0, 1200, 7000), "up to 2 hours"),
+        # Narrowed by many trainings, its ends are one figure.
+        (Expected(110, 0, 107, 119), "about 2 minutes"),
+        (Expected(3 * 3600, 0, 2.6 * 3600, 2.9 * 3600), "about 3 hours"),
     ],
 )
 def test_a_guess_is_said_as_a_range(guess: Expected, words: str) -> None:
-    assert guess.words == words
+    said = guess.words
+    assert said == words
+    assert isinstance(said, Text), "it can be translated"
 
 
 @pytest.mark.parametrize("bad", ["NaN", "-1", "1e400"])
