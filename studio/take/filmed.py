@@ -123,7 +123,7 @@ def _agreement(text: str) -> Agreement | None:
         numbers = {name: plain[name] for name in ("lag_ms", "jaw", "mouth", "blinks")}
         good = all(one is None or math.isfinite(one) for one in numbers.values())
         return Agreement(bool(plain["phone"]), **numbers) if good else None
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         return None
 
 

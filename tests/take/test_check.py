@@ -356,7 +356,14 @@ def test_a_webcam_beside_a_phone_is_compared_in_words(
     assert [(f.severity, f.what) for f in report.findings] == [(severity, what)]
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"phone": true}', '{"phone": 1, "lag_ms": "x"}', "NaN"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{", "[]", '{"phone": true}', '{"phone": 1, "lag_ms": "x"}', "NaN", "[" * 100_000,
+        '{"phone": 1, "lag_ms": 1' + "0" * 400 + ', "jaw": 0, "mouth": 0, "blinks": 0}',
+    ],
+    ids=range(7),
+)  # fmt: skip
 def test_a_comparison_that_makes_no_sense_is_none(tmp_path: Path, text: str) -> None:
     assert check_take(filmed(tmp_path, motion(fps=30.0), (), beside=text)).findings == ()
 
