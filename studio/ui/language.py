@@ -38,9 +38,9 @@ def native(text: str) -> str:
         text: a Text, or one that is its own template.
     """
     if not isinstance(text, Text):
-        return QCoreApplication.translate(CONTEXT, text) if text else ""
+        return _found(text) if text else ""
     number = -1 if text.number is None else text.number
-    found = QCoreApplication.translate(CONTEXT, text.template, None, number)
+    found = _found(text.template, number)
     if not text.fields:
         return found
     fields = {name: native(one) if isinstance(one, Text) else one for name, one in text.fields.items()}
@@ -48,7 +48,16 @@ def native(text: str) -> str:
         return str(text)  # English, whose form for one is not in the template
     try:
         said = found.format(**fields)
-    except (KeyError, IndexError, ValueError):  # a translator wrote braces that nothing stands for
+    except (LookupError, ValueError, AttributeError):  # a translator wrote braces that nothing stands for
         return str(text)
     # Where English begins with a field and a capital, so does the other language.
     return f"{said[:1].upper()}{said[1:]}" if text[:1].isupper() and found.startswith("{") else said
+
+
+def _found(text: str, number: int = -1) -> str:
+    """A text in the person's language, itself where nobody has translated it."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # a file's name that is no text, on Linux: Qt cannot look it up
+        return text
+    return QCoreApplication.translate(CONTEXT, text, None, number)

@@ -15,7 +15,7 @@ from PySide6.QtCore import QLocale, QTranslator
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QTableView, QWidget
 
-from studio.errors import capital, counted, port_taken, say, together
+from studio.errors import StudioError, capital, counted, port_taken, say, together
 from studio.ui import language, messages, theme
 from studio.ui.language import native, sentences
 from studio.ui.main_window import MainWindow
@@ -71,6 +71,20 @@ def window(qtbot, qapp) -> QWidget:
 def test_without_a_translation_the_window_speaks_english(qapp) -> None:
     one = say("{n} takes were lost in {name}.", "{n} take was lost in {name}.", n=1, name="a")
     assert (native(one), native("The disk is full."), native("")) == (one, "The disk is full.", "")
+
+
+@pytest.mark.parametrize("name", ["{0}", "{name}", "100 %n", "{", "take\udcff.wav"])
+def test_a_name_of_a_file_is_shown_as_it_is(speak, window, name: str) -> None:
+    """Braces are nothing to fill, and bytes that are no text are no reason to show nothing at all."""
+    what = "{name} cannot be read as a video."
+    assert native(say(what, name=name)) == f"{name} cannot be read as a video."
+    assert native(name) == name
+    speak({what: "{name} ist kein Video."})
+    error = StudioError(say(what, name=name), f"Look at {name}.")
+    messages.show_error(window, error)
+    toast = window.findChild(Toast)
+    assert toast is not None
+    assert toast.text.text() == f"{name} ist kein Video.".replace("\udcff", "")
 
 
 def test_an_error_of_the_core_is_said_in_another_language(speak, window) -> None:
