@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from studio.cli import main
+from studio.errors import Text, counted, say
 from studio.ipc import events
 from studio.ipc.events import (
     CheckDone,
@@ -20,6 +21,7 @@ from studio.ipc.events import (
     FilesDone,
     LiveStateEvent,
     MessageError,
+    NoteEvent,
     QueueFailure,
     RecordStateEvent,
     TakeEvent,
@@ -51,6 +53,22 @@ CLI = Path(__file__).resolve().parents[2] / "studio" / "cli"
 )
 def test_a_line_is_read_into_its_type(verb: str, line: str, expected: ChildEvent | None) -> None:
     assert decode(line, verb) == expected
+
+
+def test_sentences_come_back_as_they_were_made_whatever_stands_in_them() -> None:
+    """A name may read like a sentence, like the one it stands in, or like a field of one."""
+    name = say("{name}", name="x")
+    within = say("{what} {more}", what=say("{name} is {name}", name="{what}"), more=say("Stop."))
+    for sentence in (name, within, say("{name} is bad.", name=within), counted(1, "frame")):
+        back = decode(encode(NoteEvent(text=sentence)), "train")
+        assert isinstance(back, NoteEvent)
+        assert made_of(back.text) == made_of(sentence)
+
+
+def made_of(text: str) -> object:
+    if not isinstance(text, Text):
+        return text
+    return str(text), text.template, {key: made_of(one) for key, one in text.fields.items()}, text.number
 
 
 def test_what_is_not_known_is_the_fields_default() -> None:

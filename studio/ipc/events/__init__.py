@@ -125,16 +125,15 @@ def _tell_sentences(value: Any, told: dict[str, Any], within: bool = False) -> N
                 _tell_sentences(one, told)
 
 
-def _said_again(value: Any, told: Mapping[str, Any]) -> Any:
-    """A JSON value with its sentences as they were when they were told."""
-    if isinstance(value, str) and value in told:
+def _said_again(value: Any, told: Mapping[str, Any], around: tuple[str, ...] = ()) -> Any:
+    """A JSON value with its sentences as they were when they were told; `around` are those it stands in."""
+    if isinstance(value, str) and value in told and value not in around:
         with suppress(TypeError, ValueError):  # not as we write it: then it is a text as others are
             template, fields, number = told[value]
-            others = {english: parts for english, parts in told.items() if english != value}
-            return Text(value, template, _said_again(fields, others), number)
+            return Text(value, template, _said_again(fields, told, (*around, value)), number)
     if isinstance(value, dict):
-        return {key: _said_again(one, told) for key, one in value.items()}
-    return [_said_again(one, told) for one in value] if isinstance(value, list) else value
+        return {key: _said_again(one, told, around) for key, one in value.items()}
+    return [_said_again(one, told, around) for one in value] if isinstance(value, list) else value
 
 
 @cache
