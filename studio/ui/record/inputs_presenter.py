@@ -119,6 +119,8 @@ class InputsPresenter(QObject):
 
     def _follow_voice(self) -> None:
         """Record the performer's voice while it performs, and the person's microphone again after that."""
+        if self._session.rolling or self._model.busy:
+            return  # what it is recorded with stays in the list; it is asked again after the take
         if self._sound_opened != (self._model.sound_device, self._session.settings.sample_rate):
             self._show_devices()
             self._open_sound()

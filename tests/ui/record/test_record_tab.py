@@ -597,9 +597,13 @@ def test_the_practice_performer_s_voice_is_recorded_without_any_sound_device(roo
     assert "sound" not in room.model.problems
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: room.session.rolling and not room.model.busy, timeout=30_000)
+    listed: list[object] = []
+    choice.model().rowsInserted.connect(lambda *_: listed.append(choice.currentText()))
     room.view.inputs.practice.click()
     qtbot.waitUntil(lambda: recorded(room, seconds=1.0))
     assert recorder.snapshot().device == "Practice performer", "a take that rolls keeps its sound"
+    assert choice.currentText() == "Practice performer", "and says so"
+    assert not listed, "nothing is listed anew with every picture"
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: len(room.project.takes) == 2, timeout=60_000)
     assert not room.project.takes[1].info.notes
