@@ -272,8 +272,9 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
     pictures = contents.pictures[np.argsort(contents.pictures[:, 0], kind="stable")]
     moments, flags = fit.to_audio(pictures[:, 0]), pictures[:, 1].astype(int)
     alone = (flags & filmed.PictureFlag.MERGED) > 0
-    # Of a face that another tracker gave, a camera's pictures say nothing.
-    extra |= filmed.shares(flags[alone]) if alone.any() else {}
+    # Of a face that another tracker gave, a camera's pictures say nothing; yet they count, or the moment
+    # before a phone was heard would be said of all the take.
+    extra |= filmed.shares(np.where(alone, flags, filmed.PictureFlag.FACE)) if alone.any() else {}
     if (beside := filmed.agreement(pictures)) is not None:
         extra[filmed.BESIDE] = json.dumps(vars(beside))
     moved = 0.0

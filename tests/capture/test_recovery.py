@@ -367,3 +367,18 @@ def test_of_a_crash_what_the_camera_saw_is_on_the_take_s_clock(tmp_path: Path) -
     assert take.info.left_out == ((1.0, 2.0, NO_FACE),)
     assert take.info.extra["face_seen"] == "0.7500"
     assert load_take(folder).info.left_out == take.info.left_out
+
+
+def test_a_moment_before_the_phone_gave_the_face_is_not_said_of_all_the_take(tmp_path: Path) -> None:
+    folder = tmp_path / "Cam_001"
+    roll = Roll(folder, "Cam", 1, 100.0, None)
+    names = ChannelLayout(("JawOpen",), ())
+    for k in range(120):
+        t = 100.0 + k / 30
+        roll.add_rows(one_row(t, k / 30, names, np.zeros(names.width, dtype=np.float32)))
+        # The camera sees nobody; from a tenth of a second on that is the phone's affair.
+        roll.add_pictures([(t, float(PictureFlag.MERGED if k < 3 else 0), *[0.0] * 3, *[np.nan] * 4)])
+    roll.flush({})
+    roll.close()
+    ((take,), _) = attempt(tmp_path)
+    assert take.info.extra["face_seen"] == "0.9750"
