@@ -46,6 +46,8 @@ class PracticeVoice(AudioInput):
         # Who is listened to, and the sample that comes next; None while the line is silent.
         self._sender: tuple[str, int] | None = None
         self._next: int | None = None
+        # Whether it was heard before, and whether it came too late since: the line was silent meanwhile.
+        self._spoke = self._late = False
         # Up to when sound was given, and when the last of a sender's came.
         self._end = self._spoken_at = 0.0
 
@@ -107,6 +109,7 @@ class PracticeVoice(AudioInput):
             if now - self._spoken_at < _LEFT_S:
                 return False
             self._sender, self._next = sender, None
+            self._spoke = self._late = False
         self._spoken_at = now
         return True
 
@@ -116,13 +119,15 @@ class PracticeVoice(AudioInput):
             # It begins to speak: silence up to that moment, and what would lie before the end is left out.
             self._be_silent(captured, now)
             early = round((self._end - captured) * LINE_RATE)
+            self._late = self._late or (early > 0 and self._spoke)
             if early >= len(samples):
                 return
+            lost, self._late = self._late, False
             early = max(early, 0)
             samples, captured = samples[early:], captured + early / LINE_RATE
         else:
             lost = block.first != self._next
-        self._next = block.first + len(block.samples)
+        self._next, self._spoke = block.first + len(block.samples), True
         self._end = captured + len(samples) / LINE_RATE
         self._push(captured, samples[:, None], lost, now)
 

@@ -111,6 +111,22 @@ def test_a_voice_of_another_time_does_not_take_the_line(
     assert max(map(abs, gaps(blocks))) < 1.5 / LINE_RATE
 
 
+def test_what_comes_when_the_line_was_silent_already_is_counted_as_lost(
+    voice: PracticeVoice, speaker: socket.socket
+) -> None:
+    begin = clock.now() + AHEAD_S
+    send(speaker, voice, 0, begin, 0.5)
+    blocks = drained(voice, lambda found: bool(loud(found)) and not found[-1].samples.any())
+    assert voice.overruns == 0
+    # It was held up: what it goes on with lies in the silence, up to the present and beyond.
+    late = blocks[-1].captured - 0.005
+    for k in range(200):
+        send(speaker, voice, (k + 1) * BLOCK_SAMPLES, late + k * BLOCK_SAMPLES / LINE_RATE, 0.25)
+    spoken = loud(drained(voice, lambda found: len(loud(found)) >= 3))
+    assert [block.overflow for block in spoken[:3]] == [True, False, False]
+    assert voice.overruns == 1
+
+
 def test_a_second_voice_does_not_break_into_the_first(voice: PracticeVoice, speaker: socket.socket) -> None:
     begin = clock.now() + AHEAD_S
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
