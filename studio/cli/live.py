@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--look-ahead", type=int, metavar="MS",
-        help="how far it hears ahead (100, or 500 for runs that read both ways; the nearest it offers)",
+        help="how far it hears ahead (about 60, or 500 for runs that read both ways; the nearest it offers)",
     )  # fmt: skip
     parser.add_argument(
         "--voice-to", metavar="NAME",
