@@ -141,7 +141,8 @@ class LivePerformance:
 
     def pose_source(self) -> PoseSource:
         """Poses for a target to send."""
-        return PoseSource(self.performance.named_pose_at, self.performance.position)
+        live = self.performance
+        return PoseSource(live.named_pose_at, live.position, live.arrivals)
 
     def ready_facts(self) -> dict[str, Any]:
         """What a display needs to know once."""
@@ -222,7 +223,10 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     # Always with a gate: the gain learns from speech alone, and idling may be switched on later.
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
     layers = PoseLayers(rest_motion(model, style), idles=options.gate, blinks=options.blinks)
-    performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
+    source = _source(options, look_ahead)
+    # Where poses come by twos and threes, or long before they are due, an even beat shows them evenly.
+    prompt = options.file is None and not look_ahead.hop_ms and not model.recipe.sound.uses_encoder
+    performance = Performance(model, look_ahead, source, sound, layers, style, sampling, prompt)
     live = LivePerformance(run_folder.name, performance, name)
     if options.mood:
         live.set_mood(options.mood)

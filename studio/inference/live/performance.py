@@ -20,11 +20,12 @@ from studio.inference.live.last_minutes import LastMinutes
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
 from studio.inference.live.steps import LiveSteps, LookAhead, silent_pose
-from studio.inference.live.timing import Delay, PoseLine
+from studio.inference.live.timing import GUESSED, Delay, PoseLine
 from studio.model._network import SamplingOptions
 from studio.motion import Motion, Pose
 from studio.sound.level import FLOOR_DBFS, LevelMeter
 from studio.training.checkpoint import Model
+from studio.vmc.pace import PoseArrivals
 
 LOOK_S, REST_S = 0.02, 0.008
 """How long the source may let wait for sound before other things are looked after, and how long it rests
@@ -85,6 +86,7 @@ class Performance:
         sound: what makes it fit for the model.
         layers: what is laid over the poses.
         style, sampling: as for generating.
+        prompt: whether senders are woken by each pose, and show it then.
         now: the computer's clock, seconds.
         awake: one that goes on while the computer sleeps.
     """
@@ -98,6 +100,7 @@ class Performance:
         layers: PoseLayers,
         style: int = 0,
         sampling: SamplingOptions | None = None,
+        prompt: bool = False,
         now: Callable[[], float] = clock.now,
         awake: Callable[[], float] | None = None,
     ) -> None:
@@ -107,8 +110,11 @@ class Performance:
         self._look_ahead = look_ahead
         self._steps = LiveSteps(model, look_ahead, style, self._sampling)
         self._base = 0.0  # seconds of the stream at which the steps at hand began
-        self._delay = Delay(1.0 / float(model.fps))
-        self._line = PoseLine(1.0 / float(model.fps))
+        step = 1.0 / float(model.fps)
+        self._delay, self._line = Delay(step, prompt), PoseLine(step)
+        self._bearable = (1.0 - GUESSED) * step if prompt else 0.0
+        self.arrivals = PoseArrivals(step) if prompt else None
+        """Wakes senders; None where they keep an even beat."""
         self._notices: deque[StudioError] = deque()
         self._meter = LevelMeter()
         self._late = self._frames = 0
@@ -315,10 +321,13 @@ class Performance:
         now, speaking = self._now(), self.sound.speaking and not self.sound.muted
         for i, t in enumerate(times):
             self._add(self.sound.moment(float(t)), motion.row(i), speaking, now)
+        if self.arrivals is not None:
+            self.arrivals.add()
 
     def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
         self._frames += 1
-        if now - moment > self._delay.value and self._frames > 1:
+        # Half a frame is guessed well enough to do without the pose itself.
+        if now - moment > self._delay.value + self._bearable and self._frames > 1:
             self._late += 1
         self._delay.add(now, now - moment)
         self._line.add(moment, pose, speaking)
