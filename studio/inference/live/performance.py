@@ -16,6 +16,7 @@ from studio.errors import StudioError
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
+from studio.inference.live.early_opening import EarlyOpening
 from studio.inference.live.last_minutes import LastMinutes
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
@@ -86,6 +87,7 @@ class Performance:
         sound: what makes it fit for the model.
         layers: what is laid over the poses.
         style, sampling: as for generating.
+        opening: opens the mouth as soon as a voice begins; None for one that does not.
         prompt: whether senders are woken by each pose, and show it then.
         now: the computer's clock, seconds.
         awake: one that goes on while the computer sleeps.
@@ -100,6 +102,7 @@ class Performance:
         layers: PoseLayers,
         style: int = 0,
         sampling: SamplingOptions | None = None,
+        opening: EarlyOpening | None = None,
         prompt: bool = False,
         now: Callable[[], float] = clock.now,
         awake: Callable[[], float] | None = None,
@@ -113,6 +116,7 @@ class Performance:
         step = 1.0 / float(model.fps)
         self._delay, self._line = Delay(step, prompt), PoseLine(step)
         self._bearable = (1.0 - GUESSED) * step if prompt else 0.0
+        self.opening = opening or EarlyOpening(rest_motion(model), mean_motion(model), sound.rate, on=False)
         self.arrivals = PoseArrivals(step) if prompt else None
         """Wakes senders; None where they keep an even beat."""
         self._notices: deque[StudioError] = deque()
@@ -243,7 +247,12 @@ class Performance:
 
     def named_pose_at(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose of a moment with the names of its shapes and bones. From any thread."""
-        return self.layers.named_pose(moment, *self._line.at(moment))
+        pose, speaking = self._line.at(moment)
+        if pose is not None:
+            # When it is shown, not when its sound was: the opening belongs to what is heard now.
+            shown = moment + self._delay.value
+            pose, speaking = self.opening.opened(pose, shown), speaking or self.opening.share(shown) > 0.0
+        return self.layers.named_pose(moment, pose, speaking)
 
     # The live thread
 
@@ -304,6 +313,9 @@ class Performance:
         self._seconds_heard += len(samples) / self.sound.rate
         if gap:
             self._delay.reset()
+        # What is known ahead needs no haste, and its sound is not heard yet.
+        if self._delay.value > 0:
+            self.opening.feed(samples, self._now(), self._delay.value)
         for first, values in self._steps.feed(samples):
             self._keep(first, values)
 
@@ -376,3 +388,8 @@ def _silence(model: Model, look_ahead: LookAhead) -> Floats:
 def rest_motion(model: Model, style: int = 0, mood: Floats | None = None) -> Motion:
     """The pose a model's avatar rests in, as a motion of one frame."""
     return model.layout.motion(silent_pose(model, style, mood)[None], np.zeros(1))
+
+
+def mean_motion(model: Model) -> Motion:
+    """The mean pose of what a model has learnt from, as a motion of one frame."""
+    return model.layout.motion(model.network.pose_mean.detach().numpy()[None], np.zeros(1))

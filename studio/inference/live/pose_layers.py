@@ -14,8 +14,8 @@ from studio.playback.layers import Reference, Tuner, Tuning
 from studio.playback.layers.idle import smooth_step
 
 FADE_S, WAKE_S = 0.35, 0.08
-"""How long it takes from speaking to idling and back, and how long the mouth takes back: the first syllable must
-not be swallowed by a body that wakes up slowly."""
+"""How long it takes from speaking to idling and back, and how long the mouth takes back: the first syllable
+must not be swallowed by a body that wakes up slowly."""
 PANIC_S = 0.25
 IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
 """What an avatar does while nobody speaks."""
@@ -101,7 +101,7 @@ class PoseLayers:
                 return self._last
             self._begun = self._begun or moment
             # Capped: after the computer slept, a fade would otherwise be over in one step.
-            step = 0.1 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
+            step = 0.0 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
             self._at = moment
             # The neutral pose is the panic key: it goes over a frozen pose as well.
             if self.frozen and not self.neutral and self._last is not None:

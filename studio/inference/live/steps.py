@@ -31,8 +31,8 @@ WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
 """How far back a window of a network that reads both ways reaches, and how often it is moved on."""
 WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
 USUAL_REACH_MS, WINDOW_USUAL_MS = 60, 500
-"""The usual look-ahead: the one that comes nearest to hearing 60 ms on, whatever its name; whole frames decide
-what there is (67 hears 58 ms on at 30 frames a second). Of networks that read both ways, its name."""
+"""The usual look-ahead: the one that comes nearest to hearing 60 ms on, whatever its name; whole frames
+decide what there is (67 hears 58 ms on at 30 frames a second). Of networks that read both ways, its name."""
 _CYCLE_S = 4
 """Seconds, times the rate's denominator, after which frames and an encoder's chunks lie alike again."""
 

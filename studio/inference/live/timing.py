@@ -20,8 +20,8 @@ REMEMBERED_S = 8.0
 SPARE_S = 0.002
 MOST_UNEVEN_S = 0.15
 GUESSED, TRUSTED = 0.5, 0.75
-"""Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in, and
-how much of the last step is gone on with: measured, all of it overshoots and none of it stutters."""
+"""Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in,
+and how much of the last step is gone on with: measured, all of it overshoots and half of it stutters."""
 _NEARLY_ALL = 96
 """Per cent of the poses that are there in time; the others are shown a little late, not waited for."""
 STEADY_S, STEADY_WITHIN_S = 1.5 * REMEMBERED_S, 0.01

@@ -62,8 +62,8 @@ class LatencyCard(Card):
         self.slider.setAccessibleName(self.tr("Look-ahead, from sooner to more exact"))
         self.slider.setToolTip(
             self.tr(
-                "How much of what you say next the avatar waits for. Sooner, it moves closer to your voice; more"
-                " exact, it knows better which sound your mouth makes. About 60 ms is the usual middle."
+                "How much of what you say next the avatar waits for. Sooner, it moves closer to your voice;"
+                " more exact, it knows better which sound your mouth makes. About 60 ms is usual."
             )
         )
         self.slider.setPageStep(1)
@@ -189,8 +189,8 @@ class LatencyCard(Card):
             self.quality.setText(self.tr("Waits for about 200 ms of your voice, to know your words."))
             self.quality.setToolTip(
                 self.tr(
-                    "This run knows speech, and what was said is known only about 200 ms later. For an avatar that"
-                    " moves sooner, go live with Quick look."
+                    "This run knows speech, and what was said is known only about 200 ms later. For an avatar"
+                    " that moves sooner, go live with Quick look."
                 )
             )
             return

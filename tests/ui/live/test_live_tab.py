@@ -127,10 +127,19 @@ def test_options_become_the_words_of_the_command(room: Callable[..., Room], toy_
     add_run(toy_project, styles=["toy_001"], style="toy_001")
     view, presenter, _ = room(toy_project)
     view.source.gain.setChecked(False)
+    assert view.source.early.isChecked()
+    view.source.early.setChecked(False)
     view.source.gate.setChecked(False)
     view.source.noise.setChecked(True)
     view.latency.look_ahead_chosen.emit(200)
-    assert presenter.source.args == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
+    assert presenter.source.args == [
+        "--look-ahead",
+        "200",
+        "--no-gain",
+        "--no-gate",
+        "--no-early",
+        "--suppress-noise",
+    ]
 
 
 def test_poses_are_seen_whatever_channels_a_tuning_leaves(performing: Room, child: FakeChild) -> None:
