@@ -1,4 +1,4 @@
-"""The mouth opens as soon as a voice begins, stays shut for what is no voice, and gives way to the network."""
+"""The mouth opens as soon as a voice begins, stays shut for other sounds, and gives way to the network."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_every_word_is_known_once_within_40_ms_whatever_the_blocks() -> None:
     sound, starts = words(10)
     found = beginnings(sound)
     assert len(found) == len(starts)
-    assert 0 < (found - starts).min()
+    assert (found - starts).min() > 0
     assert (found - starts).max() < SUSTAINED * 0.005 + 0.015
     detector, rng, at, odd = OnsetDetector(RATE), np.random.default_rng(1), 0, 0
     while at < len(sound):
