@@ -161,7 +161,7 @@ def beginnings(voice: np.ndarray) -> np.ndarray:
 
 
 def opening(times: np.ndarray, mouth: np.ndarray, begin: float) -> float:
-    """Seconds after a beginning at which the mouth has passed a third of its rise; NaN where it hardly does."""
+    """Seconds after a beginning until the mouth has passed a third of its rise; NaN where it hardly does."""
     around = (times > begin - 0.12) & (times < begin + 0.45)
     before = (times > begin - 0.22) & (times <= begin - 0.10)
     if not before.any() or mouth[around].max() - mouth[before].mean() < 0.04:
