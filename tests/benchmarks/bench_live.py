@@ -271,7 +271,8 @@ def _heard_until(done: threading.Event, device: str) -> tuple[np.ndarray, float]
     """What a device hears until an event, (N,), and the moment of its first sample."""
     from studio.capture.microphone import AudioInput
 
-    ear = AudioInput(device, sample_rate=RATE, channels=1)
+    # Short blocks: a server hands long ones over late, and not every driver's stamps know that.
+    ear = AudioInput(device, sample_rate=RATE, channels=1, latency=0.01)
     ear.start()
     blocks, moments, began, taken = [], [], [], 0
     while not done.wait(0.02):
