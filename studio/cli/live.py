@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--look-ahead", type=int, metavar="MS",
-        help="how far it hears ahead (100, or 500 for runs that read both ways; the nearest it offers)",
+        help="how far it hears ahead (about 60, or 500 for runs that read both ways; the nearest it offers)",
     )  # fmt: skip
     parser.add_argument(
         "--voice-to", metavar="NAME",
@@ -73,6 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-bundle", action="store_true", help="one message a packet")
     parser.add_argument("--rotations-only", action="store_true", help="leave the avatar's own proportions")
     parser.add_argument("--no-gate", action="store_true", help="do not idle while nobody speaks")
+    parser.add_argument("--no-early", action="store_true", help="open the mouth only with its sound")
     parser.add_argument("--no-gain", action="store_true", help="leave the microphone's level as it is")
     parser.add_argument("--suppress-noise", action="store_true", help="the voice alone; 30 ms more latency")
     parser.add_argument("--poses", action="store_true", help="with --json: tell the poses too, for a display")
@@ -99,7 +100,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     options = LiveOptions(
         device=args.device, file=args.file, output=args.output, look_ahead_ms=args.look_ahead,
         style=args.style, mood=args.mood, seed=args.seed, liveliness=args.liveliness, gate=not args.no_gate,
-        gain=not args.no_gain, suppress=args.suppress_noise, blinks=chosen.blinks,
+        gain=not args.no_gain, early=not args.no_early, suppress=args.suppress_noise, blinks=chosen.blinks,
     )  # fmt: skip
     live = make(chosen.folder, _sounds_of(project, chosen), options)
     _Stage(args, out, live, addresses, project).run()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from studio.errors import RequestError, say
 
-SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "poses")
+SWITCHES = ("mute", "freeze", "neutral", "gain", "gate", "early", "poses")
 LIVE_WORDS = (
     *SWITCHES,
     "look-ahead",

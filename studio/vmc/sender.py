@@ -14,15 +14,12 @@ from studio.motion import Pose
 from studio.motion.neutral import WAVE_SECONDS, between, neutral_pose, wave_pose
 from studio.vmc import MARIONETTE_PORT, PERFORMER_PORT
 from studio.vmc.encode import SendOptions, encode_frame
+from studio.vmc.pace import Pace, PoseArrivals
 
 # An avatar that is left in mid-gesture looks broken; half a second back to rest does not look like a cut.
 FADE_SECONDS = 0.5
 REFUSED_FOR = 1.0
 """Seconds a target counts as refusing after its last refusal."""
-EARLY = 0.003
-"""Seconds before it is due that a frame is made, so that it leaves on time."""
-
-
 STARVED = 0.1
 """Seconds without a frame after which even a late one goes out: where a machine is too busy to make any frame
 in time an avatar stutters, and does not freeze."""
@@ -104,10 +101,12 @@ class PoseSource:
         pose_at: position in seconds -> pose, with the names of its shapes and of its bones; called on the
             sender's thread.
         position: the player's position in seconds; called on the sender's thread.
+        arrivals: where each pose is to leave as soon as it has been made; None for an even beat.
     """
 
     pose_at: Callable[[float], tuple[Pose, tuple[str, ...], tuple[str, ...]]]
     position: Callable[[], float]
+    arrivals: PoseArrivals | None = None
 
 
 @dataclass(frozen=True)
@@ -118,7 +117,7 @@ class _Frame:
 
 
 class VmcTarget:
-    """Sends the pose of a source to one destination at a steady rate.
+    """Sends the pose of a source to one destination at a steady rate, or as its poses are made.
 
     A frame whose time has passed is dropped, never queued. The sender's time T only rises, whatever
     the player does. Stopping fades to a neutral pose once. Frames leave on this object's own thread.
@@ -202,7 +201,7 @@ class VmcTarget:
     def _run(self, sock: socket.socket, destination: Destination, stop: threading.Event) -> None:
         """Runs on the sender's thread until stopped."""
         with sock:
-            pace = _Pace(destination.fps)
+            pace = Pace(destination.fps, self._source.arrivals if self._source is not None else None)
             last: _Frame | None = None
             while not stop.is_set():
                 self._dropped += pace.wait(stop)
@@ -230,7 +229,7 @@ class VmcTarget:
 
     def _fade_out(self, sock: socket.socket, destination: Destination, last: _Frame) -> None:
         rest = neutral_pose(last.shape_names, last.bone_names, last.pose.positions)
-        pace, count = _Pace(destination.fps), max(round(FADE_SECONDS * destination.fps), 1)
+        pace, count = Pace(destination.fps), max(round(FADE_SECONDS * destination.fps), 1)
         for step in range(1, count + 1):
             # Stopped a second time: whoever asks twice does not want to wait for the fade.
             if not self._fade:
@@ -246,7 +245,7 @@ class VmcTarget:
         sock: socket.socket,
         destination: Destination,
         frame: _Frame,
-        pace: _Pace,
+        pace: Pace,
         even_late: bool = False,
     ) -> None:
         datagrams = encode_frame(
@@ -279,34 +278,6 @@ class VmcTarget:
             pass
         except (ConnectionRefusedError, ConnectionResetError):
             self._refused_at = time.monotonic()
-
-
-class _Pace:
-    """An even beat on the monotonic clock that skips what it missed."""
-
-    def __init__(self, fps: float) -> None:
-        # 240 a second is more than any display shows.
-        self.step = 1.0 / min(max(fps, 1.0), 240.0)
-        self.due = time.monotonic()
-
-    def wait(self, stop: threading.Event) -> int:
-        """Sleep until just before the next beat; returns how many beats were missed."""
-        self.due += self.step
-        # The beat stays on its grid: after a hold-up it goes on where it would have been, not from now.
-        late = time.monotonic() - self.due
-        missed = int(late / self.step) if late > 0 else 0
-        self.due += missed * self.step
-        # Not to the beat itself: an event's wait may come back late, and the rest is slept in `hold`.
-        rest = self.due - EARLY - time.monotonic()
-        if rest > 0:
-            stop.wait(rest)
-        return missed
-
-    def hold(self) -> None:
-        """Sleep the last moment before the beat."""
-        rest = self.due - time.monotonic()
-        if rest > 0:
-            time.sleep(rest)
 
 
 def _connected(destination: Destination) -> socket.socket:

@@ -13,7 +13,8 @@ import numpy as np
 from studio.errors import RequestError
 from studio.inference.live.audio_source import LEAD_S, AudioSource, Microphone, SoundFile
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
-from studio.inference.live.performance import Performance, rest_motion
+from studio.inference.live.early_opening import EarlyOpening
+from studio.inference.live.performance import Performance, mean_motion, rest_motion
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate, level_of_takes
 from studio.inference.live.steps import LookAhead, look_ahead_of, look_aheads
@@ -37,6 +38,7 @@ class LiveOptions:
         style, seed, liveliness: as for generating.
         mood: one that the run was taught, "" for none.
         gate: idle while nobody speaks.
+        early: open the mouth as soon as a voice begins.
         gain: bring the microphone to the level of the training takes.
         suppress: take noise out.
         blinks: a minute, for a run that makes none.
@@ -51,6 +53,7 @@ class LiveOptions:
     seed: int = 0
     liveliness: float = 1.0
     gate: bool = True
+    early: bool = True
     gain: bool = True
     suppress: bool = False
     blinks: float = 0.0
@@ -75,7 +78,7 @@ class LivePerformance:
         self._layers = layers
         self.switches: dict[str, tuple[object, str]] = {
             "mute": (sound, "muted"), "freeze": (layers, "frozen"), "neutral": (layers, "neutral"),
-            "gain": (sound.gain, "on"), "gate": (layers, "idles"),
+            "gain": (sound.gain, "on"), "gate": (layers, "idles"), "early": (performance.opening, "on"),
         }  # fmt: skip
         self._output: DelayedVoiceOutput | None = None
 
@@ -141,7 +144,8 @@ class LivePerformance:
 
     def pose_source(self) -> PoseSource:
         """Poses for a target to send."""
-        return PoseSource(self.performance.named_pose_at, self.performance.position)
+        live = self.performance
+        return PoseSource(live.named_pose_at, live.position, live.arrivals)
 
     def ready_facts(self) -> dict[str, Any]:
         """What a display needs to know once."""
@@ -171,6 +175,7 @@ class LivePerformance:
             "mood": self.mood,
             "muted": self.is_on("mute"), "frozen": self.is_on("freeze"), "neutral": self.is_on("neutral"),
             "gain_on": self.is_on("gain"), "idles": self.is_on("gate"),
+            "opens_early": self.is_on("early"),
             "idling": round(self._layers.idling, 2),
             "look_ahead_ms": self.performance.look_ahead.look_ahead_ms,
             "seen": str(sync_perception(late)), "sound_delay_ms": sound_delay_ms(late),
@@ -221,8 +226,13 @@ def make(run_folder: Path, learnt: Sequence[Path], options: LiveOptions) -> Live
     gain = Gain(level_of_takes(learnt), rate, options.gain)
     # Always with a gate: the gain learns from speech alone, and idling may be switched on later.
     sound = AudioPreprocessor(rate, gain, Gate(), options.suppress)
-    layers = PoseLayers(rest_motion(model, style), idles=options.gate, blinks=options.blinks)
-    performance = Performance(model, look_ahead, _source(options, look_ahead), sound, layers, style, sampling)
+    rest = rest_motion(model, style)
+    layers = PoseLayers(rest, idles=options.gate, blinks=options.blinks)
+    opening = EarlyOpening(rest, mean_motion(model), rate, options.early)
+    source = _source(options, look_ahead)
+    # Where poses come by twos and threes, or long before they are due, an even beat shows them evenly.
+    prompt = options.file is None and not look_ahead.hop_ms and not model.recipe.sound.uses_encoder
+    performance = Performance(model, look_ahead, source, sound, layers, style, sampling, opening, prompt)
     live = LivePerformance(run_folder.name, performance, name)
     if options.mood:
         live.set_mood(options.mood)

@@ -16,15 +16,17 @@ from studio.errors import StudioError, say
 from studio.features.audio_spec import Floats
 from studio.inference.live.audio_source import AudioBlock, AudioSource
 from studio.inference.live.delayed_voice import DelayedVoiceOutput
+from studio.inference.live.early_opening import EarlyOpening
 from studio.inference.live.last_minutes import LastMinutes
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor
 from studio.inference.live.steps import LiveSteps, LookAhead, silent_pose
-from studio.inference.live.timing import Delay, PoseLine
+from studio.inference.live.timing import GUESSED, Delay, PoseLine
 from studio.model._network import SamplingOptions
 from studio.motion import Motion, Pose
 from studio.sound.level import FLOOR_DBFS, LevelMeter
 from studio.training.checkpoint import Model
+from studio.vmc.pace import PoseArrivals
 
 LOOK_S, REST_S = 0.02, 0.008
 """How long the source may let wait for sound before other things are looked after, and how long it rests
@@ -85,6 +87,8 @@ class Performance:
         sound: what makes it fit for the model.
         layers: what is laid over the poses.
         style, sampling: as for generating.
+        opening: opens the mouth as soon as a voice begins; None for one that does not.
+        prompt: whether senders are woken by each pose, and show it then.
         now: the computer's clock, seconds.
         awake: one that goes on while the computer sleeps.
     """
@@ -98,6 +102,8 @@ class Performance:
         layers: PoseLayers,
         style: int = 0,
         sampling: SamplingOptions | None = None,
+        opening: EarlyOpening | None = None,
+        prompt: bool = False,
         now: Callable[[], float] = clock.now,
         awake: Callable[[], float] | None = None,
     ) -> None:
@@ -107,8 +113,12 @@ class Performance:
         self._look_ahead = look_ahead
         self._steps = LiveSteps(model, look_ahead, style, self._sampling)
         self._base = 0.0  # seconds of the stream at which the steps at hand began
-        self._delay = Delay(1.0 / float(model.fps))
-        self._line = PoseLine(1.0 / float(model.fps))
+        step = 1.0 / float(model.fps)
+        self._delay, self._line = Delay(step, prompt), PoseLine(step)
+        self._bearable = (1.0 - GUESSED) * step if prompt else 0.0
+        self.opening = opening or EarlyOpening(rest_motion(model), mean_motion(model), sound.rate, on=False)
+        self.arrivals = PoseArrivals(step) if prompt else None
+        """Wakes senders; None where they keep an even beat."""
         self._notices: deque[StudioError] = deque()
         self._meter = LevelMeter()
         self._late = self._frames = 0
@@ -237,7 +247,12 @@ class Performance:
 
     def named_pose_at(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose of a moment with the names of its shapes and bones. From any thread."""
-        return self.layers.named_pose(moment, *self._line.at(moment))
+        pose, speaking = self._line.at(moment)
+        if pose is not None:
+            # When it is shown, not when its sound was: the opening belongs to what is heard now.
+            shown = moment + self._delay.value
+            pose, speaking = self.opening.opened(pose, shown), speaking or self.opening.share(shown) > 0.0
+        return self.layers.named_pose(moment, pose, speaking)
 
     # The live thread
 
@@ -301,6 +316,9 @@ class Performance:
         self._seconds_heard += len(samples) / self.sound.rate
         if gap:
             self._delay.reset()
+        # What is known ahead needs no haste, and its sound is not heard yet.
+        if self._delay.value > 0:
+            self.opening.feed(samples, self._now(), self._delay.value)
         for first, values in self._steps.feed(samples):
             self._keep(first, values)
 
@@ -318,10 +336,13 @@ class Performance:
         now, speaking = self._now(), self.sound.speaking and not self.sound.muted
         for i, t in enumerate(times):
             self._add(self.sound.moment(float(t)), motion.row(i), speaking, now)
+        if self.arrivals is not None:
+            self.arrivals.add()
 
     def _add(self, moment: float, pose: Pose, speaking: bool, now: float) -> None:
         self._frames += 1
-        if now - moment > self._delay.value and self._frames > 1:
+        # Half a frame is guessed well enough to do without the pose itself.
+        if now - moment > self._delay.value + self._bearable and self._frames > 1:
             self._late += 1
         self._delay.add(now, now - moment)
         self._line.add(moment, pose, speaking)
@@ -370,3 +391,8 @@ def _silence(model: Model, look_ahead: LookAhead) -> Floats:
 def rest_motion(model: Model, style: int = 0, mood: Floats | None = None) -> Motion:
     """The pose a model's avatar rests in, as a motion of one frame."""
     return model.layout.motion(silent_pose(model, style, mood)[None], np.zeros(1))
+
+
+def mean_motion(model: Model) -> Motion:
+    """The mean pose of what a model has learnt from, as a motion of one frame."""
+    return model.layout.motion(model.network.pose_mean.detach().numpy()[None], np.zeros(1))

@@ -5,12 +5,17 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 
+import numpy as np
+
 from studio.motion import Motion, Pose
+from studio.motion.channels import is_mouth_shape
 from studio.motion.neutral import between, neutral_pose
 from studio.playback.layers import Reference, Tuner, Tuning
 from studio.playback.layers.idle import smooth_step
 
-FADE_S = 0.35
+FADE_S, WAKE_S = 0.35, 0.08
+"""How long it takes from speaking to idling and back, and how long the mouth takes back: the first syllable
+must not be swallowed by a body that wakes up slowly."""
 PANIC_S = 0.25
 IDLE = Tuning(blinks=15.0, darts=0.6, breath=1.0, sway=1.0)
 """What an avatar does while nobody speaks."""
@@ -36,6 +41,8 @@ class PoseLayers:
         # Reentrant: named_pose holds it around pose, so that names and pose never belong to two tunings.
         self._lock = threading.RLock()
         self._idle_share, self._neutral_share = 1.0 if idles else 0.0, 0.0
+        self._mouth_share = self._idle_share
+        self._mouth = np.array([is_mouth_shape(name) for name in self.shape_names], dtype=bool)
         self._at: float | None = None
         self._begun = 0.0
         self._last: Pose | None = None
@@ -94,7 +101,7 @@ class PoseLayers:
                 return self._last
             self._begun = self._begun or moment
             # Capped: after the computer slept, a fade would otherwise be over in one step.
-            step = 0.1 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
+            step = 0.0 if self._at is None else min(max(moment - self._at, 0.0), 0.1)
             self._at = moment
             # The neutral pose is the panic key: it goes over a frozen pose as well.
             if self.frozen and not self.neutral and self._last is not None:
@@ -116,14 +123,17 @@ class PoseLayers:
         # Before the first pose the avatar idles, too: a statue looks broken.
         still = made is None or (self.idles and not speaking)
         self._idle_share = _towards(self._idle_share, float(still), step / FADE_S)
+        self._mouth_share = _towards(self._mouth_share, float(still), step / (FADE_S if still else WAKE_S))
         self._neutral_share = _towards(self._neutral_share, float(self.neutral), step / PANIC_S)
         self._rest_share = _towards(self._rest_share, 1.0, step / FADE_S)
         t, rest = moment - self._begun, self._resting()
         pose = made if made is not None else rest
         if self._idle_share > 0:
             idle = self._idler.pose(t, rest)
-            share = float(smooth_step(self._idle_share))
+            share, mouth = float(smooth_step(self._idle_share)), float(smooth_step(self._mouth_share))
+            shapes = np.where(self._mouth, (1 - mouth) * pose.shapes + mouth * idle.shapes, 0.0)
             pose = idle if share == 1 else between(pose, idle, share)
+            pose = replace(pose, shapes=np.where(self._mouth, shapes, pose.shapes).astype(np.float32))
         # After idling, so that a person's own tuning holds while nobody speaks.
         pose = self._tuner.pose(t, pose)
         if self._neutral_share > 0:  # over everything: a panic key is no matter of taste

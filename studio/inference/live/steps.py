@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 WINDOW_BACK_S, WINDOW_HOP_S = 1.0, 0.1
 """How far back a window of a network that reads both ways reaches, and how often it is moved on."""
 WINDOW_AHEAD_MS = (200, 500, 1000, 2000)
-USUAL_MS, WINDOW_USUAL_MS = 100, 500
+USUAL_REACH_MS, WINDOW_USUAL_MS = 60, 500
+"""The usual look-ahead: the one that comes nearest to hearing 60 ms on, whatever its name; whole frames
+decide what there is (67 hears 58 ms on at 30 frames a second). Of networks that read both ways, its name."""
 _CYCLE_S = 4
 """Seconds, times the rate's denominator, after which frames and an encoder's chunks lie alike again."""
 
@@ -72,17 +74,24 @@ def look_ahead_of(model: Model, look_ahead_ms: int | None = None) -> LookAhead:
     """
     _must_be_rows(model.recipe.sound)
     network, offered = model.network, look_aheads(model)
-    usual = WINDOW_USUAL_MS if network.margin else USUAL_MS
-    target_ms = usual if look_ahead_ms is None else look_ahead_ms
-    # The nearest and no error: presets and settings outlive the run they were made with.
-    chosen = min(offered, key=lambda one: abs(one - target_ms))
     if not network.margin:
-        return LookAhead(chosen, _reach_ms(model, _ahead(network, chosen)))
+        reaches = {ms: _reach_ms(model, _ahead(network, ms)) for ms in offered}
+        if look_ahead_ms is None:
+            chosen = min(offered, key=lambda ms: abs(reaches[ms] - USUAL_REACH_MS))
+        else:
+            chosen = _nearest(offered, look_ahead_ms)
+        return LookAhead(chosen, reaches[chosen])
+    chosen = _nearest(offered, WINDOW_USUAL_MS if look_ahead_ms is None else look_ahead_ms)
     # At least one: a window that ends with the pose itself would hear nothing ahead.
     frames = max(1, round(chosen / 1000 * float(model.fps)))
     hop = max(1, round(WINDOW_HOP_S * float(model.fps)))
     reach = _reach_ms(model, frames + _ahead(network))
     return LookAhead(chosen, reach, (hop - 1) * 1000 / float(model.fps), exact=False)
+
+
+def _nearest(offered: tuple[int, ...], target_ms: int) -> int:
+    # No error: presets and settings outlive the run they were made with.
+    return min(offered, key=lambda ms: abs(ms - target_ms))
 
 
 def _ahead(network: Network, ms: int = 0) -> float:

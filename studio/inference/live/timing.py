@@ -19,8 +19,9 @@ _STEEPEST = 500e-6
 REMEMBERED_S = 8.0
 SPARE_S = 0.002
 MOST_UNEVEN_S = 0.15
-GUESSED = 0.5
-"""Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in."""
+GUESSED, TRUSTED = 0.5, 0.75
+"""Share of the way to the next pose that is gone by guess, so that nobody waits a whole frame to glide in,
+and how much of the last step is gone on with: measured, all of it overshoots and half of it stutters."""
 _NEARLY_ALL = 96
 """Per cent of the poses that are there in time; the others are shown a little late, not waited for."""
 STEADY_S, STEADY_WITHIN_S = 1.5 * REMEMBERED_S, 0.01
@@ -80,14 +81,16 @@ class SampleClock:
 
 
 class Delay:
-    """How long after its moment a pose is shown: as late as nearly all poses are, and half a frame to glide.
+    """How long after its moment a pose is shown: as late as nearly all poses are, and what it takes to glide.
 
     Args:
         step: seconds between two poses.
+        prompt: whether poses are shown when they are made; else they are asked for at any moment between, and
+            half a frame goes to gliding in.
     """
 
-    def __init__(self, step: float) -> None:
-        self._step = step
+    def __init__(self, step: float, prompt: bool = False) -> None:
+        self._glide = 0.0 if prompt else (1.0 - GUESSED) * step
         self._seen: deque[tuple[float, float]] = deque()
         self._value: float | None = None
         self._invalidated = False
@@ -119,7 +122,7 @@ class Delay:
         seen = [lateness for _, lateness in self._seen]
         # A computer that is far too busy moves an avatar unevenly; it must not make it late as well.
         late = min(float(np.percentile(seen, _NEARLY_ALL)), min(seen) + MOST_UNEVEN_S)
-        return max(late + (1.0 - GUESSED) * self._step + SPARE_S, 0.0)
+        return max(late + self._glide + SPARE_S, 0.0)
 
     @property
     def value(self) -> float:
@@ -207,7 +210,7 @@ class PoseLine:
 
 def _guess(frames: float) -> float:
     """How much of the last step to go on with, so many frames after the newest pose; back if none comes."""
-    return max(min(frames, 2 * GUESSED - frames), 0.0)
+    return TRUSTED * max(min(frames, GUESSED, 1.0 + GUESSED - frames), 0.0)
 
 
 def _beyond(before: Pose, last: Pose, share: float) -> Pose:

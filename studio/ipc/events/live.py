@@ -100,7 +100,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
         settled: whether that has stayed the same for a while.
         sound_delay_ms: how much to delay the sound to match.
         seen: "unseen", "seen" or "minded" by viewers.
-        muted, frozen, neutral, gain_on, idles: the switches.
+        muted, frozen, neutral, gain_on, idles, opens_early: the switches.
         clipped: the sound clipped.
         lost: no sound comes from the microphone.
         idling: how far the avatar idles, 0 to 1.
@@ -140,6 +140,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
     look_ahead_ms: int = 0
     settled: bool = True
     mood: str = ""
+    opens_early: bool = True
 
 
 class LiveDone(DoneEvent, frozen=True):

@@ -16,8 +16,8 @@ from studio.ui.session import Session
 if TYPE_CHECKING:
     from studio.project import Run
 
-DEFAULT_MS = 100
-"""As inference/live/steps.USUAL_MS (which needs torch): of runs that do not read both ways."""
+USUAL_REACH_MS = 60
+"""As in inference/live/steps.py, which needs torch."""
 
 
 class LatencyPresenter(QObject):
@@ -61,7 +61,10 @@ class LatencyPresenter(QObject):
             offered = [
                 measured.get(ms) or in_use.get(ms) or LookAheadOption(ms, ms) for ms in ready.look_aheads
             ]
-        self._card.show_look_aheads(offered, DEFAULT_MS if chosen_ms is None else chosen_ms)
+        usual = min(offered, key=lambda one: abs(one.reach_ms - USUAL_REACH_MS), default=None)
+        usual_ms = usual.ms if usual is not None else USUAL_REACH_MS
+        speaks = run is not None and run.facts.form == "speech"
+        self._card.show_look_aheads(offered, usual_ms if chosen_ms is None else chosen_ms, speaks)
 
 
 class DelayedVoicePresenter(QObject):

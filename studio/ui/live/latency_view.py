@@ -50,7 +50,7 @@ class LatencyCard(Card):
     def __init__(self) -> None:
         super().__init__(self.tr("Latency"))
         self._offered: tuple[LookAheadOption, ...] = ()
-        self._expected = True
+        self._expected, self._knows_speech = True, False
         self.figure = label("", "", "live_latency")
         self.figure.setFont(theme.figures_font(theme.TITLE_PX))
         self.words = label("", "muted", "live_latency_words")
@@ -61,7 +61,13 @@ class LatencyCard(Card):
         self._delay_ms = 0
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setObjectName("look_ahead")
-        self.slider.setAccessibleName(self.tr("Look-ahead, from fastest to finest"))
+        self.slider.setAccessibleName(self.tr("Look-ahead, from sooner to more exact"))
+        self.slider.setToolTip(
+            self.tr(
+                "How much of what you say next the avatar waits for. Sooner, it moves closer to your voice;"
+                " more exact, it knows better which sound your mouth makes. About 60 ms is usual."
+            )
+        )
         self.slider.setPageStep(1)
         self.slider.setTickPosition(QSlider.TickPosition.TicksBelow)
         self.slider.setTickInterval(1)
@@ -69,7 +75,7 @@ class LatencyCard(Card):
         self.quality = label("", "caption", "look_ahead_quality")
         self.quality.setWordWrap(True)
         ends = QHBoxLayout()
-        self._ends = label(self.tr("fastest"), "caption"), label(self.tr("finest"), "caption")
+        self._ends = label(self.tr("Sooner"), "caption"), label(self.tr("More exact"), "caption")
         ends.addWidget(self._ends[0])
         ends.addStretch(1)
         ends.addWidget(self._ends[1])
@@ -127,9 +133,11 @@ class LatencyCard(Card):
         self.copy.setEnabled(settled)
         self.copy.setText(self.tr("Copy") if settled else self.tr("Settling…"))
 
-    def show_look_aheads(self, offered: Sequence[LookAheadOption], chosen_ms: int) -> None:
-        """Show what the run offers and which one is used."""
-        self._offered = tuple(offered)
+    def show_look_aheads(
+        self, offered: Sequence[LookAheadOption], chosen_ms: int, knows_speech: bool = False
+    ) -> None:
+        """Show what the run offers and which one is used, or that one that knows speech leaves no choice."""
+        self._offered, self._knows_speech = tuple(offered), knows_speech
         several = len(self._offered) > 1
         for widget in (self.slider, *self._ends):
             widget.setVisible(several)
@@ -179,8 +187,18 @@ class LatencyCard(Card):
     def _show_quality(self) -> None:
         self._show_expected()
         one = self.chosen
+        if self._knows_speech and len(self._offered) < 2:
+            self.quality.setText(self.tr("Waits for about 200 ms of your voice, to know your words."))
+            self.quality.setToolTip(
+                self.tr(
+                    "This run knows speech, and what was said is known only about 200 ms later. For an avatar"
+                    " that moves sooner, go live with Quick look."
+                )
+            )
+            return
         if one is None:
             self.quality.setText("")
+            self.quality.setToolTip("")
             return
         words = self.tr("Waits for {0} ms of your voice.").format(f"{max(one.reach_ms, 0):.0f}")
         tip = ""

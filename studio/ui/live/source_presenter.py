@@ -56,8 +56,8 @@ class LiveSourcePresenter(QObject):
             args += ["--device", card.device]
         if self._model.look_ahead_ms is not None:
             args += ["--look-ahead", str(self._model.look_ahead_ms)]
-        for on, option in ((card.gain.isChecked(), "--no-gain"), (card.gate.isChecked(), "--no-gate")):
-            args += [] if on else [option]
+        checks = ((card.gain, "--no-gain"), (card.gate, "--no-gate"), (card.early, "--no-early"))
+        args += [option for check, option in checks if not check.isChecked()]
         return args + (["--suppress-noise"] if card.suppress else [])
 
     def toggle(self) -> None:
@@ -87,7 +87,7 @@ class LiveSourcePresenter(QObject):
 
     def _on_state(self, state: LiveStateEvent) -> None:
         shown = self._model.switches.shown
-        for name, on in (("gain", state.gain_on), ("gate", state.idles)):
+        for name, on in (("gain", state.gain_on), ("gate", state.idles), ("early", state.opens_early)):
             self._card.show_option(name, shown(name, on))
 
     def _on_pose(self, event: PoseEvent) -> None:

@@ -42,7 +42,7 @@ class LiveSourceCard(Card):
         refresh_requested: list the microphones anew.
         tuning_chosen: a preset's title, "" for none.
         clip_reset_requested: put the clip lamp out.
-        option_changed: automatic gain, idling or noise was switched.
+        option_changed: automatic gain, idling, early opening or noise was switched.
     """
 
     start_toggled = Signal()
@@ -149,7 +149,7 @@ class LiveSourceCard(Card):
 
     def show_option(self, name: str, on: bool) -> None:
         """Show one of the options on or off without saying so."""
-        check = {"gain": self.gain, "gate": self.gate, "noise": self.noise}[name]
+        check = {"gain": self.gain, "gate": self.gate, "early": self.early, "noise": self.noise}[name]
         with QSignalBlocker(check):
             check.setChecked(on)
 
@@ -235,17 +235,22 @@ class LiveSourceCard(Card):
 
     def _options(self) -> tuple[QCheckBox, ...]:
         self.gain, self.gate = QCheckBox(self.tr("Match the level")), QCheckBox(self.tr("Idle in silence"))
-        self.noise = QCheckBox(self.tr("Remove noise"))
+        self.early, self.noise = QCheckBox(self.tr("Open early")), QCheckBox(self.tr("Remove noise"))
+        early = self.tr(
+            "The mouth begins to open as soon as your voice rises out of silence, before it is known what you"
+            " say. Clicks and typing leave it closed."
+        )
         for check, name, tip in (
             (self.gain, "gain", self.tr("Matches your voice to the level the run was trained on")),
             (self.gate, "gate", self.tr("When you are silent, the avatar breathes, blinks and looks around")),
+            (self.early, "early", early),
             (self.noise, "noise", self.tr("Keeps only the voice; the avatar follows 30 ms later")),
         ):
             check.setObjectName(f"live_{name}")
             check.setToolTip(tip)
             check.setChecked(check is not self.noise)
             check.toggled.connect(lambda on, name=name: self.option_changed.emit(name, on))
-        return self.gain, self.gate, self.noise
+        return self.gain, self.gate, self.early, self.noise
 
     def _on_source(self, index: int) -> None:
         if self.source.itemData(index) == FILE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studio.inference.live.pose_layers import FADE_S, PANIC_S, PoseLayers
+from studio.inference.live.pose_layers import FADE_S, PANIC_S, WAKE_S, PoseLayers
 from studio.motion import Motion, Pose, rotation
 from studio.playback.layers import Tuning
 
@@ -43,10 +43,22 @@ def test_silence_lets_it_idle_with_blinks_and_breath() -> None:
     assert np.ptp(chest, axis=0).max() > 1e-3
 
 
+def test_the_mouth_wakes_before_the_body_and_without_a_jump() -> None:
+    layers = PoseLayers(REST)
+    asked(layers, 100.0, 2.0, SAID, False)
+    waking = asked(layers, 102.0, FADE_S, SAID, True)
+    mouth = np.array([pose.shapes[0] for pose in waking])
+    head = np.array([pose.rotations[3][0] for pose in waking]) / SAID.rotations[3][0]
+    awake = round(WAKE_S * 60) + 1
+    assert mouth[awake] == pytest.approx(0.9, abs=0.01)
+    assert head[awake] < 0.5
+    assert np.diff(mouth).max() < 0.8 * 1.6 / (60 * WAKE_S)
+
+
 def test_it_goes_over_without_a_jump() -> None:
     layers = PoseLayers(REST)
     poses = asked(layers, 0.0, 2.0, SAID, True) + asked(layers, 2.0, 2.0, SAID, False)
-    steps = np.abs(np.diff([pose.shapes[0] for pose in poses]))
+    steps = np.abs(np.diff([pose.shapes[0] for pose in poses[60:]]))
     assert steps.max() < 0.8 * 1.6 / (60 * FADE_S)
 
 

@@ -162,6 +162,21 @@ def test_a_drawn_body_streams_as_it_generates(kind: str) -> None:
     assert np.abs(other.rotations - whole.rotations).max() > 1e-2
 
 
+@pytest.mark.parametrize(
+    ("learnt", "fps", "usual"),
+    [
+        ("0 67 100 200 500", "30", 67),
+        ("0 67 100 200 500", "60", 67),
+        ("0 67 100 200 500", "25", 100),
+        ("0 100 200 500", "30", 100),
+    ],
+)
+def test_the_usual_look_ahead_hears_about_60_ms_on(learnt: str, fps: str, usual: int) -> None:
+    model = untrained("balanced", fps, f"look_aheads={learnt}", "own_frame=false")
+    assert look_ahead_of(model).look_ahead_ms == usual
+    assert look_ahead_of(model, 100).look_ahead_ms == 100
+
+
 def test_every_look_ahead_is_causal() -> None:
     model, sound = untrained("balanced", "30", f"network.{AHEADS}"), speech(2.0)
     cut = len(sound) // 2

@@ -44,6 +44,13 @@ def test_the_delay_is_what_nearly_all_poses_need_and_part_of_a_step() -> None:
     assert delay.value == pytest.approx(0.135 + (1 - GUESSED) / 30 + SPARE_S, abs=0.003)
 
 
+def test_poses_that_are_shown_when_they_are_made_need_no_time_to_glide() -> None:
+    rng, delay = np.random.default_rng(2), Delay(1 / 30, prompt=True)
+    for i in range(400):
+        delay.add(i / 30, 0.07 + rng.uniform(0.0, 0.01))
+    assert delay.value == pytest.approx(0.08 + SPARE_S, abs=0.003)
+
+
 def test_the_delay_moves_so_slowly_that_motion_only_runs_a_little_slower_or_faster() -> None:
     delay = Delay(1 / 30)
     for i in range(300):

@@ -76,6 +76,28 @@ def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quali
     assert view.latency.quality.toolTip() == "On takes it had not heard: error 0.0390"
 
 
+def test_the_usual_look_ahead_hears_about_60_ms_on_whatever_its_name(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    sooner = {"ms": 67, "reach_ms": 58.3, "rmse": 0.041, "pearson_mouth": 0.79}
+    add_run(toy_project, look_aheads=[FIGURES[0], sooner, *FIGURES[1:]])
+    view, presenter, _ = room(toy_project)
+    assert view.latency.chosen == LookAheadOption(67, 58.3, 0.041, 0.79)
+    assert presenter.model.look_ahead_ms is None
+    view.latency.slider.setValue(2)
+    assert presenter.model.look_ahead_ms == 100
+
+
+def test_a_run_that_knows_speech_says_why_it_leaves_no_choice(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    add_run(toy_project, form="speech")
+    view, _, _ = room(toy_project)
+    assert not view.latency.slider.isVisibleTo(view)
+    assert view.latency.quality.text() == "Waits for about 200 ms of your voice, to know your words."
+    assert "go live with Quick look" in view.latency.quality.toolTip()
+
+
 def test_a_report_that_makes_no_sense_offers_nothing(toy_project: Project) -> None:
     run = add_run(toy_project, look_aheads=[{"ms": "x"}, 7, {"reach_ms": 1}, *FIGURES[:1]])
     assert [one.ms for one in look_aheads_of(run)] == [0]
@@ -105,10 +127,19 @@ def test_options_become_the_words_of_the_command(room: Callable[..., Room], toy_
     add_run(toy_project, styles=["toy_001"], style="toy_001")
     view, presenter, _ = room(toy_project)
     view.source.gain.setChecked(False)
+    assert view.source.early.isChecked()
+    view.source.early.setChecked(False)
     view.source.gate.setChecked(False)
     view.source.noise.setChecked(True)
     view.latency.look_ahead_chosen.emit(200)
-    assert presenter.source.args == ["--look-ahead", "200", "--no-gain", "--no-gate", "--suppress-noise"]
+    assert presenter.source.args == [
+        "--look-ahead",
+        "200",
+        "--no-gain",
+        "--no-gate",
+        "--no-early",
+        "--suppress-noise",
+    ]
 
 
 def test_poses_are_seen_whatever_channels_a_tuning_leaves(performing: Room, child: FakeChild) -> None:
