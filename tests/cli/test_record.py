@@ -341,7 +341,8 @@ def test_the_practice_performer_of_another_terminal_is_recorded_without_a_sound_
         for line in performer.stdout:
             if line.startswith("  "):
                 break  # its first sentence
-        words = ["record", str(tmp_path / "P"), "--slate", "A", "--seconds", "1.5", "--json"]
+        # Longer than any pause between two sentences: on a busy machine the take may begin in one.
+        words = ["record", str(tmp_path / "P"), "--slate", "A", "--seconds", "5", "--json"]
         assert cli.main([*words, "--port", str(motion), "--device", f"performer:{voice}"]) == 0
     finally:
         performer.terminate()
