@@ -13,6 +13,7 @@ from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
 from studio.ui import messages
+from studio.ui.language import sentences
 from studio.ui.messages import counted
 from studio.ui.record.inputs_view import InputsCard
 from studio.ui.record.model import RecordModel
@@ -67,6 +68,7 @@ class InputsPresenter(QObject):
         )
         card.phone_chosen.connect(self._on_phone)
         model.phone_requested.connect(self._on_phone)
+        model.phone_tried.connect(self.phone.connect_to)
         card.host_chosen.connect(lambda host: session.change_settings(vmc_host=host))
         card.device_chosen.connect(self._on_device)
         card.refresh_requested.connect(self.refresh)
@@ -80,7 +82,7 @@ class InputsPresenter(QObject):
         model.recorder_changed.connect(self._on_recorder)
         model.practice_changed.connect(self._show_practice)
         model.practice_changed.connect(self._follow_voice)
-        model.finding_changed.connect(self._open_motion)
+        model.finding_changed.connect(self._on_finding)
         # What was chosen while a take rolled is opened after it.
         for ended in (model.saved, model.failed):
             ended.connect(lambda _: self._open_motion())
@@ -145,12 +147,20 @@ class InputsPresenter(QObject):
         elif not listens and self.phone.address:
             self.phone.connect_to("")
         self.phone.follow(snap)
-        self._card.phone.show_phone(self.phone.address, self.phone.status)
-        self._model.phone_status = self.phone.address, self.phone.status
-        if self.phone.problem is not None:
-            self._model.problems["phone"] = self.phone.problem
+        problem = self.phone.problem
+        words = self.phone.status if problem is None else sentences(*problem)
+        self._model.phone_status = self.phone.address, words, problem is not None
+        self._card.phone.show_phone(*self._model.phone_status)
+        if problem is not None:
+            self._model.problems["phone"] = problem
         else:
             self._model.problems.pop("phone", None)
+
+    def _on_finding(self) -> None:
+        """A phone that was only tried is asked no more, and the one that was chosen is asked again."""
+        if not self._model.finding:
+            self.phone.connect_to(self._session.settings.phone)
+        self._open_motion()
 
     def _on_phone(self, address: str) -> None:
         self.phone.connect_to(address)
@@ -248,6 +258,8 @@ class InputsPresenter(QObject):
         if changed & {"audio_device", "sample_rate"}:
             self._show_devices()
             self._open_sound()
+        if "phone" in changed and self._session.settings.phone:
+            self._card.phone.address.setText(self._session.settings.phone)
         if "vmc_port" in changed:
             self._model.redirect_practice(self._session.settings.vmc_port)
 

@@ -155,7 +155,7 @@ class InputsCard(Card):
 
     def lock(self, locked: bool) -> None:
         """While rolling, inputs stay as they are."""
-        controls = (self.port, self.more, self.network, self.device, self.refresh, self.phone.button)
+        controls = (self.port, self.more, self.network, self.device, self.refresh, self.phone)
         for control in (*controls, self.trackers):
             control.setEnabled(not locked)
 
@@ -358,22 +358,28 @@ class PhoneRow(QWidget):
         column.addWidget(self.words)
         self._show_button()
 
-    def show_phone(self, address: str, words: str) -> None:
-        """Show which phone is asked, "" for none, and what is known of it."""
+    def show_phone(self, address: str, words: str, wrong: bool = False) -> None:
+        """Show which phone is asked, "" for none, what is known of it, and whether that has to be mended."""
         if address != self._asked:
             self._asked = address
             self._show_button()
         if words != self.words.text():
             self.words.setText(words)
+            theme.as_role(self.words, "warn" if wrong else "caption")
         self.words.setVisible(bool(words))
 
     def _on_pressed(self) -> None:
-        typed = self.address.text().strip()
-        self.chosen.emit("" if typed == self._asked else typed)
+        if self.button.isEnabled():
+            self.chosen.emit("" if self._connected else self.address.text().strip())
 
     def _show_button(self) -> None:
-        asked = bool(self._asked) and self.address.text().strip() == self._asked
-        self.button.setText(self.tr("Disconnect") if asked else self.tr("Connect to phone"))
+        self.button.setText(self.tr("Disconnect") if self._connected else self.tr("Connect to phone"))
+        self.button.setEnabled(self._connected or bool(self.address.text().strip()))
+
+    @property
+    def _connected(self) -> bool:
+        """Whether the phone that the line names is asked; an empty line names none else."""
+        return bool(self._asked) and self.address.text().strip() in ("", self._asked)
 
 
 def _titled(title: str, light: QWidget, text: QLabel) -> QGridLayout:

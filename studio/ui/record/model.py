@@ -72,6 +72,7 @@ class RecordModel(QObject):
         practice_moved: another program holds the port of motion: that one, and the one used instead.
         trackers_requested: show how a tracker is connected.
         phone_requested: the address of a phone to be asked for its face; "" for none.
+        phone_tried: the same until the page of trackers is closed, and the one app to be asked.
         webcam_changed: this computer's webcam tracks or does not, True or False.
         webcam_stop_requested: it is to stop.
         finding_changed: all known ports are to be listened on now, or those chosen again.
@@ -91,6 +92,7 @@ class RecordModel(QObject):
     practice_moved = Signal(int, int)
     trackers_requested = Signal()
     phone_requested = Signal(str)
+    phone_tried = Signal(str, str)
     webcam_changed = Signal(bool)
     webcam_stop_requested = Signal()
     finding_changed = Signal()
@@ -110,9 +112,9 @@ class RecordModel(QObject):
         self.problems: dict[str, tuple[str, str]] = {}
         """What could not be opened: "motion", "sound" or "phone" -> (sentence, remedy)."""
         self.webcam_sender = ""
-        self.phone_status = "", ""
-        """Address of the phone that is asked for its face, and what is known of it; "" for none."""
         """Where the motion of this computer's webcam comes from, "" while it does not send."""
+        self.phone_status: tuple[str, str, bool] = "", "", False
+        """Address of the phone that is asked for its face, what is known of it, and whether that is bad."""
         self.may_refresh = True
         """Whether looking for microphones anew would interrupt no sound that is being played."""
         self.finding = False

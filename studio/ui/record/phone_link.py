@@ -44,6 +44,7 @@ class PhoneLink(QObject):
         self.asked = 0
         self._ports = ports
         self._apps: tuple[str, ...] = ()
+        self._only = ""
         self._sends: frozenset[str] = frozenset()
         self._socket: socket.socket | None = None
         self._timer = QTimer(self)
@@ -52,17 +53,24 @@ class PhoneLink(QObject):
 
     def listen(self, ports: Collection[int]) -> None:
         """Which ports are open here: only apps that send to them are asked."""
-        self._apps = tuple(app for app, port in _HERE.items() if port in ports)
+        open_ = tuple(app for app, port in _HERE.items() if port in ports)
+        self._apps = tuple(app for app in open_ if self._only in ("", app))
 
     @property
     def listens(self) -> bool:
         """Whether there is an app to ask."""
         return bool(self._apps)
 
-    def connect_to(self, address: str) -> None:
-        """Ask the phone at an address from now on; "" asks nobody."""
+    def connect_to(self, address: str, only: str = "") -> None:
+        """Ask the phone at an address from now on; "" asks nobody.
+
+        Args:
+            address: the phone's.
+            only: the one app to be asked, "" for all whose ports are open.
+        """
         self.close()
-        self.address, self.problem = address.strip(), None
+        self.address, self.problem, self._only = address.strip(), None, only
+        self._apps = tuple(app for app in self._apps if only in ("", app))
         if not self.address:
             return
         if not _is_address(self.address):

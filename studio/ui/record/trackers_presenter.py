@@ -38,8 +38,7 @@ class TrackersPresenter(QObject):
         page.show_tiles([(WEBCAM, self.tr("This webcam")), *tiles])
         page.chosen.connect(self._on_chosen)
         page.use_requested.connect(self._on_use)
-        page.phone.address.setText(session.settings.phone)
-        page.phone_chosen.connect(model.phone_requested)
+        page.phone_chosen.connect(self._on_phone)
         page.practice_requested.connect(self._on_practice)
         page.opened.connect(self._on_opened)
         page.closed.connect(lambda: model.set_finding(False))
@@ -54,6 +53,7 @@ class TrackersPresenter(QObject):
         webcam = bool(self._model.webcam_sender)
         self._picked, self._senders = webcam, ()
         self._address = trackers.own_address()
+        self._page.phone.address.setText(self._session.settings.phone)
         self._show(self._shown)
         if webcam:
             self._page.show_webcam()
@@ -75,7 +75,10 @@ class TrackersPresenter(QObject):
             address, port = _SOME_PHONE, PHONE_PORT
         missing = self.tr("This computer is in no network; connect it to the phone's Wi-Fi.")
         second = self.tr("On another computer, use {0} instead.").format(self._address)
-        note = (missing if not self._address else "") if tracker.phone else (second if self._address else "")
+        if tracker.phone:
+            note = self._network_note() if self._address else missing
+        else:
+            note = second if self._address else ""
         steps = tuple(
             (step.picture, self._translated(step.text).format(address=address or "…", port=port))
             for step in tracker.steps
@@ -83,6 +86,15 @@ class TrackersPresenter(QObject):
         title = self._translated(tracker.title)
         self._page.show_card(
             TrackerCard(tracker.id, title, steps, address, port, tracker.phone, note, tracker.asked)
+        )
+
+    def _network_note(self) -> str:
+        """What a phone needs that is not so by itself; "" where it is."""
+        if self._session.settings.vmc_host == trackers.EVERYWHERE:
+            return ""
+        return self.tr(
+            "A phone reaches this computer only while Motion is set to “My network”. That is on while this "
+            "page is open, and stays on only with “Use this tracker”."
         )
 
     def _port(self, tracker: Tracker) -> int:
@@ -163,10 +175,18 @@ class TrackersPresenter(QObject):
             }
         else:
             choice = {"vmc_port": port}
+        if self._shown.asked:
+            choice["phone"] = self._model.phone_status[0]
         if not trackers.is_here(heard):
             choice["vmc_host"] = trackers.EVERYWHERE
         self._session.change_settings(**choice)
         self._page.accept()
+
+    def _on_phone(self, address: str) -> None:
+        if address:
+            self._model.phone_tried.emit(address, self._shown.kind)
+        else:
+            self._model.phone_requested.emit("")
 
     def _on_practice(self) -> None:
         self._page.accept()

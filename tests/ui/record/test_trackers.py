@@ -8,10 +8,10 @@ import socket
 import psutil
 import pytest
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QLabel, QToolButton
 
 from studio.capture import trackers
-from studio.capture.trackers import TRACKERS, tracker_of
+from studio.capture.trackers import EVERYWHERE, LOOPBACK, TRACKERS, tracker_of
 from studio.motion import Motion
 from studio.motion.channels import BONES
 from studio.ui import theme
@@ -121,6 +121,36 @@ def test_vtube_studio_is_asked_from_its_card_and_heard(tab, qtbot) -> None:
     assert session.settings.more_ports == (str(VTUBE_STUDIO_PORT),)
     assert session.settings.phone == "127.0.0.1"
     assert view.inputs.phone.isVisible(), "where it can be disconnected"
+
+
+def test_a_phone_that_is_only_tried_changes_nothing(tab, qtbot) -> None:
+    view, presenter, session = tab
+    before = session.settings
+    view.inputs.trackers.click()
+    page, model = view.trackers, presenter.model
+    page.chosen.emit("vtube_studio")
+    note = page.findChild(QLabel, "tracker_note")
+    assert "My network" in note.text(), "what it takes is said before it is done"
+    qtbot.waitUntil(lambda: len(model.recorder.snapshot().ports) > 1)
+    assert not page.phone.button.isEnabled(), "there is nothing to connect to"
+    page.phone.address.setText("my phone")
+    page.phone.button.click()
+    qtbot.waitUntil(lambda: page.phone.words.text().startswith("my phone is not the address of a phone."))
+    assert page.phone.words.isVisible()
+    page.phone.address.setText("127.0.0.9")
+    page.phone.button.click()
+    qtbot.waitUntil(lambda: page.phone.button.text() == "Disconnect")
+    page.phone.address.clear()
+    assert page.phone.button.text() == "Disconnect", "an empty line leaves a way to stop"
+    page.phone.address.setText("127.0.0.9")
+    page.reject()
+    assert session.settings == before
+    assert presenter.inputs.phone.address == ""
+    assert view.inputs.network.currentData() == LOOPBACK
+    session.change_settings(vmc_host=EVERYWHERE)
+    view.inputs.trackers.click()
+    assert page.phone.address.text() == ""
+    assert not note.isVisible(), "nothing stands in its way"
 
 
 def test_the_practice_performer_is_no_tracker(tab, qtbot) -> None:
